@@ -28,11 +28,11 @@ class UnknownAttributeError(UnknownNameError, AttributeError):
 
 
 class InvalidValueError(TendonError, ValueError):
-    """A value outside its range; the message names the thing, the value and the range."""
+    """A value outside its range; the message names the parameter, the value and the range."""
 
 
 class UnusedKeyError(InvalidValueError, KeyError):
-    """A known name as the key of a mapping that has no use for it; the message says why."""
+    """A valid name used as a key where it has no effect; the message says why."""
 
     __str__ = Exception.__str__
 

@@ -9,7 +9,7 @@ from experiments.benchmarks.scaling import FAST, SLOW
 from experiments.benchmarks.study import Benchmark, run_benchmark
 from experiments.command import run_experiment
 from tendon_mj.cli import Output, console, progress_bar
-from tendon_mj.lab.verification import Spread
+from tendon_mj.lab.verification import Quartiles
 
 
 def benchmarks(out: Path = Path("out/benchmarks"), rounds: int = 15) -> None:
@@ -67,11 +67,11 @@ def summary(study: Benchmark) -> list[str]:
     return lines
 
 
-def _ratio(spread: Spread) -> str:
+def _ratio(spread: Quartiles) -> str:
     return f"{spread.median:.2f} × ({_range(spread)})"
 
 
-def _range(spread: Spread, scale: float = 1.0, form: str = ".2f") -> str:
+def _range(spread: Quartiles, scale: float = 1.0, form: str = ".2f") -> str:
     return f"{spread.low * scale:{form}} … {spread.high * scale:{form}}"
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from tendon_mj.attach import view_sheath
 from tendon_mj.errors import EngineError
 from tendon_mj.lab.verification import (
-    Spread,
+    Quartiles,
     TimedRun,
     mujoco_tendon_bench,
     processor_time,
@@ -200,10 +200,10 @@ class CallbackCost:
             largest tension [-].
     """
 
-    ratio: Spread
-    callback: Spread
-    plugin: Spread
-    empty: Spread
+    ratio: Quartiles
+    callback: Quartiles
+    plugin: Quartiles
+    empty: Quartiles
     disagreement: float
 
     def result(self) -> dict[str, object]:
@@ -284,10 +284,10 @@ def callback_cost(bench: Bench, *, rounds: int = 7, steps: int = 2000) -> Callba
     spent = times_in_turns(tasks, rounds, processor_time) / steps
     added = (spent[:, 1:] - spent[:, :1]).T
     return CallbackCost(
-        ratio=Spread.of(added[1] / added[0]),
-        plugin=Spread.of(added[0]),
-        callback=Spread.of(added[1]),
-        empty=Spread.of(added[2]),
+        ratio=Quartiles.of(added[1] / added[0]),
+        plugin=Quartiles.of(added[0]),
+        callback=Quartiles.of(added[1]),
+        empty=Quartiles.of(added[2]),
         disagreement=disagreement(bench, wave),
     )
 

@@ -16,7 +16,13 @@ import numpy as np
 
 from tendon_mj import theory
 from tendon_mj.attach import add_friction, view_sheath
-from tendon_mj.lab.verification import Spread, StepCost, mujoco_tendon_bench, run_along, step_times
+from tendon_mj.lab.verification import (
+    Quartiles,
+    StepCost,
+    mujoco_tendon_bench,
+    run_along,
+    step_times,
+)
 from tendon_mj.models import Bench
 from tendon_mj.typing import FloatArray
 
@@ -70,9 +76,9 @@ class Frictionloss:
     sheath_error: Deviation
 
     @property
-    def over_sheath(self) -> Spread:
+    def over_sheath(self) -> Quartiles:
         """Cost of a step with `frictionloss` over one with the sheath, of each round [-]."""
-        return Spread.of(self.cost.steps / self.sheath_cost.steps)
+        return Quartiles.of(self.cost.steps / self.sheath_cost.steps)
 
     def result(self) -> dict[str, object]:
         """Plain numbers for `result.json`."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.verification import (
-    Spread,
+    Quartiles,
     StepCost,
     TimedRun,
     mujoco_tendon_bench,
@@ -204,13 +204,13 @@ class CostParts:
         total: of all of these but the sensors [s].
     """
 
-    empty_plugin: Spread | None
-    idle_instance: Spread
-    first_guide: Spread
-    more_guides: Spread
-    sliding: Spread
-    sensors: Spread
-    total: Spread
+    empty_plugin: Quartiles | None
+    idle_instance: Quartiles
+    first_guide: Quartiles
+    more_guides: Quartiles
+    sliding: Quartiles
+    sensors: Quartiles
+    total: Quartiles
 
     def result(self) -> dict[str, object]:
         """Plain numbers for `result.json`."""
@@ -292,11 +292,11 @@ def parts_of(spent: Mapping[str, FloatArray]) -> CostParts:
     first = spent["one"] - spent["plain one"]
     at_rest = spent["rest"] - spent["plain"]
     return CostParts(
-        empty_plugin=Spread.of(empty) if "empty" in spent else None,
-        idle_instance=Spread.of(idle - empty),
-        first_guide=Spread.of(first - idle),
-        more_guides=Spread.of(at_rest - first),
-        sliding=Spread.of(spent["sliding"] - spent["rest"]),
-        sensors=Spread.of(spent["sensors"] - spent["sliding"]),
-        total=Spread.of(spent["sliding"] - spent["plain"]),
+        empty_plugin=Quartiles.of(empty) if "empty" in spent else None,
+        idle_instance=Quartiles.of(idle - empty),
+        first_guide=Quartiles.of(first - idle),
+        more_guides=Quartiles.of(at_rest - first),
+        sliding=Quartiles.of(spent["sliding"] - spent["rest"]),
+        sensors=Quartiles.of(spent["sensors"] - spent["sliding"]),
+        total=Quartiles.of(spent["sliding"] - spent["plain"]),
     )

@@ -29,7 +29,7 @@ from experiments.benchmarks.scaling import (
 )
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.progress import Progress, silent
-from tendon_mj.lab.verification import Spread, thread_speedups
+from tendon_mj.lab.verification import Quartiles, thread_speedups
 from tendon_mj.models import Bench
 from tendon_mj.show import GREY, SERIES, bars_figure, new_figure, print_style
 
@@ -58,13 +58,13 @@ class Benchmark:
 
     guides: GuideScaling
     sheaths: Scaling
-    threads: dict[int, Spread]
+    threads: dict[int, Quartiles]
     parts: CostParts
     callback: CallbackCost
     frictionloss: Frictionloss
 
     @property
-    def part_costs(self) -> dict[str, Spread]:
+    def part_costs(self) -> dict[str, Quartiles]:
         """Label → added cost [s]; without the floor where MuJoCo has no empty plugin."""
         spreads = {label: getattr(self.parts, name) for name, label in PARTS.items()}
         return {label: spread for label, spread in spreads.items() if spread is not None}

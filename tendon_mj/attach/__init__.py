@@ -1,4 +1,7 @@
-"""From Python, a model in and a model out: routes sheaths, adds friction, names live parameters."""
+"""Editing of an `MjSpec` or MJCF file: friction, routes, sensors, spools and servos.
+
+Also live parameters and views of the sheaths of a running simulation.
+"""
 
 from tendon_mj.attach.attachment import Attached as Attached
 from tendon_mj.attach.attachment import Row as Row
@@ -7,14 +10,14 @@ from tendon_mj.attach.friction import add_friction as add_friction
 from tendon_mj.attach.friction import remove_friction as remove_friction
 from tendon_mj.attach.instances import add_sensor as add_sensor
 from tendon_mj.attach.instances import show_tension as show_tension
-from tendon_mj.attach.keywords import as_number as as_number
+from tendon_mj.attach.keywords import checked_number as checked_number
 from tendon_mj.attach.live import Parameters as Parameters
 from tendon_mj.attach.live import SheathView as SheathView
 from tendon_mj.attach.live import view_sheath as view_sheath
 from tendon_mj.attach.mjcf import Element as Element
 from tendon_mj.attach.mjcf import Mjcf as Mjcf
 from tendon_mj.attach.mjcf import check_suffix as check_suffix
-from tendon_mj.attach.mjcf import number as number
+from tendon_mj.attach.mjcf import number_text as number_text
 from tendon_mj.attach.mjcf import numbers as numbers
 from tendon_mj.attach.mjcf import set_first as set_first
 from tendon_mj.attach.route import add_sites as add_sites

@@ -33,7 +33,7 @@ from tendon_mj.attach.tendons import (
     crossed_joints,
     end_sites,
     force_on_tendon,
-    has_spring,
+    has_own_spring,
     path_of,
 )
 from tendon_mj.errors import TendonError, TendonWarning
@@ -72,7 +72,7 @@ class Row(NamedTuple):
 
     @property
     def is_too_stiff(self) -> bool:
-        """Whether EA is more than a step carries."""
+        """Whether EA exceeds the largest stable value for the time step."""
         return self.axial_stiffness is not None and self.axial_stiffness > self.largest_stiffness
 
     @property
@@ -97,7 +97,7 @@ class Attached(NamedTuple):
     path: Path
     rows: tuple[Row, ...]  # of the tendons that were given
     said: tuple[str, ...]  # warnings, and motors that may push
-    limits: tuple[str, ...]  # of the poses whose bends were compared, in sentences
+    limits: tuple[str, ...]  # of the poses in which bends were compared, in sentences
 
 
 def attach_friction(
@@ -132,7 +132,7 @@ def attach_friction(
             tendons = choose_tendons(spec, tendon)
             sheathed = sheaths_by_tendon(spec)
             before = [
-                _Before(t, not t.element.name, has_spring(t.element), t.name in sheathed)
+                _Before(t, not t.element.name, has_own_spring(t.element), t.name in sheathed)
                 for t in tendons
             ]
             add_friction(

@@ -29,7 +29,7 @@ from tendon_mj.attach.instances import (
     is_shared,
     sheaths_by_tendon,
 )
-from tendon_mj.attach.keywords import as_count, as_number, check_names, takes
+from tendon_mj.attach.keywords import as_count, check_names, checked_number, takes
 from tendon_mj.attach.sheath_design import Request, design_sheath
 from tendon_mj.attach.spool import Spool, add_spools, design_spool, remove_spools
 from tendon_mj.attach.tendons import (
@@ -93,7 +93,7 @@ def add_friction(
             is taken, ``<tendon>_sheath``; of one among several always ``<tendon>_sheath``.
         reel: name of an actuator to add that winds tendon in at the input, control in metres.
             Without one, a sensor named like the sheath is added, which shows T_in and T_out.
-        reel_joint, reel_radius: joint [rad] or slide whose motion winds tendon in, and radius [m].
+        reel_joint, reel_radius: joint [rad] or slide that winds tendon in, and radius [m].
         output_joint, output_radius: the same at the output end.
         spool: that the actuators of a tendon are to turn instead of pulling it: a body
             ``<tendon>_spool`` on a hinge of that name, at the input end and on its body. At rest
@@ -201,7 +201,7 @@ def _end(
     known = [j.name for j in spec.joints]
     if joint not in known:
         raise UnknownNameError("joint", joint, known, f"{end}_joint")
-    arm = as_number(f"{end}_radius", radius)
+    arm = checked_number(f"{end}_radius", radius)
     if not math.isfinite(arm) or arm == 0.0:
         raise InvalidValueError(f"{end}_radius = {arm:g} [m] must be finite and not 0")
     return {f"{end}_joint": joint, f"{end}_radius": repr(arm)}
@@ -216,12 +216,14 @@ def _law(
     parameters: OptionalParameters,
 ) -> tuple[Law, float | None, float | None]:
     """The law of the sheaths, and EA and T_0 where they are given."""
-    stiffness = None if axial_stiffness is None else as_number("axial_stiffness", axial_stiffness)
-    tension = None if pretension is None else as_number("pretension", pretension)
-    values = {"friction": as_number("friction", friction)}
+    stiffness = (
+        None if axial_stiffness is None else checked_number("axial_stiffness", axial_stiffness)
+    )
+    tension = None if pretension is None else checked_number("pretension", pretension)
+    values = {"friction": checked_number("friction", friction)}
     for key, value in parameters.items():
         if value is not None or LAW[key].default is not None:
-            values[key] = as_number(key, value)
+            values[key] = checked_number(key, value)
     if spool is not None:
         if stiffness is None:
             raise InvalidValueError("a spool needs axial_stiffness [N]")

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import mujoco
 
-from tendon_mj.attach.sheath_design import Design
+from tendon_mj.attach.sheath_design import SheathDesign
 from tendon_mj.attach.spool import SpoolDesign
 from tendon_mj.attach.tendon_bend import idlers
 from tendon_mj.attach.tendons import (
@@ -25,7 +25,7 @@ class NewSheath(NamedTuple):
 
     tendon: mujoco.MjsTendon
     name: str  # that the tendon has or will have
-    design: Design
+    design: SheathDesign
     spool: SpoolDesign | None
 
 
@@ -35,7 +35,7 @@ def warnings_of(
     unnamed: Sequence[str],
     left_out: Mapping[str, str],
 ) -> list[str]:
-    """Warnings of a call whose sheaths are in the spec; ``left_out``: tendon → why."""
+    """Warnings of a call that has added its sheaths; ``left_out``: tendon → reason."""
     pulling = actuators_by_tendon(spec)
     driven = [s for s in sheaths if s.design.is_driven and s.name in pulling]
     messages = [f"tendons without a name are now {listed(unnamed)}"] if unnamed else []

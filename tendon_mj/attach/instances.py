@@ -36,7 +36,7 @@ def free_name(taken: Container[str], *candidates: str) -> str:
 def add_instance(
     spec: mujoco.MjSpec, name: str, config: Mapping[str, str | float | None], plugin_name: str
 ) -> Any:
-    """Add a plugin instance whose configuration leaves out attributes that are None.
+    """Add a plugin instance, without the attributes that are None.
 
     It keeps its name in the configuration, so that it finds the elements that it names after
     `attach`.
@@ -196,7 +196,7 @@ def add_sensor(
 
     Raises:
         UnknownNameError: no such sheath or kind.
-        InvalidValueError: the name is another sensor's.
+        InvalidValueError: another sensor already has this name.
     """
     sheaths = {plugin.name: tendon for tendon, plugin in sheaths_by_tendon(spec).items()}
     if sheath not in sheaths:

@@ -58,7 +58,7 @@ def check_names(known: Mapping[str, Parameter], values: Mapping[str, object], wh
             raise UnknownNameError("parameter", name, known, where)
 
 
-def as_number(name: str, value: object, unit: str = "") -> float:
+def checked_number(name: str, value: object, unit: str = "") -> float:
     """A keyword's value as a number; ``unit`` ends messages, such as `` [N]``.
 
     Raises:

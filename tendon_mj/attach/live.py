@@ -55,7 +55,7 @@ class _States:
         if not states.ndim or states.shape[-1] not in sizes.values():
             known = ", ".join(f"{size} ({name})" for name, size in sizes.items())
             raise InvalidValueError(
-                f"states of shape {states.shape} are of another model: the last axis is one of "
+                f"states of shape {states.shape} do not fit this model: the last axis must be one of "
                 f"{known}"
             )
         self.numbers = states[..., states.shape[-1] - size :]  # they come last in each
@@ -245,12 +245,12 @@ class SheathView:
 
     @property
     def rebound(self) -> Any:
-        """How often the state was another model's, or empty, and was bound again."""
+        """Number of times that the state was another model's, or empty, and was bound again."""
         return self._read().state["rebound"].astype(int)[()]
 
     @property
     def unsolved(self) -> Any:
-        """Evaluations whose flow was not solved since the reset."""
+        """Number of evaluations without a solution since the reset."""
         return self._read().state["unsolved"].astype(int)[()]
 
     def __getattr__(self, name: str) -> Any:

@@ -94,7 +94,7 @@ class Mjcf:
         return named[name]
 
     def section(self, tag: str, attribute: str) -> Element:
-        """The last top-level element that states an attribute; made if there is none."""
+        """The last ``tag`` at the top level that sets ``attribute``; created if missing."""
         sections = self.root.findall(tag)
         stating = [s for s in sections if s.get(attribute) is not None]
         if sections:
@@ -167,17 +167,17 @@ def check_suffix(path: Path) -> None:
 def set_first(element: Element, attribute: str, value: float) -> None:
     """Set the first number of an attribute and leave the others."""
     others = str(element.get(attribute, "")).split()[1:]
-    element.set(attribute, " ".join([number(value), *others]))
+    element.set(attribute, " ".join([number_text(value), *others]))
 
 
-def number(value: float) -> str:
+def number_text(value: float) -> str:
     """As text that reads back bit for bit."""
     return repr(float(value)).removesuffix(".0")
 
 
 def numbers(values: Iterable[float]) -> str:
     """As the text of an attribute with several numbers."""
-    return " ".join(map(number, values))
+    return " ".join(map(number_text, values))
 
 
 def _parse(path: Path) -> tuple[list[Element], Element, list[Element]]:
@@ -218,7 +218,7 @@ def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
         The path.
 
     Warns:
-        TendonWarning: the model includes files from outside its folder, whose text is written too.
+        TendonWarning: the model includes files from outside its folder; their text is written too.
 
     Raises:
         InvalidValueError: ``path`` is in no folder, or a file that the model is made of.

@@ -101,7 +101,7 @@ def bent_points(
 def _path(
     headings: ArrayLike, steps: ArrayLike, start: ArrayLike, direction: ArrayLike, normal: ArrayLike
 ) -> FloatArray:
-    """Corners of a plane path whose legs have these headings [rad] and lengths [m]."""
+    """Corners of a plane path with legs of these headings [rad] and lengths [m]."""
     along = np.asarray(direction, float)
     axis = np.asarray(normal, float)
     left = np.cross(axis, along)

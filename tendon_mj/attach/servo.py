@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach.instances import add_instance, instances
-from tendon_mj.attach.keywords import as_number, check_names, takes
+from tendon_mj.attach.keywords import check_names, checked_number, takes
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import FEEDBACKS, GAINS, SERVO, OptionalGains, check_gain
 
@@ -63,7 +63,7 @@ def add_servo(
     config: dict[str, str | float | None] = {}
     for key, value in values.items():
         if value is not None:
-            gain = as_number(f"{where}: {key}", value, f" [{GAINS[key].unit}]")
+            gain = checked_number(f"{where}: {key}", value, f" [{GAINS[key].unit}]")
             check_gain(key, gain, where)
             config[key] = gain
     words = {"tendon": tendon, "feedback": feedback, "backdrive": "true" if backdrive else "false"}

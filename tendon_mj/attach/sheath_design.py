@@ -14,7 +14,7 @@ from tendon_mj.attach.tendons import (
     TendonPath,
     end_sites,
     guides_are_beyond,
-    has_spring,
+    has_own_spring,
     name_of,
     path_of,
 )
@@ -62,7 +62,7 @@ class Request(NamedTuple):
     spring: str
 
 
-class Design(NamedTuple):
+class SheathDesign(NamedTuple):
     """A sheath that can be added."""
 
     config: dict[str, str]  # of the plugin instance, but for the tendon's name
@@ -78,7 +78,7 @@ def design_sheath(
     actuators: Sequence[mujoco.MjsActuator],
     constraints: Constraints,
     compiled: Callable[[], mujoco.MjModel],
-) -> Design:
+) -> SheathDesign:
     """The sheath of a tendon that a request leads to.
 
     A tendon that an actuator pulls is *driven*: the force on it is its input tension. Any other is
@@ -106,16 +106,16 @@ def design_sheath(
             )
         is_driven = True
     else:
-        if request.law.slack and request.pretension is None and not has_spring(tendon):
+        if request.law.slack and request.pretension is None and not has_own_spring(tendon):
             request = request._replace(pretension=0.0)
         is_driven = _is_driven(tendon, request, constraints, only_inner) or _own_spring_drives(
             tendon, name, request, len(path.branches), compiled
         )
-    is_cable = not is_driven and has_spring(tendon)
+    is_cable = not is_driven and has_own_spring(tendon)
     config = _config(path, request, inner, is_driven=is_driven, is_cable=is_cable)
     idle = idle_reason(tendon, config, is_driven=is_driven, is_wound_in=request.is_wound_in)
     passing = "" if is_driven else _passing(constraints, tendon, request, compiled)
-    return Design(config | dict(request.ends), idle, passing, is_driven)
+    return SheathDesign(config | dict(request.ends), idle, passing, is_driven)
 
 
 def _may_be_driven(request: Request) -> bool:
@@ -128,7 +128,7 @@ def _is_driven(
     """Whether the spring or the constraints of a tendon without actuators drive it."""
     if not _may_be_driven(request):
         return False
-    if has_spring(tendon):
+    if has_own_spring(tendon):
         return only_inner or request.spring == "input"
     return constraints != Constraints()
 
@@ -146,7 +146,7 @@ def _own_spring_drives(
     try:
         stiffness, pretension = own_elasticity(tendon, name, compiled, branches)
     except UnsuitedTendonError:
-        if not (_may_be_driven(request) and has_spring(tendon)):
+        if not (_may_be_driven(request) and has_own_spring(tendon)):
             raise
         return True
     # in range at the moment; the sheath reads them from the model
@@ -178,7 +178,7 @@ def _config(
 def idle_reason(
     tendon: mujoco.MjsTendon, config: Mapping[str, str], *, is_driven: bool, is_wound_in: bool
 ) -> str:
-    """Why friction of a sheath can do nothing, and the remedy; empty where it can."""
+    """Reason that friction of a sheath has no effect, and the remedy; empty where it has."""
     inner, end = int(config.get("inner_guides", 0)), config.get("input_end", "first")
     if path_of(tendon).bends() == 0:
         if not (inner and any(float(config.get(key, 0.0)) > 0.0 for key in _RUB_UNBENT)):

@@ -23,7 +23,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach.instances import free_name
-from tendon_mj.attach.tendons import has_spring
+from tendon_mj.attach.tendons import has_own_spring
 from tendon_mj.errors import InvalidValueError, UnsuitedTendonError
 from tendon_mj.typing import FloatArray
 
@@ -36,7 +36,7 @@ _RESOLVED = 4.0  # J over r² h² EA/ℓ; a step is stable from 1/4 on, and does
 _HALF_WIDTH = 0.004  # of a drum, as drawn [m]
 _MASS, _INERTIA = 1e-6, 1e-12  # of its body, which is all armature [kg], [kg m²]
 _STEEL = [0.45, 0.47, 0.5, 1.0]
-# Custom text ``<tendon>.tendon_mj_spool``, which holds the `Drive` of each motor on its tendon.
+# Custom text ``<tendon>.tendon_mj_spool``, which holds the `_Settings` of each motor on its tendon.
 # Copies of a spec and MJCF files keep it digit for digit, and `attach` gives it the affixes.
 _NOTE = ".tendon_mj_spool"
 
@@ -73,7 +73,7 @@ class Spool:
                 )
 
 
-class Drive(NamedTuple):
+class _Settings(NamedTuple):
     """Settings of an actuator."""
 
     gear: float  # g
@@ -95,7 +95,7 @@ class SpoolDesign(NamedTuple):
     radius: float  # [m]
     armature: float  # [kg m²]
     damping: float  # [N m s/rad]
-    motors: list[tuple[mujoco.MjsActuator, Drive]]  # that will turn it, and their settings there
+    motors: list[tuple[mujoco.MjsActuator, _Settings]]  # that turn it, and their settings
     angles: list[float]  # in the model's keyframes [rad]
     warning: str  # where the step does not follow its inertia; else empty
 
@@ -123,7 +123,7 @@ def design_spool(
         )
     for motor in motors:
         _check_movable(motor, name)
-    if has_spring(tendon):
+    if has_own_spring(tendon):
         raise UnsuitedTendonError(
             f"tendon {name!r} has its own spring, which pulls next to its actuators and cannot "
             "behind a spool: set its stiffness to 0, or leave spool out"
@@ -191,8 +191,8 @@ def _check_movable(actuator: mujoco.MjsActuator, tendon: str) -> None:
         )
 
 
-def _drive_of(actuator: mujoco.MjsActuator) -> Drive:
-    return Drive(
+def _drive_of(actuator: mujoco.MjsActuator) -> _Settings:
+    return _Settings(
         float(actuator.gear[0]),
         float(actuator.gainprm[0]),
         float(actuator.biasprm[0]),
@@ -203,7 +203,7 @@ def _drive_of(actuator: mujoco.MjsActuator) -> Drive:
 
 
 def _set_drive(
-    actuator: mujoco.MjsActuator, drive: Drive, transmission: mujoco.mjtTrn, target: str
+    actuator: mujoco.MjsActuator, drive: _Settings, transmission: mujoco.mjtTrn, target: str
 ) -> None:
     """Let an actuator act on a tendon or a joint."""
     actuator.trntype, actuator.target = transmission, target
@@ -212,13 +212,13 @@ def _set_drive(
     actuator.ctrlrange[:] = drive.low, drive.high
 
 
-def _on_spool(actuator: mujoco.MjsActuator, model: mujoco.MjModel, radius: float) -> Drive:
+def _on_spool(actuator: mujoco.MjsActuator, model: mujoco.MjModel, radius: float) -> _Settings:
     """Settings of a tendon's actuator on the hinge of a spool; ``model`` is compiled with it."""
     now, k = _drive_of(actuator), actuator.id
     offset = now.gear * float(model.tendon_length0[model.actuator_trnid[k, 0]])
     affine = actuator.gaintype == _GAIN.mjGAIN_AFFINE
     biased = actuator.biastype == _BIAS.mjBIAS_AFFINE
-    return Drive(
+    return _Settings(
         gear=-now.gear * radius,
         gain=now.gain + (float(actuator.gainprm[1]) * offset if affine else 0.0),
         bias=now.bias + (float(actuator.biasprm[1]) * offset if biased else 0.0),
@@ -347,12 +347,12 @@ def _check_alone(
         )
 
 
-def kept_drives(spec: mujoco.MjSpec, tendon: str) -> list[Drive]:
+def kept_drives(spec: mujoco.MjSpec, tendon: str) -> list[_Settings]:
     """Settings of a tendon's motors before they turned its spool; none without a note of them."""
     note = _note(spec, tendon)
     numbers = [] if note is None else list(map(float, note.data.split()))
-    width = len(Drive._fields)
-    return [Drive(*numbers[k : k + width]) for k in range(0, len(numbers), width)]
+    width = len(_Settings._fields)
+    return [_Settings(*numbers[k : k + width]) for k in range(0, len(numbers), width)]
 
 
 def _forget_drives(spec: mujoco.MjSpec, tendon: str) -> None:

@@ -115,13 +115,14 @@ def extreme_poses(
     bends: FloatArray,
     without: Collection[int] = (),
 ) -> FloatArray:
-    """Poses of the most and of the least bend of a tendon, by differential evolution from others.
+    """Poses of the largest and the smallest bend of a tendon, by differential evolution.
 
-    The search begins in (p, nq) poses, in which the tendon has (p,) bends [rad]; ``joints`` are
-    those that it crosses. Local searches (Nelder-Mead, Powell) end on the many local extremes.
+    The search starts from (p, nq) ``poses``, in which the tendon has (p,) ``bends`` [rad];
+    ``joints`` are those that it crosses. Local searches (Nelder-Mead, Powell) get stuck in the many
+    local extremes.
 
     Returns:
-        (2, nq), or (0, nq) where no ball joint is among them: of hinges and slides samples contain
+        (2, nq), or (0, nq) without a ball joint: for hinges and slides the samples already contain
         the extremes.
     """
     from scipy.optimize import differential_evolution  # of the extra `lab`, as its command is
@@ -220,7 +221,7 @@ def _is_swept(model: mujoco.MjModel, joint: int) -> bool:
 def _sweep(
     model: mujoco.MjModel, joint: int, rng: np.random.Generator
 ) -> tuple[slice, FloatArray, FloatArray]:
-    """Where a joint is in `qpos`, its values at its ends, and `_POSES` values anywhere between."""
+    """Slice of a joint in `qpos`, its values at its ends, and `_POSES` values anywhere between."""
     kind, at = model.jnt_type[joint], int(model.jnt_qposadr[joint])
     low, high = model.jnt_range[joint]
     is_limited = bool(model.jnt_limited[joint])
@@ -333,7 +334,7 @@ def _joints(model: mujoco.MjModel, body: int) -> range:
 
 
 def _chain(model: mujoco.MjModel, body: int) -> Iterator[int]:
-    """A body and all that carry it, but for the world."""
+    """A body and all that carry it, except the world."""
     while body:
         yield body
         body = int(model.body_parentid[body])

@@ -202,7 +202,7 @@ def is_limited(limited: int, ends: Sequence[float]) -> bool:
     return int(limited) == int(mujoco.mjtLimited.mjLIMITED_TRUE)
 
 
-def has_spring(tendon: mujoco.MjsTendon) -> bool:
+def has_own_spring(tendon: mujoco.MjsTendon) -> bool:
     """Whether a tendon has its own stiffness."""
     return any(float(k) for k in tendon.stiffness)
 

@@ -30,9 +30,9 @@ from tendon_mj.cli.simulate import simulate
 from tendon_mj.cli.sweep import sweep
 from tendon_mj.errors import RecordingError, TendonError
 
-Command = Callable[..., object]
+_Command = Callable[..., object]
 
-COMMANDS: dict[str, Command] = {
+COMMANDS: dict[str, _Command] = {
     "attach": attach,
     "bench": bench,
     "compare": compare,
@@ -99,14 +99,14 @@ def _run(given: Sequence[str]) -> None:
         sys.stdout.flush()  # where a broken pipe is caught
 
 
-def example(command: Command) -> str:
+def example(command: _Command) -> str:
     """The line below `Example:` in a command's docstring; empty where it has none."""
     match = _EXAMPLE.search(inspect.getdoc(command) or "")
     return match[1].strip() if match else ""
 
 
-def documented(command: Command) -> Command:
-    """A command whose docstring has each argument in one line, for the terminal to wrap.
+def documented(command: _Command) -> _Command:
+    """A command with each argument of its docstring in one line, for the terminal to wrap.
 
     The example is left out; `example` has it.
     """

@@ -123,7 +123,7 @@ class Output:
         return self.add(path)
 
     def result(self, numbers: Mapping[str, object]) -> Path:
-        """Write `result.json`: plain numbers in SI units, and the names of the files beside it."""
+        """Write `result.json`: plain numbers in SI units, and the names of the files next to it."""
         path = self.folder / RESULT
         files = sorted({p.relative_to(self.folder).as_posix() for p in self.written})
         text = json.dumps(_plain({**numbers, "files": files}), indent=2, allow_nan=False)

@@ -36,7 +36,7 @@ from tendon_mj.whole_file import whole_file
 
 ValuesOf = Literal["description", "model"]
 DESCRIBED, KEPT = "as described", "with the model's values"
-WITHOUT = "friction 0"
+_WITHOUT = "friction 0"
 
 
 def init(
@@ -166,7 +166,7 @@ def replay(
     known = Adjustable(copy.copy(compiled)).names()
     frictions = [name for name in known if name.endswith(".friction")]
     if frictions:
-        variants[WITHOUT] = dict.fromkeys(frictions, 0.0)
+        variants[_WITHOUT] = dict.fromkeys(frictions, 0.0)
     variants |= {text: _parse(text, known) for text in flat(change)}
     simulated = {
         label: replay_recording(
@@ -273,8 +273,8 @@ def _replay_sentence(
     parts = []
     for column in measured.measured:
         part = f"{measured.written(column)} by {_rms(errors[stated][column], column)}"
-        if WITHOUT in errors:
-            part += f" (without friction {_rms(errors[WITHOUT][column], column)})"
+        if _WITHOUT in errors:
+            part += f" (without friction {_rms(errors[_WITHOUT][column], column)})"
         parts.append(part)
     return f"{stated.capitalize()}, the simulation misses {', '.join(parts)}, rms."
 

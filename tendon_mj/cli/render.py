@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import Annotated
@@ -12,15 +13,13 @@ import tyro
 from tendon_mj.cli.given_files import given_files
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.lab.finger import FINGERS, find_trajectory, lasting, simulate_finger
+from tendon_mj.lab.finger import Motion, find_motion, simulate_finger
 from tendon_mj.lab.progress import Progress
 from tendon_mj.lab.replay import (
     FrameRecorder,
     Frames,
     check_frames,
-    default_motion,
     frictionless,
-    read_motion,
     record_frames,
 )
 from tendon_mj.models import load_model, model_names, model_path
@@ -66,11 +65,15 @@ def render(
     name = model_path(model).stem
     compiled = load_model(model, scene=True)
     find_camera(compiled, camera)
+    if duration is not None:
+        check_frames(compiled, duration, fps)
+    chosen = find_motion(name, compiled, motion, duration)
+    own_length = chosen.duration if math.isfinite(chosen.duration) else DURATION
+    length = own_length if duration is None else duration
+    if motion is None and name not in model_names():
+        _print_what_moves(compiled)
     with progress_bar() as progress:
-        if name in FINGERS:
-            frames, other = _finger_frames(compiled, name, motion or "curl", duration, fps, twin)
-        else:
-            frames, other = _frames(compiled, name, motion, duration, fps, twin, progress)
+        frames, other = _frames(compiled, name, chosen, length, fps, twin, progress)
         path = render_clip(
             compiled,
             frames,
@@ -82,8 +85,8 @@ def render(
             progress=progress,
         )
     output.add(path)
-    length = len(frames.time) / fps
-    result: dict[str, object] = {"clip": path.name, "duration_s": length}
+    shown = len(frames.time) / fps
+    result: dict[str, object] = {"clip": path.name, "duration_s": shown}
     output.result(result)
     moved = "" if (frames.poses != frames.poses[0]).any() else ", in which nothing moves"
     tensions = [tension for cable in frames.cables.values() for tension in cable.tensions.flat]
@@ -91,7 +94,7 @@ def render(
         f"tensions from {min(tensions):.1f} to {max(tensions):.1f} N" if tensions else "no sheath"
     )
     output.close(
-        f"{path.name} shows {length:.3g} s of {name}{moved}, with {span}, at {fps:g} frames/s, "
+        f"{path.name} shows {shown:.3g} s of {name}{moved}, with {span}, at {fps:g} frames/s, "
         f"{width} x {height}."
     )
     return result
@@ -137,47 +140,34 @@ def _size(text: str) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
-def _finger_frames(
-    compiled: mujoco.MjModel,
-    name: str,
-    motion: str,
-    duration: float | None,
-    fps: float,
-    twin: bool,
-) -> tuple[Frames, Frames | None]:
-    trajectory = find_trajectory(motion)
-    length = float(trajectory.time[-1]) if duration is None else duration
-    check_frames(compiled, length, fps)
-    if duration is not None:
-        trajectory = lasting(trajectory, duration)
-    recorders = []
-    for friction in (None, 0.0) if twin else (None,):
-        recorders.append(FrameRecorder(fps))
-        simulate_finger(trajectory, compiled, name=name, friction=friction, recorder=recorders[-1])
-    frames, *without = (recorder.frames() for recorder in recorders)
-    return frames, without[0] if without else None
-
-
 def _frames(
     compiled: mujoco.MjModel,
     name: str,
-    motion: str | None,
-    duration: float | None,
+    chosen: Motion,
+    length: float,
     fps: float,
     twin: bool,
     progress: Progress,
 ) -> tuple[Frames, Frames | None]:
-    drive, length = default_motion(name, compiled), DURATION
-    if motion is not None:
-        drive, length = read_motion(Path(motion), compiled)
-    elif name not in model_names():
-        _print_what_moves(compiled)
-    length = length if duration is None else duration
-    frames = record_frames(compiled, drive, duration=length, fps=fps, progress=progress)
-    without = frictionless(compiled) if twin else {}
-    if not without:
-        return frames, None
-    return frames, record_frames(compiled, drive, duration=length, fps=fps, parameters=without)
+    """Frames of a model in a motion, and those of its frictionless twin."""
+    if chosen.trajectory is None:
+        frames = record_frames(compiled, chosen.drive, duration=length, fps=fps, progress=progress)
+        without = frictionless(compiled) if twin else {}
+        if not without:
+            return frames, None
+        return frames, record_frames(
+            compiled, chosen.drive, duration=length, fps=fps, parameters=without
+        )
+    check_frames(compiled, length, fps)
+    recorders = []
+    for friction in (None, 0.0) if twin else (None,):
+        recorder = FrameRecorder(fps)
+        simulate_finger(
+            chosen.trajectory, compiled, name=name, friction=friction, recorder=recorder
+        )
+        recorders.append(recorder)
+    frames, *others = (recorder.frames() for recorder in recorders)
+    return frames, others[0] if others else None
 
 
 def _print_what_moves(compiled: mujoco.MjModel) -> None:

@@ -24,7 +24,7 @@ from tendon_mj.lab.verification import finger_step_cost
 from tendon_mj.models import Finger, load_model
 from tendon_mj.show import finger_figure, render_clip
 
-WITHOUT = "friction 0"
+_WITHOUT = "friction 0"
 
 
 def simulate(
@@ -50,9 +50,9 @@ def simulate(
         tendon-mj simulate finger --motion press --friction 0.2
     """
     label = "friction as in the model" if friction is None else f"friction {friction:g}"
-    runs = {label: friction} if friction == 0.0 else {label: friction, WITHOUT: 0.0}
+    runs = {label: friction} if friction == 0.0 else {label: friction, _WITHOUT: 0.0}
     stem = Path(motion).stem
-    stems = {name: f"{stem}_frictionless" if name == WITHOUT else stem for name in runs}
+    stems = {name: f"{stem}_frictionless" if name == _WITHOUT else stem for name in runs}
     writes = [glob.escape(f"{name}.csv") for name in stems.values()]
     output = Output(out, writes=writes, given=[motion])
     trajectory = find_trajectory(motion)

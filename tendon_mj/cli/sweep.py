@@ -28,6 +28,7 @@ from tendon_mj.lab.sweep import (
     TABLE,
     Axis,
     Policy,
+    SensorSummary,
     Sweep,
     SweepResult,
     check_folder,
@@ -35,7 +36,6 @@ from tendon_mj.lab.sweep import (
     read_policy,
     run_sweep,
 )
-from tendon_mj.lab.sweep import Output as SweepOutput
 from tendon_mj.lab.tasks import Workers
 from tendon_mj.models import load_model, model_path
 from tendon_mj.show import parameter_figure
@@ -129,7 +129,7 @@ def sweep(
     return result
 
 
-def _write(output: Output, done: SweepResult, plan: Sweep) -> list[SweepOutput]:
+def _write(output: Output, done: SweepResult, plan: Sweep) -> list[SensorSummary]:
     """Write tables and picture; returns the outputs in the picture."""
     output.add(output.folder / TABLE)
     table = done.write_csv(output.folder / CSV)
@@ -167,7 +167,7 @@ def _failed(done: SweepResult) -> int:
 def _figure(
     done: SweepResult,
     axes: Sequence[Axis],
-    outputs: Sequence[SweepOutput],
+    outputs: Sequence[SensorSummary],
     units: Mapping[str, str],
 ) -> Figure:
     """Outputs over parameters, of the rollouts that stayed stable."""
@@ -200,7 +200,7 @@ def _driven(
     return read_recording(recording, description)
 
 
-def _print(done: SweepResult, outputs: list[SweepOutput]) -> None:
+def _print(done: SweepResult, outputs: list[SensorSummary]) -> None:
     rows = []
     for output in outputs[:_SHOWN]:
         summary = done.summaries[output.name]
@@ -218,7 +218,7 @@ def _print(done: SweepResult, outputs: list[SweepOutput]) -> None:
         print_table(("output", "range", "mean", "share of its variance"), rows)
 
 
-def _sentence(done: SweepResult, output: SweepOutput, model: str) -> str:
+def _sentence(done: SweepResult, output: SensorSummary, model: str) -> str:
     """Range of an output, and the parameter that it follows most."""
     rollouts, summary = done.rollouts, done.summaries[output.name]
     if "min" not in summary:
@@ -242,12 +242,12 @@ def _counted(rollouts: int) -> str:
     return "1 rollout" if rollouts == 1 else f"{rollouts} rollouts"
 
 
-def _span(summary: Mapping[str, float], between: str, output: SweepOutput) -> str:
+def _span(summary: Mapping[str, float], between: str, output: SensorSummary) -> str:
     """Least and largest value with their unit, once where they are the same."""
     ends = (summary["min"], summary["max"])
     numbers = between.join(f"{end:.4g}" for end in dict.fromkeys(ends))
     return numbers if output.unit == UNKNOWN else f"{numbers} {output.unit}"
 
 
-def _labelled(output: SweepOutput) -> str:
+def _labelled(output: SensorSummary) -> str:
     return output.name if output.unit == UNKNOWN else f"{output.name} [{output.unit}]"

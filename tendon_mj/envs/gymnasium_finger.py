@@ -21,10 +21,10 @@ _SCALE = Normalize(0.0, 30.0)  # of the colours [N]
 _RADIUS = 0.0009  # of a tendon as drawn [m]
 _CENTRE, _DISTANCE = (-0.01, 0.0, -0.03), 0.22  # that the camera looks at, and from [m]
 _AZIMUTH, _ELEVATION = 90.0, -8.0  # of the camera [deg]
-Observation = dict[str, FloatArray]
+_Observation = dict[str, FloatArray]
 
 
-class FingerEnv(gymnasium.Env[Observation, FloatArray]):
+class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
     """A task of the finger as a gymnasium environment; `HoldForceEnv` and `FollowTrajectoryEnv`.
 
     An observation is a dict of readings, which end at the bounds of `observation_space` as those of
@@ -78,14 +78,14 @@ class FingerEnv(gymnasium.Env[Observation, FloatArray]):
         readings = self.task.observation_range(self.simulation)
         boxes = {k: gymnasium.spaces.Box(*ends, dtype=np.float64) for k, ends in readings.items()}
         self.observation_space = cast(
-            "gymnasium.Space[Observation]", gymnasium.spaces.Dict(cast(Any, boxes))
+            "gymnasium.Space[_Observation]", gymnasium.spaces.Dict(cast(Any, boxes))
         )
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(TENDONS),), np.float64)
         self._readings = readings
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
+    ) -> tuple[_Observation, dict[str, Any]]:
         """Begin an episode with newly drawn numbers.
 
         Args:
@@ -105,7 +105,7 @@ class FingerEnv(gymnasium.Env[Observation, FloatArray]):
         self.simulation.evaluate()
         return self._observe(), dict(self.task.drawn)
 
-    def step(self, action: FloatArray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def step(self, action: FloatArray) -> tuple[_Observation, float, bool, bool, dict[str, Any]]:
         """Hold the motors' commands for 10 ms.
 
         Returns:
@@ -149,7 +149,7 @@ class FingerEnv(gymnasium.Env[Observation, FloatArray]):
             self._offscreen.close()
         self._offscreen = None
 
-    def _observe(self) -> Observation:
+    def _observe(self) -> _Observation:
         seen = self.task.get_observation(self.simulation)
         return {name: np.clip(seen[name], *self._readings[name]) for name in self._readings}
 

@@ -72,13 +72,13 @@ def _pair(name: str, given: Any, positive: bool) -> tuple[float, float]:
 
 
 class FingerTask(ABC):
-    """A task whose episodes differ in friction, pretension and bend.
+    """A task with a different friction, pretension and bend in every episode.
 
     Actions are the angles of the two spools between −1 and 1 of their ranges. Without an
     estimate of friction no action sequence suits every episode.
 
     Args:
-        finger: whose other numbers it keeps.
+        finger: gives all other parameters.
         ranges: to draw from.
         random: of the draws; the same state of it gives the same episodes.
 

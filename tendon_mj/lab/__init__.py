@@ -1,1 +1,6 @@
-"""Laboratory: recordings, replay, diagnosis, experiment design, sweeps, fleets (extra `lab`)."""
+"""Laboratory (extra `lab`).
+
+`recordings` and `data_check` read and check data; `replay` simulates them; `diagnosis`,
+`experiment_design` and `fleet` draw conclusions; `sweep` varies parameters; `finger` has
+trajectories and motions; `verification` compares with theory; `tasks` distributes the work.
+"""

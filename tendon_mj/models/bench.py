@@ -17,7 +17,7 @@ from tendon_mj.attach import add_friction, add_sites, add_tendon, arc_points
 from tendon_mj.errors import InvalidValueError
 
 
-def check_range(
+def check_parameters(
     parameters: Mapping[str, float],
     *,
     may_be_0: Collection[str] = (),
@@ -71,7 +71,7 @@ class Bench:
     timestep: float = 0.0005
 
     def __post_init__(self) -> None:
-        check_range(vars(self), may_be_0=("friction", "pretension"), signed=("bend",))
+        check_parameters(vars(self), may_be_0=("friction", "pretension"), signed=("bend",))
 
     @property
     def exponent(self) -> float:

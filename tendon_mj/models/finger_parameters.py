@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from tendon_mj.attach import arc_points
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.models.bench import check_range
+from tendon_mj.models.bench import check_parameters
 from tendon_mj.typing import FloatArray
 
 JOINTS = ("mcp", "pip", "dip")
@@ -59,7 +59,7 @@ class FingerJoint:
     extensor_reach: float
 
     def __post_init__(self) -> None:
-        check_range(vars(self), may_be_0=_MAY_BE_0, signed=("low",), where="joint: ")
+        check_parameters(vars(self), may_be_0=_MAY_BE_0, signed=("low",), where="joint: ")
         if self.high <= self.low:
             raise InvalidValueError(f"joint: low = {self.low} must be below high = {self.high}")
 
@@ -166,7 +166,7 @@ class Finger:
 
     def __post_init__(self) -> None:
         numbers = {name: value for name, value in vars(self).items() if name not in JOINTS}
-        check_range(numbers, may_be_0=_MAY_BE_0, signed=_OBJECT_POSE)
+        check_parameters(numbers, may_be_0=_MAY_BE_0, signed=_OBJECT_POSE)
 
     @property
     def joints(self) -> dict[str, FingerJoint]:

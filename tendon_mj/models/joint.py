@@ -14,10 +14,10 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach import add_friction, add_sensor, add_sites, add_tendon, arc_points
-from tendon_mj.models.bench import check_range
+from tendon_mj.models.bench import check_parameters
 from tendon_mj.typing import FloatArray
 
-TENDONS = (1, 2)
+_TENDONS = (1, 2)
 _MAY_BE_0 = ("friction", "pretension", "stiffness", "damping", "servo_damping")
 _ACROSS = np.array([0.0, 0.0, 1.0])  # normal of the plane in which the sheath bends
 _LEFT = np.array([0.0, 1.0, 0.0])  # to which it bends, where it starts along +x
@@ -69,7 +69,7 @@ class Joint:
     timestep: float = 0.001
 
     def __post_init__(self) -> None:
-        check_range(vars(self), may_be_0=_MAY_BE_0, signed=("bend",))
+        check_parameters(vars(self), may_be_0=_MAY_BE_0, signed=("bend",))
 
     @property
     def exponent(self) -> float:
@@ -101,7 +101,7 @@ def build_joint(joint: Joint) -> mujoco.MjSpec:
     hinge.solimp_friction = [0.9999, 0.9999, 0.001, 0.5, 2.0]
     command = spec.add_actuator(name="command", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="spool")
     command.set_to_position(kp=joint.servo_stiffness, kv=joint.servo_damping)
-    for k, side in zip(TENDONS, (1.0, -1.0), strict=True):
+    for k, side in zip(_TENDONS, (1.0, -1.0), strict=True):
         points = centre + side * joint.moment_arm * _ACROSS
         sites = add_sites(spec, f"guide_{k}", points)
         tendon = add_tendon(spec, f"tendon_{k}", sites)
@@ -168,5 +168,5 @@ def _add_sensors(spec: mujoco.MjSpec) -> None:
             objname=name,
         )
     for kind in ("input_tension", "output_tension"):
-        for k in TENDONS:
+        for k in _TENDONS:
             add_sensor(spec, f"sheath_{k}", kind, f"{kind}_{k}")

@@ -144,8 +144,8 @@ def _check_replicated(path: Path) -> None:
             root = Mjcf(file).root
         except (TendonError, OSError, ValueError) as error:  # MuJoCo may read it all the same
             raise TendonError(
-                f"{error}; in a model with <replicate>, which MuJoCo may crash over where it copies"
-                " a sheath, the text has to be XML in UTF-8"
+                f"{error}; a model with <replicate> must be UTF-8 XML so that it can be checked, as"
+                " MuJoCo may crash where it copies a sheath"
             ) from None
         copied = _copied(root)
         for kind, element in _shown(root) if copied else ():

@@ -1,4 +1,4 @@
-"""Figures, reports and clips: data in, pictures out. Nothing here steps a simulation."""
+"""Figures, reports, fleet pages and clips from data; `show.live`: views of running simulations."""
 
 from tendon_mj.show.figures.bars import bars_figure as bars_figure
 from tendon_mj.show.figures.bench import convergence_figure as convergence_figure

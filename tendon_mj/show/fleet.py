@@ -18,7 +18,7 @@ from tendon_mj.lab.diagnosis import Provenance
 from tendon_mj.lab.fleet import FleetFound, RigFound
 from tendon_mj.lab.replay import EngineeringUnit, engineering_unit, plain, quantity
 from tendon_mj.show.figures import style
-from tendon_mj.show.page import templates
+from tendon_mj.show.page import page_templates
 from tendon_mj.whole_file import whole_file
 
 CHANGES, SPREAD = "changes", "spread"  # names of the pictures
@@ -59,7 +59,7 @@ def fleet_page(
         for name, caption in _CAPTIONS.items()
         if name in pictures
     ]
-    template = templates().get_template("fleet.html")
+    template = page_templates().get_template("fleet.html")
     return template.render(
         fleet=fleet,
         folder=folder,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 
-def templates() -> Environment:
+def page_templates() -> Environment:
     """The templates of the pages, which extend ``base.html``."""
     return Environment(
         loader=PackageLoader("tendon_mj.show"),

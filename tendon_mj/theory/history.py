@@ -112,7 +112,7 @@ class TensionMemory:
         return -np.sign(self._points - self._before)
 
 
-class Sheath:
+class _Sheath:
     """Displacement of the input end, ξ_in = (T_out − T_0)/k_se + (L/EA) mean(T − T_0)."""
 
     def __init__(
@@ -147,7 +147,7 @@ def each_sheath(
     axial_stiffness: ArrayLike,
     length: ArrayLike,
     output_stiffness: ArrayLike,
-) -> tuple[FloatArray, Iterator[tuple[tuple[int, ...], Sheath]]]:
+) -> tuple[FloatArray, Iterator[tuple[tuple[int, ...], _Sheath]]]:
     """Broadcast a history (time on axis 0) with sheaths: the history, and index with sheath."""
     values = [
         _check.finite("lam", lam),
@@ -160,7 +160,7 @@ def each_sheath(
     padded = series.reshape(len(series), *(1,) * (len(shape) - series.ndim + 1), *series.shape[1:])
     values = [np.broadcast_to(value, shape) for value in values]
     sheaths = (
-        (index, Sheath(*(float(value[index]) for value in values))) for index in np.ndindex(shape)
+        (index, _Sheath(*(float(value[index]) for value in values))) for index in np.ndindex(shape)
     )
     return np.broadcast_to(padded, (len(series), *shape)), sheaths
 
@@ -268,7 +268,7 @@ def driven_tensions(
     return near, far
 
 
-def _moved(sheath: Sheath, memory: TensionMemory, before: float, target: float) -> TensionMemory:
+def _moved(sheath: _Sheath, memory: TensionMemory, before: float, target: float) -> TensionMemory:
     """Solve for the memory in which the displacement has gone from ``before`` to ``target``.
 
     Displacement over T_in is convex while pulling, concave while loosening, and bounded by

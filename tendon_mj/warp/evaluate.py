@@ -8,13 +8,13 @@ twice in a step does no harm. Where time has gone back the world was reset, and 
 import warp as wp
 
 from tendon_mj.warp.motion import (
-    Motion,
+    Dynamics,
     input_force,
     reeled,
     rest_length,
     span_jacobian,
     spring_force,
-    stiffness,
+    tendon_spring,
     wound,
 )
 from tendon_mj.warp.path import Scene, trace_path
@@ -68,7 +68,7 @@ def _commit(t: Tendons, s: Sheath, now: wp.float32) -> None:
 
 
 @wp.func
-def _let_guides_yield(b: Motion, t: Tendons, s: Sheath, ea: wp.float64) -> None:
+def _let_guides_yield(b: Dynamics, t: Tendons, s: Sheath, ea: wp.float64) -> None:
     """Let the guides of a driven tendon yield, so that a step resolves its segments."""
     w = s.world
     h = wp.float64(b.timestep[w % b.timestep.shape[0]])
@@ -86,7 +86,7 @@ def _let_guides_yield(b: Motion, t: Tendons, s: Sheath, ea: wp.float64) -> None:
 
 
 @wp.func
-def _rest(b: Motion, t: Tendons, s: Sheath) -> wp.float64:
+def _rest(b: Dynamics, t: Tendons, s: Sheath) -> wp.float64:
     """Rest length of the tendon's own spring as the model on the device now has it [m]."""
     before = t.spring_length[s.index, s.world]
     now = wp.float64(rest_length(b, t.tendon[s.index], s.world))
@@ -94,12 +94,12 @@ def _rest(b: Motion, t: Tendons, s: Sheath) -> wp.float64:
 
 
 @wp.func
-def _follow_stiffness(b: Motion, t: Tendons, s: Sheath) -> bool:
+def _follow_stiffness(b: Dynamics, t: Tendons, s: Sheath) -> bool:
     """Let EA follow k S of the tendon's own spring; return whether that can pull."""
     k, w = s.index, s.world
     tendon = t.tendon[k]
     before = t.spring_product[k, w]
-    now = wp.float64(stiffness(b, tendon, w)) * wp.float64(rest_length(b, tendon, w))
+    now = wp.float64(tendon_spring(b, tendon, w)) * wp.float64(rest_length(b, tendon, w))
     if before > _ZERO and not wp.abs(now - before) <= _ROUNDED_PRODUCT * before:
         if not now > _ZERO:
             return False
@@ -111,7 +111,7 @@ def _follow_stiffness(b: Motion, t: Tendons, s: Sheath) -> bool:
 
 
 @wp.func
-def _counted(b: Motion, t: Tendons, s: Sheath) -> wp.float64:
+def _counted(b: Dynamics, t: Tendons, s: Sheath) -> wp.float64:
     """Force with which MuJoCo Warp pulls by the spring of which the sheath is made [N]."""
     k = s.index
     pull = -wp.float64(spring_force(b, t.tendon[k], s.world))
@@ -134,7 +134,7 @@ def _pull_nothing(t: Tendons, s: Sheath, now: wp.float32) -> None:
 
 @wp.func
 def _lay(
-    b: Motion, t: Tendons, s: Sheath, ea: wp.float64, tau: wp.float64, rest: wp.float64
+    b: Dynamics, t: Tendons, s: Sheath, ea: wp.float64, tau: wp.float64, rest: wp.float64
 ) -> None:
     """Initialise the segments: under τ where that is given, else with the length it has."""
     k, w = s.index, s.world
@@ -281,7 +281,7 @@ def _set_forces(t: Tendons, s: Sheath, ea: wp.float64, counted: wp.float64) -> N
 
 
 @wp.kernel
-def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
+def solve(m: Scene, b: Dynamics, t: Tendons, driven: bool) -> None:
     """Tensions of the sheaths that are driven, or of the others; threads (sheaths, worlds)."""
     k, w = wp.tid()
     if t.driven[k] != driven:
@@ -339,7 +339,7 @@ def solve(m: Scene, b: Motion, t: Tendons, driven: bool) -> None:
 
 
 @wp.kernel
-def apply(b: Motion, t: Tendons, driven: bool, qfrc: wp.array2d[wp.float32]) -> None:
+def apply(b: Dynamics, t: Tendons, driven: bool, qfrc: wp.array2d[wp.float32]) -> None:
     """Add the forces of the sheaths that are driven, or of the others; threads (dofs, worlds).
 
     A thread adds up the forces on its degree of freedom, always in the same order.

@@ -20,7 +20,7 @@ import warp as wp
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.plugin import read_layout, set_integer, sheaths, unused_parameters
 from tendon_mj.warp.evaluate import apply, finish, reset_worlds, solve
-from tendon_mj.warp.motion import Motion
+from tendon_mj.warp.motion import Dynamics
 from tendon_mj.warp.path import Scene
 from tendon_mj.warp.reactions import (
     Cells,
@@ -33,7 +33,7 @@ from tendon_mj.warp.reactions import (
 from tendon_mj.warp.sensors import force_sensors, sensors_of_sheaths, shown_numbers
 from tendon_mj.warp.sheaths import Sheaths
 from tendon_mj.warp.support import (
-    Layout,
+    SheathLayouts,
     Simulated,
     check_options,
     check_sheaths,
@@ -75,7 +75,7 @@ def sheaths_of(data: Any) -> Sheaths:
     return batch
 
 
-def sheaths_laid_out(data: Any, layout: Layout) -> Sheaths:
+def sheaths_laid_out(data: Any, layout: SheathLayouts) -> Sheaths:
     """Sheaths of the worlds in data of the model that has this layout.
 
     Raises:
@@ -90,10 +90,10 @@ def sheaths_laid_out(data: Any, layout: Layout) -> Sheaths:
     return batch
 
 
-def evaluate(m: Any, d: Any, layout: Layout, driven: bool) -> None:
-    """Solve the sheaths that are driven, or the others, and add their forces."""
+def _evaluate(m: Any, d: Any, layout: SheathLayouts, driven: bool) -> None:
+    """Solve the driven or the wound sheaths, and add their forces."""
     batch = sheaths_laid_out(d, layout)
-    scene, motion = _filled(Scene, m, d), _filled(Motion, m.opt, m, d)
+    scene, motion = _filled(Scene, m, d), _filled(Dynamics, m.opt, m, d)
     motion.spring = 0.0 if m.opt.disableflags & _SPRING_OFF else 1.0
     motion.damper = 0.0 if m.opt.disableflags & _DAMPER_OFF else 1.0
     device = d.qpos.device
@@ -103,7 +103,7 @@ def evaluate(m: Any, d: Any, layout: Layout, driven: bool) -> None:
     wp.launch(apply, dim=(m.nv, d.nworld), inputs=inputs, device=device)
 
 
-def note(m: Any, d: Any, layout: Layout) -> None:
+def note(m: Any, d: Any, layout: SheathLayouts) -> None:
     """Note the forces of constraints along tendons, once these are solved."""
     batch = sheaths_laid_out(d, layout)
     inputs = [_filled(Solved, m, d, d.efc), batch.tendons]
@@ -112,7 +112,7 @@ def note(m: Any, d: Any, layout: Layout) -> None:
     )
 
 
-def react(m: Any, d: Any, layout: Layout, behind: Any, cells: Any) -> None:
+def react(m: Any, d: Any, layout: SheathLayouts, behind: Any, cells: Any) -> None:
     """Add the spans' reactions to `cfrc_ext` and `cfrc_int`; fill force and torque sensors.
 
     Args:
@@ -128,7 +128,7 @@ def react(m: Any, d: Any, layout: Layout, behind: Any, cells: Any) -> None:
     wp.launch(fill_sensors, dim=(cells.shape[0], d.nworld), inputs=inputs, device=device)
 
 
-def show(d: Any, layout: Layout, shown: Any) -> None:
+def _show(d: Any, layout: SheathLayouts, shown: Any) -> None:
     """Write the sensors of sheaths; ``shown`` as of `shown_numbers`."""
     inputs = [sheaths_laid_out(d, layout).tendons, shown, d.sensordata]
     wp.launch(measure, dim=(shown.shape[0], d.nworld), inputs=inputs, device=d.qpos.device)
@@ -174,7 +174,7 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
     def act_bias(m: Any, d: Any) -> None:
         check_options(m.opt, constrained)  # here too, as passive forces may all be off
         if late:
-            evaluate(m, d, layout, True)
+            _evaluate(m, d, layout, True)
 
     def passive(m: Any, d: Any) -> None:
         check_options(m.opt, constrained)
@@ -184,9 +184,9 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
                 " put that"
             )
         if not all(driven):
-            evaluate(m, d, layout, False)
+            _evaluate(m, d, layout, False)
         if any(driven) and not late:
-            evaluate(m, d, layout, True)
+            _evaluate(m, d, layout, True)
 
     put.callback.passive, put.callback.act_bias = passive, act_bias
     shown = shown_numbers(model, simulated)
@@ -200,7 +200,7 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
         if m.sensor_rne_postconstraint or m.opt.run_rne_postconstraint:
             react(m, d, layout, behind, cells)
         if shown.shape[0]:
-            show(d, layout, shown)
+            _show(d, layout, shown)
 
     put.callback.sensor = sensor
     return put
@@ -211,12 +211,12 @@ def put_data(model: mujoco.MjModel, data: mujoco.MjData, nworld: int = 1, **size
 
     Args:
         model: as given to `put_model`.
-        data: whose state and live parameters every world begins with.
+        data: gives every world its initial state and live parameters.
         nworld: number of worlds.
         sizes: of `mujoco_warp.put_data`.
 
     Returns:
-        `mujoco_warp.Data`, whose sheaths `sheaths_of` gives.
+        `mujoco_warp.Data`; `sheaths_of` gives its sheaths.
 
     Raises:
         NoPluginsError: a live parameter that is not supported.
@@ -241,7 +241,7 @@ def get_data_into(
     """Get a world with its sheaths from the device, as `mujoco_warp.get_data_into` does without.
 
     Args:
-        result: whose state and live parameters are set; evaluate it for tensions and forces.
+        result: its state and live parameters are set; evaluate it for tensions and forces.
         model: as given to `put_model`.
         data: on the device.
         world_id: number of the world.
@@ -313,8 +313,8 @@ def _check_data(model: mujoco.MjModel, data: Any) -> None:
         rows, expected = len(getattr(data, array)), getattr(model, size)
         if rows != expected:
             raise InvalidValueError(
-                f"the data are of another model: their {array} has {rows} rows, and {size} of the"
-                f" model is {expected}"
+                f"the data belong to another model: their {array} has {rows} rows, and {size} of"
+                f" the model is {expected}"
             )
 
 

@@ -11,7 +11,7 @@ _TENDON = wp.constant(3)  # mjtTrn
 
 
 @wp.struct
-class Motion:
+class Dynamics:
     """Joints, actuators and options of a model, and the state of its worlds."""
 
     # of the model
@@ -48,7 +48,7 @@ class Motion:
 
 
 @wp.func
-def span_jacobian(b: Motion, t: Tendons, row: int, w: int, dof: int) -> float:
+def span_jacobian(b: Dynamics, t: Tendons, row: int, w: int, dof: int) -> float:
     """∂ℓ/∂q of a segment's straight span, 0 for a dof that moves both its ends or neither."""
     at = t.point[row, w]
     if at < 0:
@@ -69,7 +69,7 @@ def span_jacobian(b: Motion, t: Tendons, row: int, w: int, dof: int) -> float:
 
 
 @wp.func
-def wound(b: Motion, joint: int, radius: wp.float64, w: int) -> wp.float64:
+def wound(b: Dynamics, joint: int, radius: wp.float64, w: int) -> wp.float64:
     """Tendon that a spool on a joint has wound in since `qpos0` [m]; 0 without a joint."""
     if joint < 0:
         return wp.float64(0.0)
@@ -78,7 +78,7 @@ def wound(b: Motion, joint: int, radius: wp.float64, w: int) -> wp.float64:
 
 
 @wp.func
-def reeled(b: Motion, control: int, w: int) -> wp.float64:
+def reeled(b: Dynamics, control: int, w: int) -> wp.float64:
     """Control of a reel within its range [m]; 0 without a reel."""
     if control < 0:
         return wp.float64(0.0)
@@ -90,28 +90,28 @@ def reeled(b: Motion, control: int, w: int) -> wp.float64:
 
 
 @wp.func
-def rest_length(b: Motion, tendon: int, w: int) -> float:
+def rest_length(b: Dynamics, tendon: int, w: int) -> float:
     """Length beyond which the tendon's own spring pulls [m]."""
     return b.tendon_lengthspring[w % b.tendon_lengthspring.shape[0], tendon][1]
 
 
 @wp.func
-def stiffness(b: Motion, tendon: int, w: int) -> float:
+def tendon_spring(b: Dynamics, tendon: int, w: int) -> float:
     """Stiffness of the tendon's own spring [N/m]."""
     return b.tendon_stiffness[w % b.tendon_stiffness.shape[0], tendon]
 
 
 @wp.func
-def spring_force(b: Motion, tendon: int, w: int) -> float:
+def spring_force(b: Dynamics, tendon: int, w: int) -> float:
     """Force along the tendon by its own spring [N]; negative pulls."""
     length, longest = b.ten_length[w, tendon], rest_length(b, tendon, w)
     shortest = b.tendon_lengthspring[w % b.tendon_lengthspring.shape[0], tendon][0]
     x = wp.where(length > longest, length - longest, wp.min(0.0, length - shortest))
-    return -b.spring * x * stiffness(b, tendon, w)
+    return -b.spring * x * tendon_spring(b, tendon, w)
 
 
 @wp.func
-def input_force(b: Motion, tendon: int, w: int) -> wp.float64:
+def input_force(b: Dynamics, tendon: int, w: int) -> wp.float64:
     """Force along the tendon [N] by actuators, its spring and its damper; negative pulls."""
     force = float(0.0)
     for a in range(b.nactuator):

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError, UnusedKeyError
 from tendon_mj.sheath import check_range
-from tendon_mj.warp.support import PARAMETERS, Simulated, layout_of
+from tendon_mj.warp.support import LIVE_PARAMETERS, Simulated, layout_of
 from tendon_mj.warp.transfer import allocate
 
 
@@ -20,7 +20,7 @@ class Sheaths:
 
     Attributes:
         names: of the sheaths, in the order of the other axis.
-        layout: where each one's numbers are; that of the model whose sheaths they are.
+        layout: addresses of the sheaths' numbers, that of their model.
         nworld: number of worlds.
         parameters: name to (worlds, sheaths) float32, of each world.
         input_tension, output_tension: (worlds, sheaths) float32, of the latest evaluation [N].
@@ -57,7 +57,7 @@ class Sheaths:
             wp.full((nworld, nbody), wp.spatial_vector(*[np.nan] * 6), dtype=wp.spatial_vector)
             for _ in range(2)
         ]
-        self.parameters = {name: getattr(self.tendons, name) for name in PARAMETERS}
+        self.parameters = {name: getattr(self.tendons, name) for name in LIVE_PARAMETERS}
         self.input_tension = self.tendons.input_tension
         self.output_tension = self.tendons.output_tension
         self.tension = self.tendons.tension_out
@@ -76,7 +76,7 @@ class Sheaths:
             parameter: one of ``parameters``.
             values: a number; (worlds, sheaths) or two dimensions that broadcast to it; with
                 ``sheath`` (worlds,).
-            sheath: name of the one whose it is; all without.
+            sheath: its name; default: all.
 
         Raises:
             InvalidValueError: not numeric, outside its range, or of another shape; an array of one

@@ -14,7 +14,7 @@ wp.set_module_options({"enable_backward": False})
 
 _STEPS = wp.constant(30)
 _TOLERANCE = wp.constant(wp.float64(4e-15))
-UNSOLVED = wp.constant(-1)
+_UNSOLVED = wp.constant(-1)
 _PASSES = wp.constant(16)
 
 
@@ -111,7 +111,7 @@ def _follow_input(t: Tendons, s: Sheath, last: int) -> bool:
 
 
 @wp.func
-def guess_from_motion(t: Tendons, s: Sheath) -> None:
+def _guess_from_motion(t: Tendons, s: Sheath) -> None:
     """Let every guide slide as the motion takes the tendon over it, where the input is given."""
     w = s.world
     passed = wp.float64(0.0)
@@ -156,7 +156,7 @@ def _correct(t: Tendons, s: Sheath) -> int:
 
 
 @wp.func
-def try_pattern(t: Tendons, s: Sheath) -> int:
+def _try_pattern(t: Tendons, s: Sheath) -> int:
     """Solve with the guides' slip as the pattern, and correct it where the solution denies it.
 
     Returns:
@@ -172,16 +172,16 @@ def try_pattern(t: Tendons, s: Sheath) -> int:
             last += 1
         if s.given and first == 0:
             if not _follow_input(t, s, last):
-                return UNSOLVED
+                return _UNSOLVED
         elif last == first:
             t.tension[s.segment + first, w] = tension_of(t, s, first)
         elif not _solve_run(t, s, first, last):
-            return UNSOLVED
+            return _UNSOLVED
         tau = t.tension[s.segment + last, w]
         # a slack segment between guides that hold does not contradict where the input is given
         slack = s.given and tau == wp.float64(0.0)
         if not ((wp.float64(0.0) < tau and tau < wp.float64(1e300)) or slack):
-            return UNSOLVED
+            return _UNSOLVED
         first = last + 1
     return _correct(t, s)
 
@@ -190,7 +190,7 @@ def try_pattern(t: Tendons, s: Sheath) -> int:
 def _balance(t: Tendons, s: Sheath) -> bool:
     """Equilibrium for given holding ratios: the known pattern if it serves, else the sweep."""
     for _ in range(_PASSES + s.guides):
-        changed = try_pattern(t, s)
+        changed = _try_pattern(t, s)
         if changed == 0:
             return True
         if changed < 0:
@@ -255,7 +255,7 @@ def solve_flow(t: Tendons, s: Sheath) -> bool:
         if static != dynamic:
             stiction = True
     if s.given:
-        guess_from_motion(t, s)
+        _guess_from_motion(t, s)
     solved = bool(False)
     for _ in range(1 + 2 * s.guides):
         solved = _balance(t, s)

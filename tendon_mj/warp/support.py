@@ -16,9 +16,9 @@ from tendon_mj.plugin import sensor_kind, servos, sheath_arrays, sheaths
 from tendon_mj.sheath import ARC, LAW
 from tendon_mj.warp.reactions import FORCE, TORQUE
 
-Layout = tuple[tuple[str | int, ...], ...]
+SheathLayouts = tuple[tuple[str | int, ...], ...]
 # live parameters that each world has of its own, by the names that the plugin has for them
-PARAMETERS: Final = (
+LIVE_PARAMETERS: Final = (
     "axial_stiffness",
     "friction",
     "static_friction",
@@ -29,7 +29,7 @@ PARAMETERS: Final = (
 )
 _SCALES = {parameter.scale for parameter in LAW.values()}  # of no effect by themselves
 # parameters of effects that no world has
-WITHOUT_PORT: Final = tuple(effect for effect in LAW if effect not in {*PARAMETERS, *_SCALES})
+WITHOUT_PORT: Final = tuple(effect for effect in LAW if effect not in {*LIVE_PARAMETERS, *_SCALES})
 _INTEGRATORS = (
     mujoco.mjtIntegrator.mjINT_EULER,
     mujoco.mjtIntegrator.mjINT_IMPLICIT,
@@ -63,7 +63,7 @@ def simulated_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, S
     return simulated
 
 
-def layout_of(simulated: dict[str, Simulated]) -> Layout:
+def layout_of(simulated: dict[str, Simulated]) -> SheathLayouts:
     """Layout of each sheath, by which kernels find its numbers; another model has another."""
     whole = ("tendon", "driven", "reel_actuator", "reel_joint", "output_joint", "input_at_last")
     return tuple(

@@ -102,7 +102,7 @@ class Tendons:
 
 @wp.struct
 class Sheath:
-    """Where one sheath of one world has its rows."""
+    """Rows of one sheath of one world."""
 
     world: wp.int32
     index: wp.int32  # of the sheath

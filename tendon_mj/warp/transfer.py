@@ -10,7 +10,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike, NDArray
 
-from tendon_mj.warp.support import PARAMETERS, WITHOUT_PORT, Simulated, state_field
+from tendon_mj.warp.support import LIVE_PARAMETERS, WITHOUT_PORT, Simulated, state_field
 from tendon_mj.warp.tendons import Tendons
 
 # committed numbers of a sheath, by the names that the plugin has for them
@@ -111,7 +111,7 @@ def _describe(tendons: Any, simulated: dict[str, Simulated], reels: Sequence[int
 
 def _fill_parameters(tendons: Any, simulated: dict[str, Simulated], nworld: int) -> None:
     """Give every world the parameters of the simulation."""
-    for name in PARAMETERS:
+    for name in LIVE_PARAMETERS:
         values = np.array([float(sheath.state["law"][name]) for sheath in simulated.values()])
         if name == "axial_stiffness":
             values[values == 0.0] = _STIFF
@@ -159,7 +159,7 @@ def read_back(simulated: dict[str, Simulated], tendons: Any, world: int, last: f
     def column(name: str) -> Any:
         return getattr(tendons, name).numpy()[:, world]
 
-    parameters = {name: getattr(tendons, name).numpy()[world] for name in PARAMETERS}
+    parameters = {name: getattr(tendons, name).numpy()[world] for name in LIVE_PARAMETERS}
     segment, guide, arc = 0, 0, 0
     for k, sheath in enumerate(simulated.values()):
         law = sheath.state["law"]

@@ -114,7 +114,7 @@ def test_other_sheaths_and_other_states_are_refused_by_name(model, states):
         (lambda: setattr(view_sheath(model, fixed, "flexor"), "friction", 0.1), "read-only"),
         (lambda: view_sheath(model, mujoco.MjData(model), "flexr"), "did you mean 'flexor"),
         (lambda: view_sheath(model, states[..., :-1], "flexor"), str(states[..., :-1].shape)),
-        (lambda: view_sheath(one_sheath, mujoco.MjData(model), "flexor"), "another model"),
+        (lambda: view_sheath(one_sheath, mujoco.MjData(model), "flexor"), "do not fit this model"),
     ):
         with refusing(ValueError, fact):
             call()

@@ -189,7 +189,7 @@ def test_simulate_finger_refuses_degrees_and_clamps_when_told_to(tmp_path, capsy
     arguments = ["simulate", "finger", "--motion", str(table), "--out", str(tmp_path / "out")]
     arguments.append("--no-clip")
     assert main(arguments) == 2
-    assert "joint 'mcp' is asked for 45 rad" in " ".join(capsys.readouterr().err.split())
+    assert "joint 'mcp' is commanded to 45 rad" in " ".join(capsys.readouterr().err.split())
     assert main([*arguments, "--clamp"]) == 0
 
 

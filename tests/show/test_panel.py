@@ -13,14 +13,14 @@ from tendon_mj.lab.replay import FrameRecorder, control_unit, record_frames
 from tendon_mj.models import TENDON_COLOUR, load_model
 from tendon_mj.show import BLUE, VERMILLION
 from tendon_mj.show.render.panel import (
-    TENDONS,
+    TENDON_PALETTE,
     Panel,
     charts,
     shortened,
     tendon_colours,
     text_width,
 )
-from tendon_mj.show.render.scene import tension_scale
+from tendon_mj.show.render.scene import colour_limits
 from tests.rigs import compiled, rope
 
 # Machado and others (2009): how linear red, green and blue look to dichromats
@@ -68,7 +68,7 @@ def lab(colour, seen):
 @pytest.mark.parametrize("eyes", SEEN)
 def test_the_colours_of_eight_tendons_are_told_apart_by_all_eyes(eyes):
     """2.3 is a difference that is just noticed."""
-    seen = [lab(colour, np.array(SEEN[eyes])) for colour in TENDONS]
+    seen = [lab(colour, np.array(SEEN[eyes])) for colour in TENDON_PALETTE]
     assert len(seen) == 8
     assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) > 5 * 2.3
 
@@ -100,7 +100,7 @@ def overlap(one, other):
 @pytest.mark.parametrize("size", [(326, 540), (436, 720)])
 def test_a_legend_covers_neither_numbers_nor_curves_and_is_whole(count, name, size):
     model, frames = pulled(count, name=name)
-    panel = Panel(model, frames, tension_scale(frames.cables), *size)
+    panel = Panel(model, frames, colour_limits(frames.cables), *size)
     figure = panel._plots[0][0].figure
     charted = [axes for axes, _ in panel._plots]
     for axes in charted:
@@ -118,7 +118,7 @@ def test_a_legend_covers_neither_numbers_nor_curves_and_is_whole(count, name, si
 @pytest.mark.parametrize(("count", "more"), [(4, []), (5, []), (6, ["… and 2 more"])])
 def test_the_table_says_how_many_tendons_it_leaves_out(count, more):
     model, frames = pulled(count)
-    panel = Panel(model, frames, tension_scale(frames.cables), 436, 720)
+    panel = Panel(model, frames, colour_limits(frames.cables), 436, 720)
     names = [name.strip() for name, _, _ in panel._rows]
     assert [name for name in names if "more" in name] == more
     assert sum(name.startswith("tendon_") for name in names) == count - (2 if more else 0)
@@ -126,7 +126,7 @@ def test_the_table_says_how_many_tendons_it_leaves_out(count, more):
 
 def test_a_chart_says_how_many_tendons_it_leaves_out():
     model, frames = pulled(20)
-    panel = Panel(model, frames, tension_scale(frames.cables), 436, 720)
+    panel = Panel(model, frames, colour_limits(frames.cables), 436, 720)
     (axes, chart), *_ = panel._plots
     assert chart.left_out == 4
     assert axes.get_legend().get_texts()[-1].get_text() == "… and 4 more"

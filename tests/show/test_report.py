@@ -35,7 +35,7 @@ from tendon_mj.show import (
     report_page,
     write_report,
 )
-from tendon_mj.show.report.charts import correlation_chart, over_drive, over_time, text, thin
+from tendon_mj.show.report.charts import correlation_chart, escaped, over_drive, over_time, thin
 from tendon_mj.show.report.page import as_png
 from tendon_mj.show.report.text import advise, headline, short, what_to_do
 from tests.lab.recorded import recorded as recording_of
@@ -285,7 +285,7 @@ def test_text_from_files_is_text():
     assert html.count("&lt;script&gt;alert") == 3
     assert "<b>slow" not in html
     assert "<b>drawn" not in html
-    assert text("<b>tip & <a href='x'>") == "&lt;b&gt;tip &amp; &lt;a href='x'&gt;"
+    assert escaped("<b>tip & <a href='x'>") == "&lt;b&gt;tip &amp; &lt;a href='x'&gt;"
 
 
 def test_every_effect_has_an_experiment_and_every_pair_is_of_the_catalogue():

@@ -21,7 +21,7 @@ from tendon_mj.cli import main
 from tendon_mj.errors import EngineError, MissingPackageError
 from tendon_mj.show.live import open_window, serve
 from tendon_mj.show.live.panel import (
-    MOST,
+    MOST_TENDONS,
     colour_key,
     key_height,
     slider,
@@ -30,7 +30,7 @@ from tendon_mj.show.live.panel import (
 )
 from tendon_mj.show.live.scene import curve_colours, drawn_tendons
 from tendon_mj.show.live.web import row_of_points
-from tendon_mj.show.live.window import curves_place, draw_curves, key_place, new_figure
+from tendon_mj.show.live.window import curves_place, draw_curves, key_place, new_curves
 from tests.show.rigs import TENSION, pulled, start_browser
 
 ROOT = Path(__file__).parents[2]
@@ -63,16 +63,16 @@ def test_tensions_are_numbers_with_units_and_of_many_tendons_the_others_are_coun
     assert right.splitlines() == ["3.2", "12.3 to 5.7"]
     assert "| flexor | 12.35 | 5.67 |" in tension_table(*flexor, 3.21)
     left, right = tension_text([f"t{k}" for k in range(39)], np.ones((39, 2)), 0.0)
-    assert len(left.splitlines()) == MOST + 2
-    assert f"and {39 - MOST} more tendons" in left
-    assert right.count("to") == MOST
+    assert len(left.splitlines()) == MOST_TENDONS + 2
+    assert f"and {39 - MOST_TENDONS} more tendons" in left
+    assert right.count("to") == MOST_TENDONS
 
 
 @pytest.mark.parametrize("count", [1, 10, 3000])
 def test_the_curves_are_the_tensions(count):
     times = np.linspace(0.0, 20.0, count)
     tensions = np.stack([np.sin(times) + 2.0, np.cos(times) + 2.0], axis=1)[:, None]
-    figure = new_figure(np.zeros((1, 2, 3)), 20.0)
+    figure = new_curves(np.zeros((1, 2, 3)), 20.0)
     draw_curves(figure, times, tensions, 8.0)
     for end in (0, 1):
         points = figure.linepnt[end]
@@ -86,7 +86,7 @@ def test_the_curves_are_the_tensions(count):
 
 
 def test_a_tension_without_bound_leaves_the_figure_finite():
-    figure = new_figure(np.zeros((1, 2, 3)), 20.0)
+    figure = new_curves(np.zeros((1, 2, 3)), 20.0)
     draw_curves(figure, np.array([0.0]), np.array([[[np.inf, np.nan]]]), 8.0)
     assert np.isfinite(figure.linedata[:2]).all()
 

@@ -63,7 +63,7 @@ def prescribed_warnings(
                 f" {model.joint(joint).name!r}, which [drive]"
                 f" {recording.written(prescribed[joint])!r} prescribes: the two columns differ,"
                 " and no friction can make that up",
-                "this residual is no test of the model: check unit, sign and zero of both"
+                "this residual does not test the model: check unit, sign and zero of both"
                 " columns, and leave this one out of [measured]",
             )
 
@@ -226,7 +226,7 @@ def play_warnings(
         schedule: of a recording.
         adjustable: its model at the numbers that are stated or fitted; not stepped.
         plays: sheath → its play, and a limit, as half the interval of a fitted play [m].
-        with_servo: whether the lag of a servo counts whose joint was not measured. It is the
+        with_servo: whether the lag of a servo counts if its joint was not measured. It is the
             motor's own where its command was recorded, and an error where the angle was.
     """
     model, recording = adjustable.model, schedule.recording

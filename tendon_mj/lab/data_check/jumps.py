@@ -408,7 +408,7 @@ def _left(read: FloatArray, design: FloatArray) -> float:
 
 
 def _sides(jump: _Jump) -> tuple[slice, slice]:
-    """Samples before and after a jump, but for those in which a rig would follow a slip."""
+    """Samples before and after a jump, except those in which a rig would follow a slip."""
     before = slice(max(0, jump.row - _AFTER), max(1, jump.row - _SIDE))
     return before, slice(jump.row + _SIDE, jump.row + _AFTER)
 

@@ -37,7 +37,6 @@ from tendon_mj.lab.diagnosis.effects.binding import (
     together,
 )
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Effect, SystemDescription, Term
-from tendon_mj.lab.diagnosis.evidence import ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.diagnosis.fitting import Fit, expected, fit, written
 from tendon_mj.lab.diagnosis.regimes import Bin, Located
 from tendon_mj.lab.diagnosis.result import (
@@ -53,6 +52,7 @@ from tendon_mj.lab.diagnosis.selection import Selection, SelectionContext
 from tendon_mj.lab.diagnosis.statistics import FittedCandidate, SelectedEffect, intervals, tied
 from tendon_mj.lab.diagnosis.sysid import SysidResult, fit_with_sysid, sysid_is_there
 from tendon_mj.lab.diagnosis.thresholds import SMALLEST_EXCESS
+from tendon_mj.lab.diagnosis.verdict import ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.diagnosis.wording import MEANING
 from tendon_mj.lab.diagnosis.workflow import diagnose
 

@@ -1,4 +1,4 @@
-"""Evidence beside a verdict: its sensitivity to the noise, correlations, whiteness, provenance.
+"""Evidence next to a verdict: its sensitivity to the noise, correlations, whiteness, provenance.
 
 For another noise nothing is fitted or simulated again: least squares finds the same values whatever
 the noise is, if it changes for all signals alike. An error of E times the noise is E/f times a
@@ -21,10 +21,16 @@ from typing import Any
 
 import numpy as np
 
-from tendon_mj.lab.diagnosis.evidence import LARGEST, ErrorReduction, Evidence, Verdict, decide
 from tendon_mj.lab.diagnosis.result import BeforeAfter, Diagnosis
 from tendon_mj.lab.diagnosis.statistics import correlation_matrix
 from tendon_mj.lab.diagnosis.thresholds import SMALLEST_EXCESS
+from tendon_mj.lab.diagnosis.verdict import (
+    LARGEST_EXCESS,
+    ErrorReduction,
+    Evidence,
+    Verdict,
+    decide,
+)
 from tendon_mj.lab.diagnosis.wording import reason
 from tendon_mj.lab.recordings import Recording, table_beside
 from tendon_mj.models import model_path
@@ -67,12 +73,12 @@ class NoiseCase:
 
 @dataclass(frozen=True)
 class NoiseSensitivity:
-    """How a verdict depends on the noise.
+    """Dependence of a verdict on the noise.
 
     Attributes:
         cases: in the order of the factors.
         low, high: the verdict is the same from ``low`` to ``high`` times the stated noise.
-        farthest: factor up to which, and down to whose reciprocal, this was tried.
+        farthest: largest factor that was tried; its reciprocal is the smallest.
     """
 
     cases: tuple[NoiseCase, ...]
@@ -112,7 +118,7 @@ def with_noise(evidence: Evidence, factor: float) -> Evidence:
         zero_step=evidence.zero_step / factor,
         reproducibility={c: factor * d for c, d in evidence.reproducibility.items()},
         limit=limit,
-        largest=max(LARGEST, lumping),
+        largest=max(LARGEST_EXCESS, lumping),
         excess=excess,
         step=step,
         lumping=lumping,
@@ -199,7 +205,7 @@ class Autocorrelation:
 
     @property
     def inside(self) -> float:
-        """Share of the lags whose value lies within the band."""
+        """Share of the lags with a value within the band."""
         return float(np.mean(np.abs(self.values) <= self.band))
 
     @property

@@ -21,7 +21,7 @@ from tendon_mj.lab.diagnosis.regimes import motion
 from tendon_mj.lab.recordings import Recording, is_same_model, noise_of_repeats
 from tendon_mj.lab.replay import Parameter, Simulates
 
-_FEWEST = 50  # samples of a motion, whose neighbours repeat each other
+_FEWEST = 50  # samples of a motion, where neighbours repeat each other
 _FEWEST_RESTS, _FEWEST_PROVE = 20, 10  # rows that are rests, in all to fit and in all held out
 _FEWEST_REPEATS = 6  # rests that repeat others, from which noise can be estimated
 _SHOWN = 4  # values of a description, in a message
@@ -66,7 +66,7 @@ def _check_same_rig(recording: Recording, first: Recording) -> None:
     """Refuse a recording without measurements, or of another rig than the first."""
     where = f"recording {recording.name!r}"
     if not recording.measured:
-        raise RecordingError(f"{where}: no column is in [measured], to compare with")
+        raise RecordingError(f"{where}: [measured] lists no column to compare with")
     for name in ("model", "uncertain"):
         mine, theirs = getattr(recording, name), getattr(first, name)
         if mine != theirs and not (name == "model" and is_same_model(mine, theirs)):
@@ -121,8 +121,9 @@ def _check_rests(recordings: Sequence[Recording], fewest: int, needs: str) -> No
     rows = sum(recording.time.size for recording in recordings)
     if recordings and all(r.quasi_static for r in recordings) and rows < fewest:
         names = ", ".join(repr(recording.name) for recording in recordings)
+        plural = "s" if len(recordings) > 1 else ""
         raise RecordingError(
-            f"recording {names}: {rows} settled points; {needs} needs {fewest} or more"
+            f"recording{plural} {names}: only {rows} settled points; {needs} needs {fewest} or more"
         )
 
 

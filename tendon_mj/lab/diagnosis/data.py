@@ -322,7 +322,7 @@ def uncertain_terms(problem: Problem) -> tuple[Term, ...]:
 
 @dataclass(frozen=True)
 class Spread:
-    """Values of a parameter that was set anew for each recording, and how much they differ.
+    """Values of a parameter that was set again for each recording, and their spread.
 
     Attributes:
         stated: standard deviation that the recordings state [unit].
@@ -348,8 +348,8 @@ def session_terms(recordings: Sequence[Recording], simulate: Simulates) -> tuple
     named = [recording for recording in recordings if recording.session]
     if named and not simulate.sessions:
         raise InvalidValueError(
-            f"simulator {type(simulate).__name__!r} takes no values for single recordings, which"
-            f" [session] of {named[0].name!r} needs; see `sessions` of tendon_mj.Simulates"
+            f"simulator {type(simulate).__name__!r} does not support values of single recordings,"
+            f" which [session] of {named[0].name!r} requires; see `sessions` of tendon_mj.Simulates"
         )
     names = [recording.name for recording in recordings]
     for recording in named:
@@ -375,7 +375,7 @@ def session_terms(recordings: Sequence[Recording], simulate: Simulates) -> tuple
 
 
 def _set_anew(recording: Recording, parameters: Mapping[str, Parameter]) -> dict[str, Session]:
-    """Parameter → its entry in [session], but for those that another table names themselves."""
+    """Parameter → its entry in [session], except those that another table names."""
     claimed, entries = claims(recording, parameters), expand(recording.session, parameters)
     for name in entries:
         if name not in parameters:
@@ -423,7 +423,7 @@ def describe_system(problem: Problem) -> SystemDescription:
 
 
 def _fitted(problem: Problem) -> list[str]:
-    """Parameters that a recording calls uncertain or has set anew."""
+    """Uncertain parameters of a recording, and those of its [session]."""
     names = problem.simulate.parameters
     return [n for r in problem.recordings for n in expand({**r.uncertain, **r.session}, names)]
 
@@ -449,7 +449,7 @@ def _known(problem: Problem) -> frozenset[str]:
 
 
 def _drawn_bends(names: Iterable[str]) -> list[str]:
-    """The drawn bends of sheaths whose extra bend is among the names."""
+    """Drawn bends of the sheaths that have their extra bend among the names."""
     parts = [name.rpartition(".") for name in names]
     return [f"{sheath}.{DRAWN_BEND}" for sheath, _, parameter in parts if parameter == EXTRA_BEND]
 

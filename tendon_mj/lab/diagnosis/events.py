@@ -221,7 +221,7 @@ class _Scan:
     def _simulate(
         self, event: _Event, times: Sequence[tuple[float, float]]
     ) -> dict[tuple[float, float], _Event]:
-        """Begin and duration → the event there, for those whose simulation did not fail."""
+        """Begin and duration → the event there, if its simulation did not fail."""
         endings = ("", "_time", "_duration")
         names = [self.name(event.candidate, event.recording, ending) for ending in endings]
         sets = [{**self.values, **dict(zip(names, (event.size, *at), strict=True))} for at in times]

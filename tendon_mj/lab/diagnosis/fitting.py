@@ -42,7 +42,7 @@ class Fit:
 
     Attributes:
         calibrated: terms of the uncertain parameters; they come first.
-        effects: candidates in the model, whose terms follow.
+        effects: candidates in the model; their terms follow.
         values: (p,) of the terms [their units].
         residual: (m,) of the problem at these values, extrapolated [-].
         correction: (m,) extrapolated less simulated residual.
@@ -150,8 +150,8 @@ def fit(
 ) -> Fit:
     """Minimise the squared training residuals from ``start`` (p,) [the terms' units].
 
-    The solver works in rounds. Within a round the correction of `Problem.extrapolate` is held at
-    its value where the round before ended: it depends on the step much and on the terms little.
+    The solver works in rounds. Within a round the correction of `Problem.extrapolate` keeps its
+    value at the end of the previous round: it depends strongly on the step, weakly on the terms.
 
     A term with a `spread` adds its deviation from inert, over the spread, as one more residual.
 
@@ -160,7 +160,7 @@ def fit(
         calibrated, effects: their terms are fitted.
         start: values of the terms.
         correction: (m,) near ``start``; default: none.
-        evaluations: points at most in the first round, unless the cost and the terms converge.
+        evaluations: at most, in the first round, unless the cost and the terms converge.
     """
     terms = (*calibrated, *(term for effect in effects for term in effect.terms))
     solver = _Solver(problem, base, terms, correction)

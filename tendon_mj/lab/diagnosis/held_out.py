@@ -150,6 +150,6 @@ def _events(fitted: Fit, base: Mapping[str, float], names: Collection[str]) -> d
 
 
 def _fit_sessions(problem: Problem, shared: Mapping[str, float], terms: Sequence[Term]) -> Fit:
-    """Fit the values set anew for recordings, with everything else as it is; or simulate them."""
+    """Fit the values of single recordings, with all others fixed; or simulate them."""
     start = np.array([term.inert for term in terms])
     return fit(replace(problem, fixed=shared), {}, terms, (), start, evaluations=_SESSION)

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from tendon_mj.lab.data_check import DataWarning
 from tendon_mj.lab.diagnosis.data import Problem, spreads, step_error
 from tendon_mj.lab.diagnosis.effects.effect import Effect, Term
-from tendon_mj.lab.diagnosis.evidence import LARGEST, Evidence, decide, measure_errors
 from tendon_mj.lab.diagnosis.fitting import Fit
 from tendon_mj.lab.diagnosis.held_out import HeldOut, Unseen
 from tendon_mj.lab.diagnosis.model_faults import (
@@ -36,6 +35,7 @@ from tendon_mj.lab.diagnosis.thresholds import (
     discretisation_error,
     reproducibility,
 )
+from tendon_mj.lab.diagnosis.verdict import LARGEST_EXCESS, Evidence, decide, measure_errors
 from tendon_mj.lab.diagnosis.wording import (
     ABOVE_NOISE,
     state,
@@ -72,10 +72,10 @@ class Proof:
     checks: Sequence[DataWarning]
     began: float
 
-    def decide(
+    def judge_selection(
         self, context: SelectionContext, selection: Selection, step: float | None
     ) -> Diagnosis:
-        """Simulate the held-out data with the models of a selection, and decide.
+        """Simulate the held-out data with the models of a selection, and reach a verdict.
 
         The decision rests on extrapolated errors, in units of noise and reproducibility together;
         the result states those of a replay with the model's own step. Where part of the error
@@ -167,7 +167,7 @@ def _weigh(
         zero_step=float(np.sqrt(np.mean(after.extrapolated[mask] ** 2))),
         reproducibility=deviations,
         limit=detection_limit(judged, step, bars, mask),
-        largest=max(LARGEST, lumping),
+        largest=max(LARGEST_EXCESS, lumping),
         beyond=parameters_beyond_range(context.problem, final),
         at_end=not all(final.determines(candidate) for candidate in effects),
         non_smooth=any(candidate.non_smooth for candidate in effects),

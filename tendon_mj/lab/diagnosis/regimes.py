@@ -32,7 +32,7 @@ _CONCENTRATED = 1.5  # share of the excess over share of the samples, to be repo
 
 
 @dataclass(frozen=True, eq=False)
-class Regime:
+class _Regime:
     """One coordinate, cut into bins.
 
     Attributes:
@@ -108,7 +108,7 @@ def _reversals(values: FloatArray) -> int:
     return int(count)
 
 
-def regimes(recordings: Sequence[Recording]) -> list[list[Regime]]:
+def regimes(recordings: Sequence[Recording]) -> list[list[_Regime]]:
     """Regimes of every recording; a coordinate has the same bins in all of them.
 
     A constant coordinate, as the speed of rests, is left out.
@@ -121,7 +121,7 @@ def regimes(recordings: Sequence[Recording]) -> list[list[Regime]]:
     constant = [name for (name, _), values in ends.items() if min(values) == max(values)]
     return [
         [
-            Regime("direction", ("loosening", "at rest", "pulling"), rows[0][2].astype(np.int64)),
+            _Regime("direction", ("loosening", "at rest", "pulling"), rows[0][2].astype(np.int64)),
             *(
                 _cut(name, series, unit, min(ends[name, unit]), max(ends[name, unit]))
                 for name, unit, series in rows[1:]
@@ -171,14 +171,14 @@ def _since_reversal(
     return since, rest
 
 
-def _cut(name: str, series: FloatArray, unit: str, low: float, high: float) -> Regime:
+def _cut(name: str, series: FloatArray, unit: str, low: float, high: float) -> _Regime:
     """Regime with bins of equal width; narrower near 0 for the distance since a reversal."""
     share = np.linspace(0.0, 1.0, _BINS + 1)
     edges = low + (high - low) * (share**2 if name == _SINCE else share)
     bins = np.clip(np.searchsorted(edges, series, side="right") - 1, 0, _BINS - 1)
     rounded = np.where(np.abs(edges) < _ZERO * (high - low), 0.0, edges)
     labels = tuple(from_to(a, b, unit, " … ", rounded) for a, b in pairwise(rounded.tolist()))
-    return Regime(name, labels, bins.astype(np.int64))
+    return _Regime(name, labels, bins.astype(np.int64))
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 from tendon_mj.lab.data_check import DataWarning
 from tendon_mj.lab.diagnosis.data import Spread, by_recording
 from tendon_mj.lab.diagnosis.effects.effect import Effect
-from tendon_mj.lab.diagnosis.evidence import ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.diagnosis.regimes import Located
 from tendon_mj.lab.diagnosis.selection import Selection, SelectionContext
+from tendon_mj.lab.diagnosis.verdict import ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording, write_recording
 from tendon_mj.lab.replay import (
@@ -223,7 +223,7 @@ class Diagnosis:
 
     @property
     def bars(self) -> dict[str, float]:
-        """Column → unit of the verdict on held-out data [noise]; empty where it is the noise."""
+        """Column → scale of the verdict on held-out data [noise]; empty if that is the noise."""
         if self.weighed.unit == self.held_out.unit:
             return {}
         noise = {column: level for column, (_, _, level) in self.held_out.signals.items()}
@@ -260,9 +260,9 @@ class Diagnosis:
         return {name: self.model[name] for name in (*self.calibrated, *self.parameters)}
 
     def simulate(self, progress: Progress = silent) -> list[BeforeAfter]:
-        """Simulate the held-out recordings, or all where there are none, before and after.
+        """Simulate the held-out recordings (all, if none) with the models before and after.
 
-        Before, only the uncertain parameters are fitted.
+        In the model before, only the uncertain parameters are fitted.
         """
         shown = self.held_out_recordings or self.recordings
         names = [recording.name for recording in shown]

@@ -188,7 +188,7 @@ class _Screening:
 
 
 def _shortened(score: ScreeningScore, values: FloatArray) -> ScreeningScore:
-    """Score half way back to the fit, whose ``values`` these are, where the prediction failed."""
+    """Score half way back to the fit's ``values``, where the prediction failed."""
     count = values.size
     strength = score.candidate.terms[0]
     origin = np.array([*values, strength.inert, *score.start[count + 1 :]])

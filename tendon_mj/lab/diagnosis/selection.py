@@ -25,7 +25,7 @@ from tendon_mj.lab.diagnosis.statistics import (
     SelectedEffect,
     cross_validate,
     gain,
-    rate,
+    rate_effect,
     simplest,
     tied,
 )
@@ -46,7 +46,7 @@ _LEAST = 0.03, 0.3  # likewise, where none of those explains enough; on a sensor
 _EVENT = 0.1  # of the excess, that an event explains by its scan, to be located
 _EXPLAINS = 0.75  # of the excess may be left by an effect, for no others to be looked at
 _LITTLE = 0.1  # of the initial excess: where more remains, other choices do not help either
-_ROUNDS = 2  # whose second-best choice is tried
+_ROUNDS = 2  # in which the second-best choice is tried too
 _MOST_EFFECTS = 3
 
 
@@ -56,7 +56,7 @@ class CandidateSet:
 
     Attributes:
         scores: of all that change a residual, best first.
-        fitted: those that were fitted and whose strength the data determine, best first.
+        fitted: fitted candidates of which the data determine the strength, best first.
         at_end: those that were fitted and ended at an end of their range, best first.
     """
 
@@ -115,7 +115,7 @@ class SelectionContext:
     ) -> CandidateSet:
         """Screen all candidates for one more effect, and fit the best.
 
-        Fitted are those whose reduction of χ², by screening, is at least ``share`` of the best; and
+        Fitted are those with a screened reduction of χ² of at least ``share`` of the best; and
         with ``look_down`` others down the list, until one leaves less than three quarters of the
         excess, with a strength that the data determine. Screening is linear, and may see little of
         an effect that trades places with terms of the model.
@@ -402,7 +402,7 @@ def select_effects(context: SelectionContext, calibrated: FittedCandidate) -> Se
     model, rivals = selection.model, selection.rivals
     if len(model.fit.effects) > 1 and model.excess < little:
         model, rivals = swap(context, selection)
-    effects = [rate(candidate, rivals[candidate.label]) for candidate in model.fit.effects]
+    effects = [rate_effect(candidate, rivals[candidate.label]) for candidate in model.fit.effects]
     if len(effects) > 1:
         reduced = dict(selection.reduced) if model is selection.model else {}
         for candidate in model.fit.effects:

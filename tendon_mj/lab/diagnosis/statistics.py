@@ -194,7 +194,7 @@ class SelectedEffect:
     models: tuple[FittedCandidate, ...] = ()
 
 
-def rate(candidate: Candidate, ranked: Sequence[FittedCandidate]) -> SelectedEffect:
+def rate_effect(candidate: Candidate, ranked: Sequence[FittedCandidate]) -> SelectedEffect:
     """Compare an effect with the models it was chosen from, best first.
 
     With d_k the χ² that another effect k leaves more and w_k the width of a tie, the confidence is

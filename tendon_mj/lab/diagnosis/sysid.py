@@ -5,10 +5,10 @@ The parameters that the recordings call uncertain are fitted in the model as it 
 residuals weighted as it weights them (each column by its own size), with its own 95 % intervals.
 
 The simulation is ours. `sysid` recompiles an `MjSpec` for every parameter set and then rolls out
-from a stored full state; the parameters of a sheath live in that state, which would put back the
-ones that were compiled in, and the history of its friction begins before the first sample. So its
-residual function is replaced, as `sysid.optimize` allows, by one that asks a `Simulator`, which
-sets parameters where they live, settles first, and runs parameter sets side by side.
+from a stored full state; the parameters of a sheath live in that state, so restoring it would
+overwrite them with the compiled-in values, and the history of its friction begins before the first
+sample. So its residual function is replaced, as `sysid.optimize` allows, by one that calls a
+`Simulator`, which sets parameters in the state, settles first, and runs parameter sets in parallel.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from tendon_mj.lab.diagnosis.data import (
     training_samples,
     uncertain_terms,
 )
-from tendon_mj.lab.diagnosis.evidence import measure_errors
+from tendon_mj.lab.diagnosis.verdict import measure_errors
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Simulator, suppress_unsolved_warnings

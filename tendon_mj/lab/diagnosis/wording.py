@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Effect, ShiftTerm, Term, element
-from tendon_mj.lab.diagnosis.evidence import NOISE, ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.diagnosis.result import Finding, Value
 from tendon_mj.lab.diagnosis.thresholds import CLOSED, PART
+from tendon_mj.lab.diagnosis.verdict import NOISE, ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.replay import (
     Parameter,
     column_name,
@@ -150,7 +150,7 @@ def _list(findings: Sequence[Finding]) -> str:
 
 
 def _shrank(evidence: Evidence) -> str:
-    """How far the errors on held-out data went, by signal and then over all."""
+    """Reduction of the errors on held-out data, by signal and then over all."""
     errors = evidence.held_out
     signals = [
         f"{column_name(column)} {from_to(before, after, column_unit(column), ' to ')}"
@@ -190,7 +190,7 @@ def _sessions_differ(evidence: Evidence) -> bool:
 
 
 def _between_sessions(evidence: Evidence) -> str:
-    """How much the rig differs between sessions, by which it is judged beside the noise."""
+    """Standard deviations between sessions, which add to the noise in the verdict."""
     if not _sessions_differ(evidence):
         return ""
     levels = [
@@ -350,7 +350,7 @@ def _named(parameter: str) -> str:
 
 
 def _which_way(parameter: str, before: float, after: float) -> str:
-    """Which way a number was wrong."""
+    """Direction of an error: "too high", "too low" or "wrong"."""
     if parameter.rsplit(".", 1)[1] in _SIGNED or before * after < 0.0:
         return "wrong"
     return "too high" if abs(after) < abs(before) else "too low"

@@ -39,12 +39,12 @@ from tendon_mj.lab.diagnosis.effects import (
     candidates,
     check_bindings,
 )
-from tendon_mj.lab.diagnosis.evidence import Verdict
 from tendon_mj.lab.diagnosis.proof import Proof
 from tendon_mj.lab.diagnosis.result import Diagnosis
 from tendon_mj.lab.diagnosis.selection import CONVERGED, Selection, SelectionContext, select_effects
 from tendon_mj.lab.diagnosis.statistics import FittedCandidate
 from tendon_mj.lab.diagnosis.thresholds import SMALLEST_EXCESS, reducible_excess
+from tendon_mj.lab.diagnosis.verdict import Verdict
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Simulates, Simulator, matching
@@ -118,7 +118,7 @@ def diagnose(
         initial_excess=reducible_excess(context.problem, calibrated.fit.residual),
     )
 
-    def decided(context: SelectionContext) -> Diagnosis:
+    def select_and_judge(context: SelectionContext) -> Diagnosis:
         selection, judged = select_effects(context, calibrated), own
         if held_out:
             recordings = (*held_out, *_with_events(train, held_out, selection))
@@ -131,25 +131,25 @@ def diagnose(
             checks=checks,
             began=began,
         )
-        return _decide(context, selection, proof, step)
+        return _judge_with_short_steps(context, selection, proof, step)
 
-    result = decided(context)
+    result = select_and_judge(context)
     blocked = any(warning.blocks for warning in checks)
     if not blocked or (result.verdict in _EXPLAINED and result.train.after < _AT_NOISE):
         return result  # an effect that leaves no more than noise where the recordings have a fault
-    return decided(replace(context, candidates=()))
+    return select_and_judge(replace(context, candidates=()))
 
 
-def _decide(
+def _judge_with_short_steps(
     context: SelectionContext, selection: Selection, proof: Proof, step: float | None
 ) -> Diagnosis:
-    """Prove a selection, in shorter steps where these may change the verdict."""
-    result = proof.decide(context, selection, step)
+    """Judge a selection, again in shorter steps while these may change the verdict."""
+    result = proof.judge_selection(context, selection, step)
     while step and step > _SHORTEST and _step_matters(context, selection, result.verdict):
         step *= 0.5
         context.progress("repeat with a shorter step", 0, 1)
         context, selection = _fit_again(context, selection, with_step(proof.own, step))
-        result = proof.decide(context, selection, step)
+        result = proof.judge_selection(context, selection, step)
         context.progress("repeat with a shorter step", 1, 1)
     return result
 

@@ -19,9 +19,9 @@ import numpy as np
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.lab.diagnosis import MakeSimulator
 from tendon_mj.lab.recordings import (
-    ANY,
+    ANY_NUMBER,
     NOT_NEGATIVE,
-    POSITIVE,
+    POSITIVE_NUMBER,
     Measured,
     Recording,
     check_keys,
@@ -69,7 +69,7 @@ class DriveBounds:
 
     def __post_init__(self) -> None:
         _check_interval("", self.low, self.high)
-        POSITIVE.check("rate", self.rate)
+        POSITIVE_NUMBER.check("rate", self.rate)
         NOT_NEGATIVE.check("dwell", self.dwell, "s")
 
 
@@ -184,13 +184,13 @@ class _Duration:
 
 def _check_interval(where: str, low: float, high: float) -> None:
     for name, end in (("low", low), ("high", high)):
-        ANY.check(f"{where}{name}", end)
+        ANY_NUMBER.check(f"{where}{name}", end)
     if low >= high:
         raise InvalidValueError(f"{where}low < high must hold, got {low!r}, {high!r}")
 
 
 @dataclass(frozen=True)
-class Motion:
+class _ColumnMotion:
     """Motion of one driven column.
 
     Attributes:
@@ -277,7 +277,7 @@ class Motion:
 
 def motion_at(
     point: FloatArray, bounds: DriveBounds, start: float, duration: float, interval: float
-) -> Motion:
+) -> _ColumnMotion:
     """The motion at a point of the unit cube.
 
     Args:
@@ -301,7 +301,7 @@ def motion_at(
     longest = min(bounds.dwell, duration / _RESTS.get(shape, np.inf))
     dwell = longest * max(0.0, float(point[4]) - _NO_DWELL) / (1.0 - _NO_DWELL)
     rate = float(slowest * (fastest / slowest) ** point[3])
-    return Motion(
+    return _ColumnMotion(
         shape=shape,
         start=start,
         low=max(rounded(low, span), bounds.low),
@@ -324,10 +324,10 @@ class Experiment:
         motions: driven column → how it moves.
         states: parameter → value that is set for it [SI].
         besides: columns that are to be measured for the first time.
-        recording: template, whose measured columns are 0.
+        recording: template; its measured columns are 0.
     """
 
-    motions: Mapping[str, Motion]
+    motions: Mapping[str, _ColumnMotion]
     states: Mapping[str, float]
     besides: Sequence[str]
     recording: Recording

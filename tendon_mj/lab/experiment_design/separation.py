@@ -186,7 +186,7 @@ class Predictions:
 
 
 @dataclass(frozen=True, eq=False)
-class Rig:
+class ExperimentSimulations:
     """Simulations of experiments that have not been run.
 
     Attributes:
@@ -257,7 +257,7 @@ class Rig:
     def _parameters(
         self, fitted: Fit, values: FloatArray, experiments: Sequence[Experiment]
     ) -> dict[str, float]:
-        """Parameters of a model in all experiments, of which each may have a state of its own.
+        """Parameters of a model in all experiments, each of which may have its own state.
 
         A parameter that is both a state and an effect of the model is the sum of the user's value
         and of that of the effect.
@@ -307,7 +307,7 @@ class Adaptation:
     """Terms of an alternative that are fitted to new data, and their information in the old data.
 
     Attributes:
-        alternative: whose terms.
+        alternative: that has the terms.
         in_train: (samples of the old data,) which of them it was fitted to.
     """
 

@@ -30,8 +30,8 @@ from tendon_mj.lab.experiment_design.experiment import (
 from tendon_mj.lab.experiment_design.separation import (
     Adaptation,
     Alternative,
+    ExperimentSimulations,
     Predictions,
-    Rig,
     Tie,
     find_ties,
 )
@@ -52,7 +52,7 @@ _APART = float(np.sqrt(SMALLEST_EXCESS))  # noise, rms: less is not worth a name
 
 @dataclass(frozen=True)
 class Difference:
-    """How far two explanations differ.
+    """Difference between the predictions of two explanations.
 
     Attributes:
         one, other: labels of the two.
@@ -86,7 +86,7 @@ class Suggestion:
 
     @property
     def decided(self) -> int:
-        """How many of the differences the experiment tells apart."""
+        """Number of the differences that the experiment tells apart."""
         return sum(d.decided for d in self.differences) if self.experiment else 0
 
     @property
@@ -96,7 +96,7 @@ class Suggestion:
 
     @property
     def sentence(self) -> str:
-        """What to record, and why."""
+        """The recommended experiment, and the reason."""
         if not self.differences:
             return (
                 "Nothing ties: the recordings decide between all explanations that were compared."
@@ -182,7 +182,9 @@ def suggest_experiment(
         if besides:
             levels |= {column: float(m.noise or 0.0) for column, m in bounds.measure.items()}
         step = _step(family, simulator)
-        rig = Rig(context.problem, context.base, levels, bounds.limits, simulator, step)
+        rig = ExperimentSimulations(
+            context.problem, context.base, levels, bounds.limits, simulator, step
+        )
         tried = _Search(family, rig, ties, progress).run()
         if not besides or tried.decided > best.decided:
             best = tried
@@ -242,7 +244,7 @@ class _Search:
     """Search of a family of experiments."""
 
     family: Family
-    rig: Rig
+    rig: ExperimentSimulations
     ties: Sequence[Tie]
     progress: Progress
     alternatives: list[Alternative] = field(init=False)

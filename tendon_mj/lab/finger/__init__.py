@@ -1,4 +1,4 @@
-"""The finger in motion: trajectories, control, tracking error; the motion of any model."""
+"""Trajectories of the finger, their control and tracking error; `find_motion` is for any model."""
 
 from tendon_mj.lab.finger.control import FINGERS as FINGERS
 from tendon_mj.lab.finger.control import OUT_OF_REACH as OUT_OF_REACH

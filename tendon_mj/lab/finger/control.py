@@ -26,7 +26,7 @@ from tendon_mj.lab.replay import (
     Drive,
     FrameRecorder,
     Misfit,
-    Progress,
+    ProgressShare,
     default_motion,
     read_motion,
     replay_error,
@@ -210,7 +210,7 @@ def simulate_finger(
     *,
     name: str = "finger",
     friction: float | None = None,
-    progress: Progress | None = None,
+    progress: ProgressShare | None = None,
     recorder: FrameRecorder | None = None,
 ) -> Recording:
     """Follow a trajectory, and return every sensor in a recording that `replay` can run again.

@@ -99,7 +99,7 @@ def read_trajectory(path: Path) -> Trajectory:
     """A trajectory from a CSV with `time_s` and either `ANGLES` or `TENSIONS` as columns.
 
     Raises:
-        RecordingError: the file cannot be read, or has other columns; it says which.
+        RecordingError: the file cannot be read, or has the wrong columns; the message lists them.
     """
     table = read_table(path)
     time = table.pop(TIME)
@@ -141,14 +141,14 @@ def check_reach(trajectory: Trajectory, finger: Finger) -> None:
             k = beyond[0]
             degrees = f" ({np.degrees(values[k]):.4g} deg)" if unit == "rad" else ""
             raise InvalidValueError(
-                f"trajectory {trajectory.name!r}: {kind} {name!r} is asked for {values[k]:.4g} "
+                f"trajectory {trajectory.name!r}: {kind} {name!r} is commanded to {values[k]:.4g} "
                 f"{unit}{degrees} at {trajectory.time[k]:g} s, beyond its range of {low:.4g} to "
                 f"{high:.4g} {unit}"
             )
 
 
 def clamped(trajectory: Trajectory, finger: Finger) -> Trajectory:
-    """A trajectory with every value clipped to the range that `check_reach` lets pass."""
+    """A trajectory with every value clipped to the range that `check_reach` accepts."""
     columns = {
         column: np.clip(trajectory.columns[column], *limits)
         for column, limits in _reach(trajectory, finger).items()

@@ -78,7 +78,7 @@ class Suspect:
 
 
 def templates(dates: Sequence[datetime]) -> list[Template]:
-    """Every course of a lasting change with enough recordings on either side of its beginning."""
+    """Candidate courses of a lasting change, with enough recordings before and after it begins."""
     seconds = np.array([(date - dates[0]).total_seconds() for date in dates])
     courses = list[Template]()
     for k in range(LEAST_DAYS, len(dates) - LEAST_DAYS + 1):
@@ -91,7 +91,7 @@ def templates(dates: Sequence[datetime]) -> list[Template]:
 
 
 def excursions(dates: Sequence[datetime]) -> list[Template]:
-    """Every change that is undone later, with enough recordings before, between and after."""
+    """Candidate changes that are later undone, with enough recordings before, between and after."""
     return [
         Template("there and back", there.first, there.weights - back.weights)
         for there, back in _two_steps(dates)
@@ -110,7 +110,7 @@ def daily(observation: Observation) -> FloatArray:
         return np.where(diagonal > 0.0, -observation.gradient / diagonal, np.nan)
 
 
-def reproducibility(observations: Sequence[Observation]) -> dict[Label, float]:
+def daily_deviations(observations: Sequence[Observation]) -> dict[Label, float]:
     """Number → standard deviation from day to day [its unit], of all rigs together."""
     differences: dict[Label, list[FloatArray]] = {}
     floors: dict[Label, list[float]] = {}

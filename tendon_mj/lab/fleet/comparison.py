@@ -28,7 +28,7 @@ _LARGER = 2.0  # times the median
 
 
 @dataclass(frozen=True)
-class Spread:
+class FleetSpread:
     """A number on all rigs of a fleet: its median, and its spread between them [its unit]."""
 
     median: float
@@ -36,30 +36,30 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class Difference:
+class RigDifference:
     """A number of a rig that is not consistent with the fleet [its unit], and how far [spreads]."""
 
     name: str
     value: float
-    spread: Spread
+    spread: FleetSpread
     significance: float
 
 
-def spread_between(values: Mapping[str, float], errors: Mapping[str, float]) -> Spread:
+def spread_between(values: Mapping[str, float], errors: Mapping[str, float]) -> FleetSpread:
     """Median and spread of rig → value, in excess of their standard errors."""
     every = np.array(list(values.values()))
     deviation = float(median_abs_deviation(every, scale="normal"))
     noise = float(np.median([errors[rig] for rig in values]))
-    return Spread(float(np.median(every)), float(np.sqrt(max(deviation**2 - noise**2, 0.0))))
+    return FleetSpread(float(np.median(every)), float(np.sqrt(max(deviation**2 - noise**2, 0.0))))
 
 
-def differences(
+def rig_differences(
     name: str,
     values: Mapping[str, float],
     errors: Mapping[str, float],
-    spread: Spread,
+    spread: FleetSpread,
     one_out: Mapping[str, Sequence[float]] = MappingProxyType({}),
-) -> dict[str, Difference]:
+) -> dict[str, RigDifference]:
     """Rig → its difference, of the rigs that differ; empty where there are fewer than five rigs.
 
     Args:
@@ -77,18 +77,18 @@ def differences(
         away = min(side * (x - spread.median) for x in [value, *one_out.get(rig, ())])
         if away > DIFFERENT * expected:
             ratio = away / expected if expected > 0.0 else np.inf
-            outliers[rig] = Difference(name, value, spread, float(ratio))
+            outliers[rig] = RigDifference(name, value, spread, float(ratio))
     return outliers
 
 
 def larger_misfits(
     misfits: Mapping[str, float],
     one_out: Mapping[str, Sequence[float]] = MappingProxyType({}),
-) -> dict[str, Difference]:
-    """Like `differences`, of the misfit [noise]."""
+) -> dict[str, RigDifference]:
+    """Like `rig_differences`, of the misfit [noise]."""
     errors = dict.fromkeys(misfits, 0.0)
     spread = spread_between(misfits, errors)
-    outliers = differences(MISFIT, misfits, errors, spread, one_out)
+    outliers = rig_differences(MISFIT, misfits, errors, spread, one_out)
     least = {rig: min([misfits[rig], *one_out.get(rig, ())]) for rig in outliers}
     return {rig: one for rig, one in outliers.items() if least[rig] > _LARGER * spread.median}
 

@@ -326,7 +326,7 @@ def inverse(normal: FloatArray) -> FloatArray:
 
 
 def terms_without(fitted: Fit, replaced: Sequence[Term]) -> tuple[tuple[Term, ...], FloatArray]:
-    """Terms and values of a fit but for those that write the same parameters as others."""
+    """Terms and values of a fit, except those that write the same parameters as others."""
     taken = {target for term in replaced for target in term.targets}
     kept = [k for k, term in enumerate(fitted.terms) if not {*term.targets} & taken]
     return tuple(fitted.terms[k] for k in kept), fitted.values[kept]

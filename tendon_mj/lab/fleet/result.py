@@ -15,13 +15,13 @@ import numpy as np
 from tendon_mj.lab.data_check import timing_warnings
 from tendon_mj.lab.diagnosis import CATALOGUE
 from tendon_mj.lab.fleet.changes import LEAST_DAYS, Change
-from tendon_mj.lab.fleet.comparison import FEWEST, Difference, Spread
+from tendon_mj.lab.fleet.comparison import FEWEST, FleetSpread, RigDifference
 from tendon_mj.lab.fleet.rigs import stamp
-from tendon_mj.lab.fleet.series import Series
+from tendon_mj.lab.fleet.series import NumberSeries
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import engineering_unit, plain, quantity
 
-Verdict = Literal[
+_RigVerdict = Literal[
     "changed", "differs", "consistent with the fleet", "unchanged", "not judged", "failed"
 ]
 
@@ -48,7 +48,7 @@ class RigFound:
         square: (n,) mean square residual of each recording, with the change [noise²].
         change: its course and dates; None without a change.
         series: the number that changed, day by day.
-        rivals: numbers whose change explains the recordings as well.
+        rivals: other numbers of which a change explains the recordings equally well.
         differences: numbers that are not consistent with the fleet.
         compared: number of fitted rigs, this one included.
         remarks: further findings.
@@ -64,14 +64,14 @@ class RigFound:
     left: float = float("nan")
     square: tuple[float, ...] = ()
     change: Change | None = None
-    series: Series | None = None
-    rivals: tuple[Series, ...] = ()
-    differences: tuple[Difference, ...] = ()
+    series: NumberSeries | None = None
+    rivals: tuple[NumberSeries, ...] = ()
+    differences: tuple[RigDifference, ...] = ()
     compared: int = 0
     remarks: tuple[str, ...] = ()
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> _RigVerdict:
         """The verdict in a few words."""
         if self.error:
             return "failed"
@@ -175,17 +175,17 @@ class FleetFound:
     """
 
     rigs: Sequence[RigFound]
-    spreads: Mapping[str, Spread]
+    spreads: Mapping[str, FleetSpread]
     units: Mapping[str, str]
 
-    def of(self, verdict: Verdict) -> list[RigFound]:
+    def of(self, verdict: _RigVerdict) -> list[RigFound]:
         """The rigs with a verdict."""
         return [rig for rig in self.rigs if rig.verdict == verdict]
 
     @property
     def sentence(self) -> str:
         """The result in a sentence."""
-        verdicts: tuple[Verdict, ...] = ("changed", "differs", "failed")
+        verdicts: tuple[_RigVerdict, ...] = ("changed", "differs", "failed")
         changed, different, failed = ([rig.name for rig in self.of(v)] for v in verdicts)
         unknown = len(self.of("not judged"))
         return fleet_sentence(len(self.rigs), changed, different, unknown, failed)
@@ -205,7 +205,7 @@ class FleetFound:
     @property
     def with_findings(self) -> list[RigFound]:
         """Rigs with findings or remarks, those that changed first."""
-        verdicts: tuple[Verdict, ...] = ("changed", "differs", "failed")
+        verdicts: tuple[_RigVerdict, ...] = ("changed", "differs", "failed")
         rigs = [rig for verdict in verdicts for rig in self.of(verdict)]
         return rigs + [rig for rig in self.rigs if rig.remarks and rig.verdict not in verdicts]
 
@@ -226,7 +226,7 @@ class FleetFound:
 
 
 def change_sentence(
-    change: Change, series: Series, rivals: Sequence[Series], dates: Sequence[datetime]
+    change: Change, series: NumberSeries, rivals: Sequence[NumberSeries], dates: Sequence[datetime]
 ) -> str:
     """A change in words, with values and dates; ``rivals``: series that explain it as well."""
     text = f"{_named(series)} {_course(change, series, dates)}"
@@ -237,13 +237,13 @@ def change_sentence(
     return text
 
 
-def _named(series: Series) -> str:
+def _named(series: NumberSeries) -> str:
     if not series.number.identifier:
         return series.number.name
     return f"{series.number.name} ({CATALOGUE[series.number.identifier].name})"
 
 
-def _course(change: Change, series: Series, dates: Sequence[datetime]) -> str:
+def _course(change: Change, series: NumberSeries, dates: Sequence[datetime]) -> str:
     if change.course == "varying":
         ends = [float(series.values.min()), float(series.values.max())]
         low, high = _in_one_unit(ends, series.unit)
@@ -275,15 +275,15 @@ def _in_one_unit(values: Sequence[float], unit: str) -> list[str]:
     return [*numbers[:-1], f"{numbers[-1]}{symbol}"]
 
 
-def difference_sentence(difference: Difference, unit: str) -> str:
-    """A difference in words, with both values."""
+def difference_sentence(difference: RigDifference, unit: str) -> str:
+    """Sentence that states a difference, with both values."""
     median = difference.spread.median
     value, _ = _in_one_unit([difference.value, median], unit)
     return f"{difference.name} is {value}, the fleet's median {quantity(median, unit)}"
 
 
 def not_judged(recordings: int, rigs: int) -> list[str]:
-    """Why a change is not searched for, or a rig not compared."""
+    """Reasons not to search for a change, or not to compare a rig."""
     reasons = []
     if recordings < 2 * LEAST_DAYS:
         reasons.append(

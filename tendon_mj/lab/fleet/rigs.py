@@ -1,6 +1,6 @@
 """Rigs of a fleet: folders of dated recordings.
 
-    FLEET/description.toml          of all recordings without one of their own
+    FLEET/description.toml          of all recordings that have no other
     FLEET/finger_01/2026-03-01.csv
     FLEET/finger_01/2026-03-02T14:30.csv
 
@@ -20,7 +20,7 @@ from tendon_mj.errors import RecordingError, TendonError
 from tendon_mj.lab.recordings import Recording, read_recording
 
 DESCRIPTION = "description.toml"
-TABLES = (".csv", ".parquet", ".mcap")
+_TABLES = (".csv", ".parquet", ".mcap")
 RESULT_TABLE = "fleet.csv"  # of a run over a fleet
 
 
@@ -101,13 +101,13 @@ def unusable(refused: Mapping[datetime, str]) -> str:
 
 
 def find_rigs(folder: Path, out: Path | None = None) -> list[Rig]:
-    """The rigs of a fleet: each folder in ``folder`` but for results and hidden ones.
+    """The rigs of a fleet: every subfolder except results and hidden folders.
 
     A rig without recordings, with a table without a date or a description, or with two tables of
     one date is returned with its error.
 
     Args:
-        folder: of the fleet, see above.
+        folder: of the fleet, see the module's docstring.
         out: folder for results, which may lie in ``folder``.
 
     Raises:
@@ -119,13 +119,13 @@ def find_rigs(folder: Path, out: Path | None = None) -> list[Rig]:
     for path in _tables(folder):
         if _date(path):
             raise RecordingError(
-                f"{path} lies directly in the fleet's folder; move it to the folder of its rig, as"
-                f" {folder / 'rig_1' / path.name}"
+                f"{path} lies directly in the fleet's folder; move it to the folder of its rig, for"
+                f" example {folder / 'rig_1' / path.name}"
             )
     rigs = [_rig(path, folder) for path in sorted(folder.iterdir()) if _is_rig(path, out)]
     if all(rig.error and not _tables(folder / rig.name) for rig in rigs):
         raise RecordingError(
-            f"{folder}: no folder in it has recordings ({', '.join(TABLES)}); a fleet has one"
+            f"{folder}: no folder in it has recordings ({', '.join(_TABLES)}); a fleet has one"
             " folder for each rig, with its recordings in it"
         )
     return rigs
@@ -138,8 +138,8 @@ def _is_rig(folder: Path, out: Path | None) -> bool:
     holds_out = out is not None and out.resolve().is_relative_to(folder.resolve())
     if dated and holds_out:
         raise RecordingError(
-            f"{folder} has recordings, such as {dated[0].name}, and the results go there too"
-            " (--out); give another folder for these"
+            f"{folder} holds recordings, such as {dated[0].name}, and is also --out; choose another"
+            " --out"
         )
     return bool(dated) or not (holds_out or any(folder.rglob(RESULT_TABLE)))
 
@@ -158,7 +158,7 @@ def _rig(folder: Path, fleet: Path) -> Rig:
                 raise RecordingError(f"{tables[when]} and {path} are of one date, {stamp(when)}")
             tables[when], descriptions[when] = path, _description(path, fleet)
         if not tables:
-            raise RecordingError(f"{folder}: no recordings ({', '.join(TABLES)})")
+            raise RecordingError(f"{folder}: no recordings ({', '.join(_TABLES)})")
     except RecordingError as error:
         return Rig(folder.name, {}, {}, str(error))
     return Rig(folder.name, dict(sorted(tables.items())), dict(sorted(descriptions.items())))
@@ -175,7 +175,7 @@ def _description(table: Path, fleet: Path) -> Path:
 
 def _tables(folder: Path) -> list[Path]:
     files = sorted(folder.iterdir())
-    return [p for p in files if p.suffix.lower() in TABLES and not p.name.startswith(".")]
+    return [p for p in files if p.suffix.lower() in _TABLES and not p.name.startswith(".")]
 
 
 def _date(table: Path) -> datetime | None:

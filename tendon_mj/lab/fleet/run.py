@@ -16,14 +16,14 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import RecordingError, TendonError
-from tendon_mj.lab.fleet.changes import SIGNIFICANT, find_change, reproducibility, suspects
+from tendon_mj.lab.fleet.changes import SIGNIFICANT, daily_deviations, find_change, suspects
 from tendon_mj.lab.fleet.comparison import (
     MISFIT,
-    Difference,
-    Spread,
-    differences,
+    FleetSpread,
+    RigDifference,
     kind,
     larger_misfits,
+    rig_differences,
     spread_between,
     unlike,
 )
@@ -38,7 +38,7 @@ from tendon_mj.lab.fleet.result import (
     timing_remarks,
 )
 from tendon_mj.lab.fleet.rigs import Rig, unusable
-from tendon_mj.lab.fleet.series import Series, explanation, fit_series
+from tendon_mj.lab.fleet.series import NumberSeries, explanation, fit_series
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.tasks import Workers, run_tasks, versions
@@ -116,7 +116,7 @@ def run_fleet(
     observed |= {name: _Observed(error=error) for name, error in errors.items()}
     seen = {name: one.observation for name, one in observed.items() if one.observation}
     used = {name: by_name[name].without(observed[name].left_out) for name in seen}
-    spreads = reproducibility(list(seen.values()))
+    spreads = daily_deviations(list(seen.values()))
     suspected = _suspected(used, seen, spreads)
     of = {name: f"{digests[name]} {changes}" for name, changes in suspected.items()}
     second = _RigFiles(out / "changes", of, again=again)
@@ -248,8 +248,8 @@ def _restored(fields: Mapping[str, Any]) -> _Observed:
     return _Observed(**{**fields, "observation": observation})
 
 
-def _series(fields: Mapping[str, Any]) -> Series:
-    return Series(**{**_with_arrays(fields), "number": _number(fields["number"])})
+def _series(fields: Mapping[str, Any]) -> NumberSeries:
+    return NumberSeries(**{**_with_arrays(fields), "number": _number(fields["number"])})
 
 
 def _number(fields: Mapping[str, Any]) -> Number:
@@ -265,7 +265,7 @@ def _with_arrays(fields: Mapping[str, Any], without: str = "") -> dict[str, Any]
 
 
 def _result(
-    rig: Rig, observed: _Observed, series: Sequence[Series], spreads: Mapping[Label, float]
+    rig: Rig, observed: _Observed, series: Sequence[NumberSeries], spreads: Mapping[Label, float]
 ) -> RigFound:
     """The result of one rig, before it is compared."""
     remarks = (*left_out(rig.tables, observed.left_out), *observed.remarks)
@@ -341,17 +341,17 @@ def _remarks(rig: RigFound, usual: float, other_parts: Sequence[str]) -> tuple[s
 
 def _outliers(
     rigs: Sequence[RigFound], units: Mapping[str, str]
-) -> tuple[dict[str, Spread], dict[str, list[Difference]]]:
+) -> tuple[dict[str, FleetSpread], dict[str, list[RigDifference]]]:
     """Parameter → spread between rigs, and rig → its differences."""
-    spreads = dict[str, Spread]()
-    outliers: dict[str, list[Difference]] = {rig.name: [] for rig in rigs}
+    spreads = dict[str, FleetSpread]()
+    outliers: dict[str, list[RigDifference]] = {rig.name: [] for rig in rigs}
     for name in units:
         having = [rig for rig in rigs if name in rig.values]
         values = {rig.name: rig.values[name] for rig in having}
         errors = {rig.name: rig.errors[name] for rig in having}
         spreads[name] = spread_between(values, errors)
         others = {rig.name: rig.one_out.get(name, ()) for rig in rigs}
-        for rig, one in differences(name, values, errors, spreads[name], others).items():
+        for rig, one in rig_differences(name, values, errors, spreads[name], others).items():
             outliers[rig].append(one)
     if rigs:
         others = {rig.name: rig.one_out.get(MISFIT, ()) for rig in rigs}

@@ -26,7 +26,7 @@ _RESOLVED = 2.0  # standard errors of the mean, by which two explanations differ
 
 
 @dataclass(frozen=True, eq=False)
-class Series:
+class NumberSeries:
     """A number day by day.
 
     Attributes:
@@ -56,7 +56,7 @@ def fit_series(
     model: mujoco.MjModel,
     start: Sequence[float],
     suspects: Mapping[Number, Sequence[float]],
-) -> list[Series]:
+) -> list[NumberSeries]:
     """Fit each of some numbers day by day; the one that explains most first.
 
     Args:
@@ -77,7 +77,7 @@ def fit_series(
 
 def _series(
     rig: Calibrated, watched: Watched, changes: Sequence[float], names: Sequence[str]
-) -> Series:
+) -> NumberSeries:
     own, term, count = watched.per_recording(names), watched.term, len(names)
     kept, values = terms_without(rig.fit, (term,))
     daily = np.clip(watched.value + term.probe * np.array(changes), term.low, term.high)
@@ -99,7 +99,7 @@ def _series(
     probe = abs(_parameter(term, middle + term.probe, written) - _parameter(term, middle, written))
     with np.errstate(divide="ignore"):
         errors = probe * np.sqrt(np.maximum(square, 1.0) / information)
-    return Series(
+    return NumberSeries(
         number=watched.number,
         parameter=parameter,
         unit=rig.problem.simulate.parameters[parameter].unit,
@@ -117,12 +117,12 @@ def _parameter(term: Term, number: float, values: Mapping[str, float]) -> float:
     return term.write(number, values)[term.targets[0]]
 
 
-def explanation(ranked: Sequence[Series]) -> tuple[Series, list[Series]]:
+def explanation(ranked: Sequence[NumberSeries]) -> tuple[NumberSeries, list[NumberSeries]]:
     """The series that explains the recordings, and those that explain them as well.
 
-    Two differ where the mean, over the recordings, of how much less one leaves is more than twice
-    its standard error, and a hundredth of its residual. Among those that do not, a parameter that
-    the recordings call uncertain comes first.
+    Two series differ if the mean reduction in residual over the recordings exceeds both twice its
+    standard error and 1 % of the residual. Among those that do not differ, a parameter that the
+    recordings call uncertain comes first.
 
     Args:
         ranked: series, the one with the smallest residual first.

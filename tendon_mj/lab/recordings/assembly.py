@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError, unknown
-from tendon_mj.lab.recordings.description import Layout, Source
+from tendon_mj.lab.recordings.description import Source, TableLayout
 from tendon_mj.lab.recordings.times import (
-    Clock,
+    Stamps,
     at,
     at_common_times,
     read_clock,
@@ -35,7 +35,7 @@ from tendon_mj.lab.recordings.units import (
 )
 from tendon_mj.typing import BoolArray, FloatArray
 
-Cells = dict[str, NDArray[Any]]
+Columns = dict[str, NDArray[Any]]
 
 _SPARSE = 0.6  # share of complete rows below which a row is a message: half are, of 100 and 50 Hz
 _DAY = 86400.0  # [s]
@@ -61,7 +61,7 @@ class OpenTable:
     names: list[str]
     has: Callable[[str], bool]
     first: int
-    read: Callable[[Mapping[str, bool], str], tuple[Cells, list[str]]]
+    read: Callable[[Mapping[str, bool], str], tuple[Columns, list[str]]]
     sample: Mapping[str, str]
 
 
@@ -75,14 +75,14 @@ class Table(NamedTuple):
 def assemble(
     table: OpenTable,
     where: str,
-    layout: Layout | None = None,
+    layout: TableLayout | None = None,
     described: Mapping[str, str] | None = None,
     *,
     held: Collection[str] = (),
     elements: Collection[str] = (),
     toml: str = "",
 ) -> Table:
-    """Read the columns that a description names, and others whose name and numbers are valid.
+    """Read the columns that a description names, and others with a valid name and valid numbers.
 
     Rows in which none of the named columns has a value are passed over, as of events. Where few of
     the others are complete, a row is a message, and `at_common_times` joins them.
@@ -94,7 +94,7 @@ def assemble(
     Raises:
         RecordingError: all that is wrong with the table, a line each.
     """
-    names = _Names(table, where, layout or Layout(), described or {}, described is None, toml)
+    names = _Names(table, where, layout or TableLayout(), described or {}, described is None, toml)
     sources, faults = names.sources(elements)
     named = sources if described is None else [*names.layout.columns, *described]
     needed = [c for c in dict.fromkeys(named) if c in sources.keys() - {*TIMES}]
@@ -120,9 +120,9 @@ def _samples(
     where: str,
     sources: Mapping[str, Source],
     clock: str,
-    time: Clock,
+    time: Stamps,
     rows: NDArray[np.int64],
-    cells: Cells,
+    cells: Columns,
     needed: Sequence[str],
     faults: list[str],
 ) -> _Samples:
@@ -155,12 +155,12 @@ def _samples(
 
 @dataclass(frozen=True)
 class _Samples:
-    """Rows of a table that have a value; ``stamps`` are their (n,) times, see `Clock`."""
+    """Rows of a table that have a value; ``stamps`` are their (n,) times, see `Stamps`."""
 
     where: str
     sources: Mapping[str, Source]
     clock: str  # name of the column
-    time: Clock  # of all rows
+    time: Stamps  # of all rows
     stamps: NDArray[Any]
     rows: NDArray[np.int64]  # (n,) in the file
     numbers: Mapping[str, FloatArray]  # as in the file
@@ -215,7 +215,7 @@ class _Samples:
         joined, chosen = at_common_times(series, self.clock, self.time.scale, self.where, held)
         return Table(joined, self.rows[self.filled[0]][chosen])
 
-    def table(self, layout: Layout) -> Table:
+    def table(self, layout: TableLayout) -> Table:
         """Columns row by row; dates, and a clock of [columns] since 1970, from the first one on."""
         converted = {
             c: self.sources[c].converted(values, c)
@@ -237,13 +237,13 @@ class _Names(NamedTuple):
 
     table: OpenTable
     where: str
-    layout: Layout
+    layout: TableLayout
     described: Mapping[str, str]
     all_needed: bool
     toml: str
 
     def sources(self, elements: Collection[str]) -> tuple[dict[str, Source], list[str]]:
-        """Place of each column that is named, or whose name is valid; and faults of the names."""
+        """Place of each column that is named, or has a valid name; and faults of the names."""
         used = {source.column: column for column, source in self.layout.columns.items()}
         header = f"{self.where}, row {max(self.table.first - 1, 1)}"
         sources, faults = self._mapped()

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tendon_mj.errors import MissingPackageError, RecordingError, unknown
-from tendon_mj.lab.recordings.assembly import Cells, OpenTable
+from tendon_mj.lab.recordings.assembly import Columns, OpenTable
 from tendon_mj.lab.recordings.description import Source
 from tendon_mj.lab.recordings.files import LARGEST_FILE, check_file
-from tendon_mj.lab.recordings.times import Series, at_common_times, check_table
+from tendon_mj.lab.recordings.times import Samples, at_common_times, check_table
 from tendon_mj.lab.recordings.units import TIME, TIMES
 from tendon_mj.typing import FloatArray
 
@@ -51,14 +51,14 @@ def open_parquet(path: Path) -> OpenTable:
         raise RecordingError(f"{path}: holds no column")
     empty = schema.empty_table()
 
-    def read(wanted: Mapping[str, bool], clock: str) -> tuple[Cells, list[str]]:
+    def read(wanted: Mapping[str, bool], clock: str) -> tuple[Columns, list[str]]:
         roots = {name: _root(schema, name) for name in wanted}
         try:
             table = file.read(columns=list(dict.fromkeys(roots.values())))
             whole = {root: table.column(root) for root in roots.values()}
         except broken as error:
             raise RecordingError(f"{path}: not a Parquet file: {error}") from None
-        cells, faults = Cells(), list[str]()
+        cells, faults = Columns(), list[str]()
         for name, needed in wanted.items():
             rest = name[len(roots[name]) + 1 :]
             try:
@@ -149,7 +149,7 @@ def read_mcap(
     return table
 
 
-def _read_series(path: Path, topics: Mapping[str, Source]) -> dict[str, Series]:
+def _read_series(path: Path, topics: Mapping[str, Source]) -> dict[str, Samples]:
     """Column → (m,) log times [ns] and values; the first fault of each column in one message."""
     columns: dict[str, list[str]] = {}
     for column, source in topics.items():

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from tendon_mj.errors import RecordingError
-from tendon_mj.lab.recordings.assembly import Cells, OpenTable
+from tendon_mj.lab.recordings.assembly import Columns, OpenTable
 from tendon_mj.lab.recordings.files import check_file, read_text
 from tendon_mj.lab.recordings.times import and_more
 from tendon_mj.lab.recordings.units import UNIT_FACTORS, proposed_name
@@ -61,7 +61,7 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
     sample = dict(zip(names, first if no_names else below, strict=False))
     body = _Body(path, names, skipped, separator, decimal)
 
-    def read(wanted: Mapping[str, bool], clock: str) -> tuple[Cells, list[str]]:
+    def read(wanted: Mapping[str, bool], clock: str) -> tuple[Columns, list[str]]:
         return body.read(wanted, clock, len(sample.get(clock, "")) in range(1, _EXACT + 1))
 
     return OpenTable(names, set(names).__contains__, skipped + 1, read, sample)
@@ -148,7 +148,9 @@ class _Body:
     separator: str
     decimal: str
 
-    def read(self, wanted: Mapping[str, bool], clock: str, exact: bool) -> tuple[Cells, list[str]]:
+    def read(
+        self, wanted: Mapping[str, bool], clock: str, exact: bool
+    ) -> tuple[Columns, list[str]]:
         """Columns by name, and the faults of their cells; see `OpenTable`.
 
         Columns are numbers, with NaN for empty cells; the clock may be texts, and is unless it is
@@ -156,7 +158,7 @@ class _Body:
         """
         labels = {name: f"c{self.names.index(name)}" for name in wanted}
         frame = self._frame([*labels.values()], {} if exact or not clock else {labels[clock]: str})
-        cells, faults, width = Cells(), list[str](), len(self.names)
+        cells, faults, width = Columns(), list[str](), len(self.names)
         more = frame[_EXTRA].dropna()
         for name, label in labels.items():
             column = frame[label]
@@ -205,7 +207,7 @@ class _Body:
             except pd.errors.ParserError as error:  # such as a quote that does not end
                 raise RecordingError(f"{self.path}: not a CSV: {error}") from None
 
-    def _convert(self, column: Any, name: str, cells: Cells) -> str:
+    def _convert(self, column: Any, name: str, cells: Columns) -> str:
         """Add a column of texts to the cells if all are numbers; else return the fault."""
         texts = column.dropna().astype(str)
         point = texts.str.replace(",", ".") if self.decimal == "," else texts

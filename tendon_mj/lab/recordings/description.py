@@ -12,20 +12,21 @@ import tomli_w
 from tendon_mj.errors import InvalidValueError, RecordingError, unknown
 from tendon_mj.lab.recordings.files import read_toml
 from tendon_mj.lab.recordings.units import (
-    ANY,
+    ANY_NUMBER,
+    LARGEST,
     NOT_NEGATIVE,
-    POSITIVE,
+    POSITIVE_NUMBER,
     TIMES,
     UNIT_FACTORS,
-    Range,
+    NumberRange,
     claimed_unit,
     name_fault,
     si_name,
 )
 from tendon_mj.typing import FloatArray
 
-TABLES = ("drive", "measured", "known", "uncertain", "session")
-KEYS = ("model", "source", "settle", "timing", "header", *TABLES, "columns", "mcap")
+_TABLES = ("drive", "measured", "known", "uncertain", "session")
+KEYS = ("model", "source", "settle", "timing", "header", *_TABLES, "columns", "mcap")
 
 _OVER = 1.01  # of its period, that a counter with noise covers at most
 _LEAST_SPREAD = 1e-12  # of the value that it is about
@@ -48,7 +49,7 @@ class Measured:
         if not self.sensor.strip():
             raise InvalidValueError(f"sensor must be a name, got {self.sensor!r}")
         if self.noise is not None:
-            POSITIVE.check("noise", self.noise)
+            POSITIVE_NUMBER.check("noise", self.noise)
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class Uncertain:
 
     def __post_init__(self) -> None:
         for name in ("value", "low", "high"):
-            ANY.check(name, getattr(self, name))
+            ANY_NUMBER.check(name, getattr(self, name))
         if not self.low <= self.value <= self.high:
             raise InvalidValueError(
                 f"low ≤ value ≤ high must hold, got {self.low!r} ≤ {self.value!r} ≤ {self.high!r}"
@@ -86,12 +87,13 @@ class Session:
     spread: float
 
     def __post_init__(self) -> None:
-        ANY.check("value", self.value)
-        POSITIVE.check("spread", self.spread)
+        ANY_NUMBER.check("value", self.value)
+        POSITIVE_NUMBER.check("spread", self.spread)
         if self.spread < _LEAST_SPREAD * abs(self.value):
             raise InvalidValueError(
-                f"spread = {self.spread!r} is within the rounding of value = {self.value!r}; give"
-                f" at least {_LEAST_SPREAD * abs(self.value):g}, or put the value into [known]"
+                f"spread = {self.spread!r} is smaller than the rounding error of value ="
+                f" {self.value!r}; give at least {_LEAST_SPREAD * abs(self.value):g}, or put the"
+                " value into [known]"
             )
 
 
@@ -138,8 +140,8 @@ class Source:
     period: float = 0.0
 
     def __post_init__(self) -> None:
-        Range(zero=False).check("factor", self.factor)
-        ANY.check("offset", self.offset)
+        NumberRange(zero=False).check("factor", self.factor)
+        ANY_NUMBER.check("offset", self.offset)
         NOT_NEGATIVE.check("period", self.period)
 
     def converted(self, numbers: FloatArray, column: str) -> FloatArray:
@@ -166,7 +168,7 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Layout:
+class TableLayout:
     """Places of the columns of a recording in its file.
 
     columns: [columns] of the description; topics: the same of a log, where they may be called
@@ -230,7 +232,7 @@ class Description:
         _check_text(self.source, f"{where}, source")
         faults = [NOT_NEGATIVE.fault("settle", self.settle, "s")]
         if self.settling_time is not None:
-            faults.append(POSITIVE.fault("[timing] settling_time", self.settling_time, "s"))
+            faults.append(POSITIVE_NUMBER.fault("[timing] settling_time", self.settling_time, "s"))
         for fault in filter(None, faults):
             raise RecordingError(f"{where}, {fault}")
         for table, kind in (("measured", Measured), ("uncertain", Uncertain), ("session", Session)):
@@ -259,7 +261,7 @@ class Description:
                 if column in TIMES:
                     fault = "the clock is neither driven nor measured"
                 elif table == "measured" and column in self.drive:
-                    fault = "is in [drive] too; a column is one or the other"
+                    fault = "is also in [drive]; list it in one table only"
                 if fault:
                     raise RecordingError(f"{where}, [{table}] {column!r}: {fault}")
         for column in self.hold:
@@ -280,10 +282,10 @@ class Description:
                     )
                 if name in tables:
                     raise RecordingError(
-                        f"{here}: is in [{tables[name]}] too; a parameter is one or the other"
+                        f"{here}: is also in [{tables[name]}]; list it in one table only"
                     )
                 tables[name] = table
-                if table == "known" and (fault := ANY.fault(repr(name), entry)):
+                if table == "known" and (fault := ANY_NUMBER.fault(repr(name), entry)):
                     raise RecordingError(f"{where}, [known] {fault}")
 
     def in_si(self, where: str) -> Description:
@@ -309,7 +311,7 @@ def parse_description(text: str, where: str) -> Description:
     return parse_toml(text, where)[0]
 
 
-def parse_toml(text: str, where: str) -> tuple[Description, Layout]:
+def parse_toml(text: str, where: str) -> tuple[Description, TableLayout]:
     """A description in TOML, and its places of columns; messages begin with ``where``, the file.
 
     Raises:
@@ -343,7 +345,7 @@ def parse_toml(text: str, where: str) -> tuple[Description, Layout]:
         for title in ("columns", "mcap")
     )
     names = tuple(_text(name, f"{where}, header") for name in header)
-    return description, Layout(columns, topics or columns, names)
+    return description, TableLayout(columns, topics or columns, names)
 
 
 def format_description(description: Description, model: str) -> str:
@@ -398,7 +400,7 @@ def _source(name: str, entry: Any, here: str) -> Source:
         keys, needed = ["column", "unit", "factor"], ["column"]
     check_keys(entry, keys, needed, here)
     source = read_entry(Source, entry, here)
-    if name in TIMES and (fault := POSITIVE.fault("factor", source.factor)):
+    if name in TIMES and (fault := POSITIVE_NUMBER.fault("factor", source.factor)):
         raise RecordingError(f"{here}: {fault}")
     if source.unit:
         target = UNIT_FACTORS[claimed_unit(name)][0]
@@ -471,7 +473,7 @@ def _number(entry: Any, here: str) -> float:
     try:
         return float(entry)
     except OverflowError:
-        raise RecordingError(f"{here}: is too large a number") from None
+        raise RecordingError(f"{here}: is too large; at most {LARGEST:g}") from None
 
 
 def _text(entry: Any, here: str) -> str:

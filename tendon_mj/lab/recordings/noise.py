@@ -26,10 +26,10 @@ _REPEATS = 0.01  # of its range: a driven column this near to another row's repe
 
 
 def resolution(series: ArrayLike) -> float:
-    """Step of a quantised series [its unit]; 0 where its values are on no grid.
+    """Step of a quantised series [its unit]; 0 where its values are not quantised.
 
     All levels are multiples of the step, to a tenth of it: values of a coarse converter may be
-    rounded once more in the file. A ramp whose samples are evenly apart is not quantised.
+    rounded once more in the file. A ramp whose samples are evenly spaced is not quantised.
 
     Args:
         series: (n,) samples.

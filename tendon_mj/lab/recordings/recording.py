@@ -19,7 +19,7 @@ from tendon_mj.lab.recordings.binary_files import open_parquet, read_mcap
 from tendon_mj.lab.recordings.csv_table import open_csv, write_csv
 from tendon_mj.lab.recordings.description import (
     Description,
-    Layout,
+    TableLayout,
     format_description,
     parse_description,
     parse_toml,
@@ -177,7 +177,7 @@ def read_table(path: Path, elements: Collection[str] = ()) -> dict[str, FloatArr
 
 def read_columns(
     path: Path,
-    layout: Layout | None = None,
+    layout: TableLayout | None = None,
     described: Mapping[str, str] | None = None,
     held: Collection[str] = (),
     elements: Collection[str] = (),
@@ -235,7 +235,7 @@ def is_same_model(one: str, other: str) -> bool:
 
 
 def _model_beside(toml: Path, model: str) -> str:
-    """Path of the MJCF file of that name beside the description; else the name as it is."""
+    """Path of the MJCF file of that name next to the description; else the name itself."""
     beside = toml.parent / model
     if not beside.is_file():
         return model

@@ -17,7 +17,7 @@ from tendon_mj.lab.recordings.description import Source
 from tendon_mj.lab.recordings.units import LARGEST, TIME, claimed_unit, excess, name_fault, si_name
 from tendon_mj.typing import FloatArray
 
-Series = tuple[NDArray[Any], FloatArray]  # times, and values at them
+Samples = tuple[NDArray[Any], FloatArray]  # times, and values at them
 
 _LONG = 10.0  # times the usual interval: over such a gap values are not interpolated in silence
 _OUTSIDE = 0.25  # share of the rows before and after the common time, above which that is said
@@ -25,7 +25,7 @@ _COARSE = 0.05  # share of equal times from which the clock is coarse, and none 
 
 
 @dataclass(frozen=True)
-class Clock:
+class Stamps:
     """Times of the rows: (n,) stamps, of rows where ``there``; scale × stamp [the column's unit].
 
     dated: whether they are dates, times of day or durations, and not numbers.
@@ -43,14 +43,14 @@ class Clock:
 
 def read_clock(
     cells: NDArray[Any], clock: str, source: Source, rows: NDArray[np.int64], where: str
-) -> Clock:
+) -> Stamps:
     """Times as they are in a file: numbers, dates, or ISO 8601 and durations as text."""
     if cells.dtype.kind in "fiu":
-        return Clock(cells, ~np.isnan(cells), source.factor * source.ratio(clock), dated=False)
+        return Stamps(cells, ~np.isnan(cells), source.factor * source.ratio(clock), dated=False)
     nanoseconds = 1e-9 / si_name(clock)[1]
     if cells.dtype.kind in "mM":
         dates = cells.astype(f"{cells.dtype.kind}8[ns]")
-        return Clock(dates.astype(np.int64), ~np.isnat(dates), nanoseconds, dated=True)
+        return Stamps(dates.astype(np.int64), ~np.isnat(dates), nanoseconds, dated=True)
     text = pd.Series(cells, dtype=object)
     there = text.notna().to_numpy()
     written = text[there].astype(str).str.strip()
@@ -58,7 +58,7 @@ def read_clock(
         with suppress(ValueError, OverflowError):
             stamps = np.zeros(there.size, kind)
             stamps[there] = [int(cell) if kind is np.int64 else float(cell) for cell in written]
-            return Clock(stamps, there, source.factor * source.ratio(clock), dated=False)
+            return Stamps(stamps, there, source.factor * source.ratio(clock), dated=False)
     as_dates = pd.to_datetime(written, format="ISO8601", utc=True, errors="coerce")
     as_spans = pd.to_timedelta(written, errors="coerce")
     best = min(as_dates, as_spans, key=lambda times: times.isna().sum())
@@ -69,7 +69,7 @@ def read_clock(
         raise RecordingError(at(where, rows[there][bad], source.column, cell))
     dates = np.zeros(there.size, np.int64)
     dates[there] = pd.Index(best).as_unit("ns").asi8
-    return Clock(dates, there, nanoseconds, dated=True)
+    return Stamps(dates, there, nanoseconds, dated=True)
 
 
 def spread(time: FloatArray, rows: NDArray[np.int64], where: str) -> FloatArray:
@@ -100,7 +100,7 @@ def spread(time: FloatArray, rows: NDArray[np.int64], where: str) -> FloatArray:
 
 
 def at_common_times(
-    series: Mapping[str, Series], clock: str, scale: float, where: str, held: Collection[str]
+    series: Mapping[str, Samples], clock: str, scale: float, where: str, held: Collection[str]
 ) -> tuple[dict[str, FloatArray], NDArray[np.int64]]:
     """Columns at the times of the first one, from the first row on.
 
@@ -231,7 +231,7 @@ def in_si(table: Mapping[str, FloatArray], where: str) -> dict[str, FloatArray]:
 
 
 def and_more(count: int) -> str:
-    """How many rows there are beside the first one."""
+    """Number of rows after the first, in words."""
     others = count - 1
     return f" (and {others} more row{'s' if others > 1 else ''})" if others > 0 else ""
 

@@ -65,7 +65,7 @@ _WORDS = {
 _CLAIMED = re.compile(r"(?:(?:^|_)[^_]+_per)?_[^_]+$")
 
 
-class Range(NamedTuple):
+class NumberRange(NamedTuple):
     """Allowed values of a number: from ``low`` to ``high``, and 0 or from 1e-30 to 1e30 in size.
 
     Attributes:
@@ -100,9 +100,9 @@ class Range(NamedTuple):
         return f"{zero}{max(self.low, SMALLEST):g} … {self.high:g}"
 
 
-ANY = Range()
-NOT_NEGATIVE = Range(0.0)
-POSITIVE = Range(0.0, zero=False)
+ANY_NUMBER = NumberRange()
+NOT_NEGATIVE = NumberRange(0.0)
+POSITIVE_NUMBER = NumberRange(0.0, zero=False)
 
 
 def excess(value: float) -> str:

@@ -1,4 +1,8 @@
-"""Simulation of a recording: schedule of controls, parameters, sensor readings, rollouts."""
+"""Simulation of recordings and motions.
+
+Schedules of controls, named parameters and patched models, sensor readings, rollouts; motions and
+frames for clips; units of columns; and the template of a description.
+"""
 
 from tendon_mj.lab.replay.description_template import column_of as column_of
 from tendon_mj.lab.replay.description_template import format_template as format_template
@@ -35,7 +39,7 @@ from tendon_mj.lab.replay.schedule import Schedule as Schedule
 from tendon_mj.lab.replay.schedule import described_values as described_values
 from tendon_mj.lab.replay.schedule import stated_values as stated_values
 from tendon_mj.lab.replay.simulation import Misfit as Misfit
-from tendon_mj.lab.replay.simulation import Progress as Progress
+from tendon_mj.lab.replay.simulation import ProgressShare as ProgressShare
 from tendon_mj.lab.replay.simulation import as_recording as as_recording
 from tendon_mj.lab.replay.simulation import full_state as full_state
 from tendon_mj.lab.replay.simulation import replay_error as replay_error

@@ -65,7 +65,7 @@ def format_template(model: mujoco.MjModel, name: str) -> str:
 
 
 def _settle(model: mujoco.MjModel) -> str:
-    """How a replay begins: at once where an actuator bears a load in the reference pose."""
+    """Line of the settling time: 0 where an actuator bears a load in the reference pose."""
     if _bears_a_load(model):
         return (
             "# A motor bears a load at rest: a replay begins with the first drive value, since a\n"

@@ -23,7 +23,7 @@ Drive = Callable[[float], FloatArray]
 
 POSE = mujoco.mjtState.mjSTATE_PHYSICS
 _FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
-FPS = 30.0  # [1/s]
+_FPS = 30.0  # [1/s]
 _LEAST_FPS = 0.01  # of a clip [1/s]
 _MOST_MEMORY = 2.0  # that frames may take [GB]
 _FRICTION = (
@@ -172,7 +172,7 @@ class Frames:
 class FrameRecorder:
     """Keeps frames of a simulation at 0, 1/fps, 2/fps, … [s] while something else steps it."""
 
-    def __init__(self, fps: float = FPS) -> None:
+    def __init__(self, fps: float = _FPS) -> None:
         _check_positive("fps", fps, "1/s")
         self.fps = fps
         self._kept: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
@@ -180,7 +180,7 @@ class FrameRecorder:
         self._scratch: mujoco.MjData | None = None
 
     def due(self, start: float, timestep: float, steps: int) -> list[int]:
-        """Steps at whose beginning a frame is due, of a run of ``steps`` from ``start`` [s] on."""
+        """Steps that begin with a frame, of a run of ``steps`` from ``start`` [s] on."""
         count = max(1, round((start + steps * timestep) * self.fps))
         wanted = np.rint((np.arange(count) / self.fps - start) / timestep).astype(int)
         return [int(step) for step in wanted if step < max(1, steps)]
@@ -212,7 +212,7 @@ class FrameRecorder:
     def frames(self) -> Frames:
         """All frames that were kept; InvalidValueError if there is none."""
         if not self._kept:
-            raise InvalidValueError("no frame was recorded; give the recorder to a simulation")
+            raise InvalidValueError("no frame was recorded; pass the recorder to a simulation")
         poses, controls, readings, contacts = zip(*self._kept, strict=True)
         return Frames(
             fps=self.fps,
@@ -256,7 +256,7 @@ def record_frames(
     drive: Callable[[float], ArrayLike] | ArrayLike,
     *,
     duration: float,
-    fps: float = FPS,
+    fps: float = _FPS,
     parameters: Mapping[str, float] | None = None,
     progress: Progress | None = None,
 ) -> Frames:

@@ -30,7 +30,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.attach import as_number
+from tendon_mj.attach import checked_number
 from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameError
 from tendon_mj.lab.recordings import excess
 from tendon_mj.lab.replay.live_parameters import DRAWN_BEND, LiveParameters, custom_numbers
@@ -159,7 +159,7 @@ class Adjustable:
             except UnknownKeyError:
                 raise UnknownNameError("parameter", name, self.names()) from None
         for name, given in values.items():
-            value = as_number(name, given)
+            value = checked_number(name, given)
             if name in self._entries:
                 entry = self._entries[name]
                 _check(name, entry, value)

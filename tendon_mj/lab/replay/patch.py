@@ -29,7 +29,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
-from tendon_mj.attach import Mjcf, check_suffix, number, numbers, set_first
+from tendon_mj.attach import Mjcf, check_suffix, number_text, numbers, set_first
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.lab.replay.live_parameters import CORRECTION, DRAWN_BEND, EXTRA_BEND, custom_numbers
 from tendon_mj.lab.replay.parameters import GEAR, GEARED, SLIP, Adjustable, is_muscle
@@ -83,7 +83,9 @@ def patch_model(
         if name not in parameters:
             raise UnknownNameError("parameter of an interval", name, parameters)
         if not -math.inf < low <= high < math.inf:
-            raise InvalidValueError(f"{name}: interval {low:g} … {high:g} must be finite, in order")
+            raise InvalidValueError(
+                f"{name}: interval {low:g} … {high:g} must be finite and ascending"
+            )
     patch = _Patch(source, parameters)
     patch.write_all()
     for name, interval in intervals.items():
@@ -175,15 +177,15 @@ class _Patch:
         if parameter in (EXTRA_BEND, DRAWN_BEND):
             correction = self.adjustable.live.correction(element)
             if parameter == DRAWN_BEND:
-                self.write_custom(element + CORRECTION, number(correction))
+                self.write_custom(element + CORRECTION, number_text(correction))
             parameter = EXTRA_BEND
             value = self.adjustable.live[f"{element}.{EXTRA_BEND}"] + correction
         holder = self.text.plugin(element)
         for config in holder.iterfind("config"):
             if config.get("key") == parameter:
-                config.set("value", number(value))
+                config.set("value", number_text(value))
                 return
-        ElementTree.SubElement(holder, "config", key=parameter, value=number(value))
+        ElementTree.SubElement(holder, "config", key=parameter, value=number_text(value))
 
     def _write_spring_dampers(self) -> None:
         """Write the stiffness and damping that `springdamper` made of the former masses.
@@ -215,7 +217,7 @@ class _Patch:
                 if attribute in inertial.attrib:
                     stated = str(inertial.get(attribute)).split()
                     inertial.set(attribute, numbers(ratio * float(number) for number in stated))
-        inertial.set("mass", number(value))
+        inertial.set("mass", number_text(value))
 
     def _write_actuator(self, element: str, parameter: str) -> None:
         m, written = self.model, self.text.actuator(element)
@@ -236,8 +238,8 @@ class _Patch:
             written.set("biasprm", numbers(m.actuator_biasprm[k]))
         else:
             written.attrib.pop("dampratio", None)  # which would state kv again, from kp
-            written.set("kp", number(m.actuator_gainprm[k, 0]))
-            written.set("kv", number(0.0 - m.actuator_biasprm[k, 2]))
+            written.set("kp", number_text(m.actuator_gainprm[k, 0]))
+            written.set("kv", number_text(0.0 - m.actuator_biasprm[k, 2]))
 
     def _user(self, name: str, row: FloatArray, there: FloatArray, kind: str, fewest: int) -> str:
         """User data that begins with our row; the ``nuser`` of its kind is enlarged to hold it.
@@ -248,8 +250,8 @@ class _Patch:
             raise InvalidValueError(f"{name}: a scale of 0 with nothing else cannot be written")
         if 0 < len(there) < fewest:
             raise InvalidValueError(
-                f"{name}: the model's {kind}s have user data of {len(there)} numbers of their own,"
-                f" and {len(row)} are needed there"
+                f"{name}: the model's {kind}s already have user data of {len(there)} numbers, and"
+                f" {len(row)} are needed there"
             )
         size, attribute = max(len(row), len(there)), f"nuser_{kind}"
         self.text.section("size", attribute).set(attribute, str(size))

@@ -113,7 +113,7 @@ class Sense(NamedTuple):
 
 
 def sense_of(time: FloatArray, place: FloatArray) -> Sense:
-    """Sense of the motion of a drive whose ``place`` (n,) grows as it winds in.
+    """Direction of a drive's motion; ``place`` (n,) grows as it winds in.
 
     No faster than its noise makes it, it is at rest. At a corner the faster of two motions counts,
     and of equal ones neither.

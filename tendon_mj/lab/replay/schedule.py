@@ -43,14 +43,14 @@ class Schedule:
 
     Rows that are rests are simulated as moves from rest to rest, whatever their times: with the
     model's own step h_0 each move takes a quarter of the settling time, 1 s to 10 s, then the
-    settling time passes, and the row is read. In steps h a move is h_0/h times as slow, so that a
-    change by its speed shows as an error of the step.
+    settling time passes, and the row is read. With step h a move takes h_0/h times as long, so any
+    dependence on its speed shows as a step error.
 
     Args:
         recording: to simulate.
         model: that has its actuators and sensors; not kept.
         settle: time before the first sample [s]; with 0 the model starts in its reference pose.
-            None: as the recording says.
+            None: that of the recording.
         timestep: longest step allowed [s]; default: the model's.
 
     Attributes:

@@ -24,7 +24,7 @@ from tendon_mj.models import load_model
 from tendon_mj.plugin import unsolved_evaluations
 from tendon_mj.typing import FloatArray
 
-Progress = Callable[[float], None]
+ProgressShare = Callable[[float], None]  # called with the share that is done, 0 … 1
 
 UNSOLVED_WARNING: Final = "some simulations: sheath"  # how the warning of no equilibrium begins
 _PHYSICS = mujoco.mjtState.mjSTATE_FULLPHYSICS
@@ -40,7 +40,7 @@ def run_open_loop(
     control: FloatArray,
     where: str,
     when: Callable[[int], str],
-    progress: Progress | None = None,
+    progress: ProgressShare | None = None,
     recorder: FrameRecorder | None = None,
     rests: Rests | None = None,
 ) -> FloatArray:
@@ -96,7 +96,7 @@ def try_open_loop(
 
 
 def unsolved_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, int]:
-    """Evaluations whose flow was not solved, of every sheath that had such."""
+    """Number of evaluations without a solution, of every sheath that had any."""
     return {name: count for name, count in unsolved_evaluations(model, data).items() if count}
 
 
@@ -175,7 +175,7 @@ def replay_recording(
     parameters: Mapping[str, float] | None = None,
     described: bool | None = None,
     settle: float | None = None,
-    progress: Progress | None = None,
+    progress: ProgressShare | None = None,
     recorder: FrameRecorder | None = None,
 ) -> Recording:
     """Drive a model with a recording's driven columns and read off its measured ones.

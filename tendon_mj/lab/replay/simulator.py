@@ -1,4 +1,4 @@
-"""Many simulations of the same recordings, each with parameters of its own, on all cores."""
+"""Many simulations of the same recordings, each with different parameters, on all cores."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.attach import as_number
+from tendon_mj.attach import checked_number
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.lab.recordings import Recording, is_same_model
 from tendon_mj.lab.replay.names import parameter_of, recording_of, values_for
@@ -298,7 +298,7 @@ class Simulator:
                     raise UnknownNameError("parameter", name, self.parameters)
                 if name != parameter and recording_of(name) not in recordings:
                     raise UnknownNameError("recording", recording_of(name), recordings, name)
-            given = {name: as_number(name, value) for name, value in chosen.items()}
+            given = {name: checked_number(name, value) for name, value in chosen.items()}
             for k, described in enumerate(self._described):
                 values = {**described, **values_for(self.recordings[k].name, given)}
                 reads = {n: v for n, v in values.items() if self.parameters[n].kind == "sensor"}

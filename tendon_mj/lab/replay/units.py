@@ -130,18 +130,18 @@ def _through_sites(model: mujoco.MjModel, actuator: int) -> bool:
 
 
 def ending_of(unit: str) -> str:
-    """How the name of a column in a unit of SI ends; empty where names have no such unit."""
+    """Ending of the name of a column in an SI unit; empty where names have no such unit."""
     return {column_unit(ending): ending for ending in UNITS}.get(unit, "")
 
 
 def name_in(unit: str, column: str) -> str:
-    """A column's name as it would be in another unit; empty where names have no such unit."""
+    """A column's name in another unit; empty where names have no such unit."""
     ending = ending_of(unit)
     return column.removesuffix(unit_ending(column)) + ending if ending else ""
 
 
 def unit_ending(column: str) -> str:
-    """The longest unit, as names have it, that a column ends in."""
+    """The longest unit in which a column's name ends."""
     return max((ending for ending in UNITS if column.endswith(ending)), key=len, default="")
 
 

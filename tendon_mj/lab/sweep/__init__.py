@@ -2,7 +2,7 @@
 
 from tendon_mj.lab.sweep.design import Axis as Axis
 from tendon_mj.lab.sweep.motion import motion_recording as motion_recording
-from tendon_mj.lab.sweep.outputs import Output as Output
+from tendon_mj.lab.sweep.outputs import SensorSummary as SensorSummary
 from tendon_mj.lab.sweep.outputs import bins_of as bins_of
 from tendon_mj.lab.sweep.policy import Policy as Policy
 from tendon_mj.lab.sweep.policy import read_policy as read_policy

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.typing import FloatArray
 
-MOST_ROLLOUTS = 10_000_000  # of a sweep, whose columns are read into memory
+MOST_ROLLOUTS = 10_000_000  # of a sweep; their columns are read into memory
 _GRID = 5  # values of a range without a number, where nothing is drawn
 _FORMS = "name=low:high, name=low:high:values or name=value,value,…"
 

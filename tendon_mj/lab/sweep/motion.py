@@ -13,7 +13,7 @@ from tendon_mj.lab.recordings import Measured, Recording
 from tendon_mj.lab.replay import column_of, control_unit, ending_of, reading_unit
 from tendon_mj.typing import FloatArray
 
-_MOST_STEPS = 10_000_000  # of a rollout, whose readings are in memory
+_MOST_STEPS = 10_000_000  # of a rollout; its readings are in memory
 _DURATION = 6.0  # of a model without a motion that ends [s]
 
 

@@ -23,7 +23,7 @@ from tendon_mj.typing import FloatArray
 
 ERROR = "error"
 _MOST_BINS = 30
-FEWEST = 5  # rollouts for shares; with fewer each value is nearly its own mean
+FEWEST_ROLLOUTS = 5  # rollouts for shares; with fewer each value is nearly its own mean
 
 # (sensors, n) series → (sensors,)
 SUMMARIES: Mapping[str, Callable[[FloatArray], FloatArray]] = {
@@ -35,7 +35,7 @@ SUMMARIES: Mapping[str, Callable[[FloatArray], FloatArray]] = {
 }
 
 
-class Output(NamedTuple):
+class SensorSummary(NamedTuple):
     """A summary of the readings of a sensor in a rollout.
 
     Attributes:
@@ -56,7 +56,7 @@ class Output(NamedTuple):
 
 def parse_outputs(
     texts: Sequence[str], units: Mapping[str, str], recorded: bool
-) -> tuple[Output, ...]:
+) -> tuple[SensorSummary, ...]:
     """Outputs of ``sensor.summary``, or ``sensor`` for all its summaries.
 
     Args:
@@ -77,9 +77,9 @@ def parse_outputs(
     known = {
         output.name: output
         for sensor, unit in units.items()
-        for output in (Output(sensor, summary, unit) for summary in summaries)
+        for output in (SensorSummary(sensor, summary, unit) for summary in summaries)
     }
-    outputs: dict[str, Output] = {}
+    outputs: dict[str, SensorSummary] = {}
     for text in texts or ["*"]:
         wanted = {n: output for n, output in known.items() if text in (n, output.sensor)}
         wanted = wanted or {n: known[n] for n in fnmatch.filter(known, text)}
@@ -90,7 +90,9 @@ def parse_outputs(
 
 
 def summarised(
-    outputs: Sequence[Output], series: Mapping[str, FloatArray], measured: Mapping[str, FloatArray]
+    outputs: Sequence[SensorSummary],
+    series: Mapping[str, FloatArray],
+    measured: Mapping[str, FloatArray],
 ) -> list[float]:
     """Values of outputs.
 

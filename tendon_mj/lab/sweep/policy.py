@@ -23,7 +23,7 @@ Act = Callable[[mujoco.MjModel, mujoco.MjData], Any]
 
 @dataclass(frozen=True)
 class Policy:
-    """A function or class of a Python file, whose text is sent to the workers.
+    """A function or class of a Python file; the file's text is sent to the workers.
 
     A function is called as ``name(model, data)`` before every step from the first sample on, and
     sets ``data.ctrl``, where it finds the command of the motion. Time, positions and velocities are

@@ -1,4 +1,4 @@
-"""Rollouts of a sweep: one model and one recording, with parameters of their own each."""
+"""Rollouts of a sweep: one model and one recording, each with different parameters."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tendon_mj.lab.replay import (
     try_open_loop,
     unsolved_sheaths,
 )
-from tendon_mj.lab.sweep.outputs import Output, summarised
+from tendon_mj.lab.sweep.outputs import SensorSummary, summarised
 from tendon_mj.lab.sweep.policy import Policy, try_policy
 from tendon_mj.models import model_digest
 from tendon_mj.typing import FloatArray
@@ -65,7 +65,7 @@ class Rollouts:
     settle: float
     described: Mapping[str, float]
     axes: Mapping[str, tuple[str, ...]]
-    outputs: tuple[Output, ...]
+    outputs: tuple[SensorSummary, ...]
     policy: Policy | None = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -168,6 +168,6 @@ class Rollouts:
         return summarised(self.outputs, named, measured), stuck
 
 
-def simulate(rollouts: Rollouts, batch: Batch) -> dict[str, NDArray[Any]]:
+def simulate_batch(rollouts: Rollouts, batch: Batch) -> dict[str, NDArray[Any]]:
     """The table of a batch, for `run_tasks`."""
     return rollouts.of(batch)

@@ -22,9 +22,14 @@ from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Parameter, Simulator, plain_commands, reading_unit, stated_values
 from tendon_mj.lab.sweep.design import Axis, Design, parse_axes
-from tendon_mj.lab.sweep.outputs import FEWEST, Output, parse_outputs, share_of_variance
+from tendon_mj.lab.sweep.outputs import (
+    FEWEST_ROLLOUTS,
+    SensorSummary,
+    parse_outputs,
+    share_of_variance,
+)
 from tendon_mj.lab.sweep.policy import Policy
-from tendon_mj.lab.sweep.rollouts import FAILED, UNSOLVED, Batch, Rollouts, simulate
+from tendon_mj.lab.sweep.rollouts import FAILED, UNSOLVED, Batch, Rollouts, simulate_batch
 from tendon_mj.lab.tasks import ParquetParts, Workers, run_tasks, versions
 from tendon_mj.plugin import sheaths
 from tendon_mj.whole_file import whole_file
@@ -241,7 +246,7 @@ def run_sweep(
         begin()
 
     run_tasks(
-        simulate,
+        simulate_batch,
         sweep.rollouts,
         list(numbers),
         lambda key: sweep.batch(numbers[key], size),
@@ -328,7 +333,7 @@ class SweepResult:
     """
 
     axes: Sequence[Axis]
-    outputs: Sequence[Output]
+    outputs: Sequence[SensorSummary]
     rollouts: int
     table: ParquetParts
 
@@ -365,14 +370,14 @@ class SweepResult:
                 summaries[output.name] = {"unit": output.unit, **summary}
         return summaries
 
-    def drawn(self) -> tuple[Sequence[Axis], list[Output]]:
+    def drawn(self) -> tuple[Sequence[Axis], list[SensorSummary]]:
         """The axes and outputs of a picture, four of each at most.
 
         Of each sensor it is the first of error, max, rms, … there is; forces come first, and
         constant ones are left out.
         """
         ranks = {"error": 0, "max": 1, "rms": 2, "final": 3, "mean": 4, "min": 5}
-        first: dict[str, Output] = {}
+        first: dict[str, SensorSummary] = {}
         for output in sorted(self.outputs, key=lambda o: ranks[o.summary]):
             first.setdefault(output.sensor, output)
         forces_first = sorted(first.values(), key=lambda o: o.unit != "N")
@@ -401,6 +406,6 @@ def _summary(
         "std": float(values.std()),
         "share_of_variance": {
             name: share_of_variance(given, values, len(drawn) if name in drawn else 0)
-            for name, given in (varied.items() if len(values) >= FEWEST else ())
+            for name, given in (varied.items() if len(values) >= FEWEST_ROLLOUTS else ())
         },
     }

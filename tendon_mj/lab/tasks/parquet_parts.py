@@ -78,14 +78,14 @@ class ParquetParts:
         return {name: np.asarray(table[name]) for name in table.column_names}
 
     def refuse_foreign(self, keys: Collection[str], *, others: bool) -> None:
-        """Refuse a table in the folder that is of no task, as the whole would be read with it.
+        """Refuse a table that belongs to no task, since it would be read as part of the result.
 
         Args:
-            keys: of the tasks, whose tables may be damaged: they are computed again.
-            others: whether tables of other runs may be there, as they are cleared.
+            keys: of the tasks; their tables may be damaged, as they are computed again.
+            others: whether tables of other runs may be present, as they are cleared.
 
         Raises:
-            InvalidValueError: the first of them, and the way out.
+            InvalidValueError: names the first one and how to resolve it.
         """
         for path in sorted(self.folder.glob("[!.]*.parquet")):
             part = self._part_of(path)

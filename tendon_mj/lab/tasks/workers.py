@@ -44,7 +44,7 @@ _COUNTED = 10.0  # longest interval between two counts of Dask's workers [s]
 
 
 class Store(Protocol[_Result]):
-    """Where results are kept, each whole or not at all."""
+    """Storage of results, each whole or not at all."""
 
     def done(self) -> Collection[str]:
         """Keys of the tasks whose result is kept."""
@@ -57,7 +57,7 @@ class Store(Protocol[_Result]):
 
 @dataclass(frozen=True, kw_only=True)
 class Workers:
-    """Where tasks run; at most one of the three is given.
+    """Processes in which tasks run; at most one of the three is given.
 
     Attributes:
         processes: of this machine, without Dask; default: as many as it has cores.
@@ -358,7 +358,7 @@ def _client(distributed: Any, address: str) -> Any:
     except TimeoutError:
         client.close()
         raise WorkerError(
-            f"the scheduler at {address} has no worker; start some with"
+            f"the scheduler at {address} has no workers; start some with"
             f" `dask worker {address} --nworkers 2 --nthreads 1`"
         ) from None
     return client

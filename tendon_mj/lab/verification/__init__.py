@@ -8,7 +8,7 @@ from tendon_mj.lab.verification.comparison import LargestErrors as LargestErrors
 from tendon_mj.lab.verification.comparison import compare_bench as compare_bench
 from tendon_mj.lab.verification.comparison import run_bench as run_bench
 from tendon_mj.lab.verification.costs import ModelCost as ModelCost
-from tendon_mj.lab.verification.costs import Spread as Spread
+from tendon_mj.lab.verification.costs import Quartiles as Quartiles
 from tendon_mj.lab.verification.costs import StepCost as StepCost
 from tendon_mj.lab.verification.costs import TimedRun as TimedRun
 from tendon_mj.lab.verification.costs import bench_step_cost as bench_step_cost

@@ -21,7 +21,7 @@ from tendon_mj.models import Bench, build_bench
 from tendon_mj.typing import FloatArray
 
 SWING = 0.5  # of the output tension, over T_0, within which K_ap and ξ_B are read
-SENSORS = ("input_tension", "output_tension", "reel_displacement", "output_displacement")
+_SENSORS = ("input_tension", "output_tension", "reel_displacement", "output_displacement")
 SWEEP = (0.05, 0.1, 0.2, 0.35, 0.47, 0.7, 1.0, 1.25, 1.5)
 LIMIT_SWEEP = (0.05, 0.2, 0.47, 1.0, 1.5, 2.0, 3.0)
 LIMIT_FACTOR = 100.0
@@ -47,7 +47,7 @@ def run_bench(bench: Bench, reel: FloatArray) -> BenchReadings:
         TendonError: the simulation became unstable.
     """
     shown = rollout_named_sensors(build_bench(bench).compile(), reel)
-    return BenchReadings(*(shown[name] for name in SENSORS))
+    return BenchReadings(*(shown[name] for name in _SENSORS))
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ def first_motion(
     )
 
 
-def sweep(
+def _sweep(
     bench: Bench, exponents: Sequence[float], progress: Progress = silent, label: str = "sweep"
 ) -> list[FirstMotion]:
     """First motions in both directions for each |λ|, which is set by the friction."""
@@ -282,8 +282,8 @@ def compare_bench(bench: Bench | None = None, progress: Progress = silent) -> Co
         bench=bench,
         limit_bench=limit,
         loop=run_bench(bench, cycle),
-        motions=sweep(bench, SWEEP, progress, "sweep of λ on the bench"),
-        limit_motions=sweep(limit, LIMIT_SWEEP, progress, "sweep of λ in the stiff limit"),
+        motions=_sweep(bench, SWEEP, progress, "sweep of λ on the bench"),
+        limit_motions=_sweep(limit, LIMIT_SWEEP, progress, "sweep of λ in the stiff limit"),
         convergence=convergence(steep, progress),
         step_cost=bench_step_cost(bench).ratio,
         rollout_speedup=thread_speedups(bench)[2].median,

@@ -41,7 +41,7 @@ _FREQUENCIES = (0.2, 1.5)  # their range [Hz]
 
 
 @dataclass(frozen=True)
-class Spread:
+class Quartiles:
     """Median, lower quartile and upper quartile of several rounds."""
 
     median: float
@@ -49,7 +49,7 @@ class Spread:
     high: float
 
     @classmethod
-    def of(cls, values: FloatArray) -> Spread:
+    def of(cls, values: FloatArray) -> Quartiles:
         """Spread over the rounds, (rounds,)."""
         low, median, high = np.quantile(values, (0.25, 0.5, 0.75))
         return cls(float(median), float(low), float(high))
@@ -82,9 +82,9 @@ class StepCost:
         return float(np.median(self.reference_steps))
 
     @property
-    def ratios(self) -> Spread:
+    def ratios(self) -> Quartiles:
         """Cost of a step over that of the reference, of each round [-]."""
-        return Spread.of(self.steps / self.reference_steps)
+        return Quartiles.of(self.steps / self.reference_steps)
 
     @property
     def ratio(self) -> float:
@@ -92,9 +92,9 @@ class StepCost:
         return self.ratios.median
 
     @property
-    def added(self) -> Spread:
+    def added(self) -> Quartiles:
         """Cost that the sheaths add to a step, of each round [s]."""
-        return Spread.of(self.steps - self.reference_steps)
+        return Quartiles.of(self.steps - self.reference_steps)
 
     def result(self) -> dict[str, object]:
         """Plain numbers for `result.json`."""
@@ -196,7 +196,7 @@ def thread_speedups(
     rounds: int = 5,
     runs: int = 8,
     steps: int = 6000,
-) -> dict[int, Spread]:
+) -> dict[int, Quartiles]:
     """Speedup of the same rollouts by so many threads over one, in turns [-].
 
     Raises:
@@ -217,7 +217,7 @@ def thread_speedups(
     for count in threads:
         if not np.array_equal(readings[1], readings[count]):
             raise EngineError(f"rollouts differ between one thread and {count}")
-    return {n: Spread.of(spent[:, 0] / spent[:, k + 1]) for k, n in enumerate(threads)}
+    return {n: Quartiles.of(spent[:, 0] / spent[:, k + 1]) for k, n in enumerate(threads)}
 
 
 def smooth_controls(

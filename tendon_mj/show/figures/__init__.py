@@ -1,1 +1,1 @@
-"""Figures from data."""
+"""Figures with Matplotlib: bars, the bench, simulations against recordings, and the style."""

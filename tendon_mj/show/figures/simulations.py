@@ -284,7 +284,7 @@ def parameter_figure(
     Args:
         parameters: label → (rollouts,) values; a column each.
         outputs: label → (rollouts,) finite; a row each.
-        drawn: labels of the parameters whose values are random.
+        drawn: labels of the parameters with random values.
     """
     rows, columns = len(outputs), len(parameters)
     with style.print_style():

@@ -19,7 +19,7 @@ from tendon_mj.plugin import PARAMETERS
 from tendon_mj.show.render.scene import COLOURS
 from tendon_mj.typing import FloatArray
 
-MOST = 6  # tendons that have curves
+MOST_TENDONS = 6  # tendons that have curves
 _DPI = 100
 _FONT = 8  # [points]
 _COLUMNS = 2  # of names: input and output of a tendon
@@ -53,13 +53,13 @@ _TYPICAL = {
 
 
 def tension_text(tendons: Sequence[str], tensions: FloatArray, time: float) -> tuple[str, str]:
-    """Quantities, and values of the tendons' (tendons, 2) tensions [N], as two columns of text."""
+    """Two columns of text: labels, and values of the (tendons, 2) tensions [N]."""
     left, right = ["time [s]"], [f"{time:.1f}"]
-    for name, (first, last) in list(zip(tendons, tensions, strict=True))[:MOST]:
+    for name, (first, last) in list(zip(tendons, tensions, strict=True))[:MOST_TENDONS]:
         left.append(f"{name}: input to output tension [N]")
         right.append(f"{first:.1f} to {last:.1f}")
-    if len(tendons) > MOST:
-        left.append(f"and {len(tendons) - MOST} more tendons")
+    if len(tendons) > MOST_TENDONS:
+        left.append(f"and {len(tendons) - MOST_TENDONS} more tendons")
         right.append("")
     return "\n".join(left), "\n".join(right)
 

@@ -17,7 +17,7 @@ _TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
 _SPAN, _MARK = mujoco.mjtGeom.mjGEOM_CAPSULE.value, mujoco.mjtGeom.mjGEOM_SPHERE.value
 
 
-class View(NamedTuple):
+class Viewpoint(NamedTuple):
     """An upright view.
 
     Attributes:
@@ -31,7 +31,7 @@ class View(NamedTuple):
     fovy: float
 
 
-def first_view(model: mujoco.MjModel) -> View:
+def first_view(model: mujoco.MjModel) -> Viewpoint:
     """The view of a model's first camera at `qpos0`, or one of the whole model without a camera."""
     if model.ncam == 0:
         camera = mujoco.MjvCamera()
@@ -40,16 +40,18 @@ def first_view(model: mujoco.MjModel) -> View:
         flat = np.cos(raised)
         forward = np.array([flat * np.cos(turned), flat * np.sin(turned), np.sin(raised)])
         look_at = np.array(camera.lookat)
-        return View(look_at - camera.distance * forward, look_at, float(model.vis.global_.fovy))
+        return Viewpoint(
+            look_at - camera.distance * forward, look_at, float(model.vis.global_.fovy)
+        )
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
     position, forward = data.cam_xpos[0].copy(), -data.cam_xmat[0].reshape(3, 3)[:, 2]
     ahead = float((model.stat.center - position) @ forward)
     distance = ahead if ahead > 0.0 else float(model.stat.extent)
-    return View(position, position + distance * forward, float(model.cam_fovy[0]))
+    return Viewpoint(position, position + distance * forward, float(model.cam_fovy[0]))
 
 
-def look_from(camera: mujoco.MjvCamera, model: mujoco.MjModel, view: View) -> None:
+def look_from(camera: mujoco.MjvCamera, model: mujoco.MjModel, view: Viewpoint) -> None:
     """Give a view to a camera that the mouse turns; the field of view is the model's."""
     x, y, z = view.look_at - view.position
     camera.type = mujoco.mjtCamera.mjCAMERA_FREE

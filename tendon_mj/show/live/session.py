@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import math
 import signal
 import threading
 import time
@@ -9,22 +11,21 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from tendon_mj.attach import Parameters, show_tension, view_sheath
 from tendon_mj.errors import InvalidValueError, TendonError
-from tendon_mj.lab.finger import FINGERS, find_trajectory, prepare_finger
-from tendon_mj.lab.replay import Drive, default_motion, read_motion, record_frames
+from tendon_mj.lab.finger import find_motion
+from tendon_mj.lab.replay import Adjustable, Drive, record_frames
 from tendon_mj.models import load_spec, model_path
 from tendon_mj.plugin import TENSION_SCALE, sheaths
-from tendon_mj.show.live.scene import View, first_view
-from tendon_mj.show.render.scene import tension_scale
+from tendon_mj.show.live.scene import Viewpoint, first_view
+from tendon_mj.show.render.scene import colour_limits
 from tendon_mj.typing import FloatArray
 
-FPS = 60.0  # [1/s]
+_FPS = 60.0  # [1/s]
 _TRIAL, _TRIAL_FPS = 8.0, 20.0  # length of the run that sets the colours' limits [s], its frames
 _LAG = 0.5  # that is caught up; with more the simulation is slower than the clock [s]
 _LONGEST = 0.1  # between two frames in any case [s]
@@ -66,7 +67,7 @@ class LiveSimulation:
         """Simulate for a duration [s], and keep the tensions at its end.
 
         Returns:
-            Simulated time [s], less where ``limit`` [s] has passed on the clock.
+            Simulated time [s], shorter if ``limit`` [s] of wall time ran out.
 
         Raises:
             TendonError: the simulation became unstable; the message says when.
@@ -143,7 +144,7 @@ class Prepared:
     """
 
     simulation: LiveSimulation
-    view: View
+    view: Viewpoint
     low: float
     high: float
     still: str
@@ -182,7 +183,7 @@ def prepare(name: str, motion: str | None = None) -> Prepared:
         limits[:] = 0.0
     elif not has_scale:
         trial = record_frames(model, drive, duration=_TRIAL, fps=_TRIAL_FPS)
-        colours = tension_scale(trial.cables)
+        colours = colour_limits(trial.cables)
         limits[:] = colours.vmin, colours.vmax
     low, high = (float(limit) for limit in limits)
     return Prepared(LiveSimulation(model, drive), first_view(model), low, high, still)
@@ -191,22 +192,22 @@ def prepare(name: str, motion: str | None = None) -> Prepared:
 def in_motion(name: str, model: mujoco.MjModel, motion: str | None) -> tuple[mujoco.MjModel, Drive]:
     """A model ready for a motion (a copy where it must differ), and controls that repeat it.
 
-    The finger and `finger_spring` know motions by ``name``; see `prepare`.
+    See `find_motion` for the arguments.
     """
-    if name in FINGERS:
-        trajectory = find_trajectory(motion or "curl")
-        adjustable, rows = prepare_finger(trajectory, model)
-        if trajectory.aside:  # the object, which would hang in the air far away
-            unused = adjustable.model.geom_bodyid == adjustable.model.body("object").id
-            adjustable.model.geom_rgba[unused, 3] = 0.0
-        return adjustable.model, repeated(rows, model.opt.timestep)
-    if motion is None:
-        return model, default_motion(name, model)
-    drive, length = read_motion(Path(motion), model)
-    times = np.arange(0.0, length, model.opt.timestep)
+    chosen = find_motion(name, model, motion)
+    if not math.isfinite(chosen.duration):  # it neither ends nor repeats
+        return model, chosen.drive
+    times = np.arange(0.0, chosen.duration, model.opt.timestep)
     if not len(times):
         raise InvalidValueError(f"{motion}: the motion is shorter than a step of the model")
-    return model, repeated(np.stack([drive(time) for time in times]), model.opt.timestep)
+    controls = np.array([chosen.drive(time) for time in times])
+    if chosen.parameters:
+        adjustable = Adjustable(copy.copy(model))
+        adjustable.set(chosen.parameters)
+        model = adjustable.model
+    if chosen.trajectory and chosen.trajectory.aside:  # the object would hang in the air far away
+        model.geom_rgba[model.geom_bodyid == model.body("object").id, 3] = 0.0
+    return model, repeated(controls, model.opt.timestep)
 
 
 def repeated(rows: FloatArray, step: float) -> Drive:
@@ -262,7 +263,7 @@ def run_in_real_time(
         watched = show()  # opens the window or page, which does not count for the pace
         last = time.perf_counter()
         while watched and not interrupted() and (seconds is None or elapsed < seconds):
-            time.sleep(max(0.0, last + 1.0 / FPS - time.perf_counter()))
+            time.sleep(max(0.0, last + 1.0 / _FPS - time.perf_counter()))
             now = time.perf_counter()
             passed, last = now - last, now
             if not simulation.paused:

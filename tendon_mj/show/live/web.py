@@ -15,8 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import EngineError, InvalidValueError, MissingPackageError, TendonError
-from tendon_mj.show.live.panel import FIRST, MOST, colour_key, key_height, slider, tension_table
-from tendon_mj.show.live.scene import View, curve_colours, drawn_tendons
+from tendon_mj.show.live.panel import (
+    FIRST,
+    MOST_TENDONS,
+    colour_key,
+    key_height,
+    slider,
+    tension_table,
+)
+from tendon_mj.show.live.scene import Viewpoint, curve_colours, drawn_tendons
 from tendon_mj.show.live.session import LiveSimulation, Prepared, RealTime, run_in_real_time
 from tendon_mj.typing import FloatArray
 
@@ -118,7 +125,7 @@ def _check_free(port: int) -> None:
             raise EngineError(f"port {port} is taken; give another by --port")
 
 
-def _look(camera: Any, view: View) -> None:
+def _look(camera: Any, view: Viewpoint) -> None:
     camera.up_direction = (0.0, 0.0, 1.0)
     camera.position, camera.look_at = tuple(view.position), tuple(view.look_at)
     camera.fov, camera.near = float(np.radians(view.fovy)), 1e-3
@@ -209,13 +216,13 @@ class _Panel:
         times, tensions = self._simulation.curves()
         self._table.content = tension_table(self._tendons, tensions[-1], float(times[-1]))
         chosen = np.unique(np.linspace(0, len(times) - 1, min(len(times), _SAMPLES)).astype(int))
-        rows = np.nan_to_num(tensions[chosen, :MOST].reshape(len(chosen), -1), posinf=0.0)
+        rows = np.nan_to_num(tensions[chosen, :MOST_TENDONS].reshape(len(chosen), -1), posinf=0.0)
         self._curves.data = (times[chosen], *(np.ascontiguousarray(row) for row in rows.T))
 
     def _add_curves(self, uplot: Any) -> Any:
         colours = (255.0 * curve_colours(self._simulation.model)).astype(int)
         series = [uplot.Series(label="time [s]")]
-        for name, ends in list(zip(self._tendons, colours, strict=True))[:MOST]:
+        for name, ends in list(zip(self._tendons, colours, strict=True))[:MOST_TENDONS]:
             for end, (red, green, blue) in zip(("input", "output"), ends, strict=True):
                 stroke = f"rgb({red},{green},{blue})"
                 series.append(uplot.Series(label=f"{name} {end}", stroke=stroke, width=2))

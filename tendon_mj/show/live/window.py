@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import EngineError
-from tendon_mj.show.live.panel import MOST, colour_key, key_height, tension_text
+from tendon_mj.show.live.panel import MOST_TENDONS, colour_key, key_height, tension_text
 from tendon_mj.show.live.scene import curve_colours, look_from
 from tendon_mj.show.live.session import Prepared, RealTime, run_in_real_time
 from tendon_mj.typing import FloatArray
@@ -99,7 +99,7 @@ class _Overlay:
         self._limits = prepared.low, prepared.high
         self._tendons = list(prepared.simulation.tendons.values())
         self._colours = curve_colours(prepared.simulation.model)
-        self._figure = new_figure(self._colours, prepared.high)
+        self._figure = new_curves(self._colours, prepared.high)
         self._frames, self._size = 0, (0, 0)
 
     def show(self) -> bool:
@@ -125,13 +125,15 @@ class _Overlay:
         self._window.set_figures((curves_place(viewport), self._figure))
         if self._size != (viewport.width, viewport.height):
             self._size = viewport.width, viewport.height
-            named = self._tendons[:MOST]
+            named = self._tendons[:MOST_TENDONS]
             place = key_place(viewport, key_height(len(named)))
-            key = colour_key(self._limits, named, self._colours[:MOST], place.width, place.height)
+            key = colour_key(
+                self._limits, named, self._colours[:MOST_TENDONS], place.width, place.height
+            )
             self._window.set_images((place, key))
 
 
-def new_figure(colours: FloatArray, high: float) -> mujoco.MjvFigure:
+def new_curves(colours: FloatArray, high: float) -> mujoco.MjvFigure:
     """An empty figure for curves of (tendons, 2, 3) colours, up to a tension ``high`` [N]."""
     figure = mujoco.MjvFigure()
     mujoco.mjv_defaultFigure(figure)
@@ -144,7 +146,7 @@ def new_figure(colours: FloatArray, high: float) -> mujoco.MjvFigure:
     figure.flg_ticklabel[:] = 1
     figure.gridsize[:] = (5, 5)
     figure.range[1] = (0.0, high)
-    shown = colours[:MOST].reshape(-1, 3)
+    shown = colours[:MOST_TENDONS].reshape(-1, 3)
     figure.linergb[: len(shown)] = shown
     return figure
 
@@ -155,7 +157,7 @@ def draw_curves(
     """Put (n, tendons, 2) tensions [N] over (n,) times [s] into a figure of a time span [s]."""
     chosen = slice(max(0, len(times) - _POINTS), None)
     shown, rows = times[chosen], np.nan_to_num(tensions[chosen], posinf=0.0)
-    for line, values in enumerate(rows[:, :MOST].reshape(len(shown), -1).T):
+    for line, values in enumerate(rows[:, :MOST_TENDONS].reshape(len(shown), -1).T):
         figure.linedata[line, 0 : 2 * len(shown) : 2] = shown
         figure.linedata[line, 1 : 2 * len(shown) : 2] = values
         figure.linepnt[line] = len(shown)

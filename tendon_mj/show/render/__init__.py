@@ -1,1 +1,1 @@
-"""Frames and clips of a model, the tendon coloured by its tension."""
+"""Clips of a model, drawn off screen: tendons coloured by tension, and a panel of charts."""

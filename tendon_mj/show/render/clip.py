@@ -28,7 +28,7 @@ from tendon_mj.show.render.scene import (
     Ghost,
     add_cable,
     cable_radius,
-    tension_scale,
+    colour_limits,
     without_tendons,
 )
 from tendon_mj.typing import FloatArray
@@ -176,7 +176,7 @@ class _FramePainter:
         self._frames, self._camera, self._twin, self._size = frames, camera, twin, size
         self._model = without_tendons(model)
         self._data = mujoco.MjData(self._model)
-        self._scale = tension_scale(frames.cables) if frames.cables else Normalize()
+        self._scale = colour_limits(frames.cables) if frames.cables else Normalize()
         self._radius = cable_radius(model, frames.cables)
         self._panel = (
             Panel(model, frames, self._scale, panel, size[1], twin) if frames.cables else None

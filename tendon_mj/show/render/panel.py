@@ -43,7 +43,7 @@ _FINE = 16  # pixels to a point that text is measured in
 
 Style = Literal["-", "--", "-.", ":"]
 # for tendons with the same colour in the model; the last two are of Paul Tol's palette
-TENDONS = (
+TENDON_PALETTE = (
     style.BLUE,
     style.VERMILLION,
     style.GREEN,
@@ -61,9 +61,9 @@ _OTHERS = (
 )  # of joints, apart from the colours of two tendons
 _ENDS: tuple[tuple[Style, Style], ...] = (("-", "--"), ("-.", ":"))  # input and output end
 _MOST = 4  # lines of one kind in a chart
-_MOST_TENDONS = len(TENDONS) * len(_ENDS)
+_MOST_TENDONS = len(TENDON_PALETTE) * len(_ENDS)
 _UNCOLOURED = (0.5, 0.5, 0.5)  # MuJoCo's default colour of a tendon
-Cells = tuple[str | np.ndarray, str | np.ndarray]  # of a row: texts, or values by frame
+_Cells = tuple[str | np.ndarray, str | np.ndarray]  # of a row: texts, or values by frame
 
 
 def text_scale(height: int) -> float:
@@ -151,9 +151,9 @@ class Panel:
 
 def _table(
     model: mujoco.MjModel, frames: Frames, twin: Frames | None
-) -> list[tuple[str, str, Cells]]:
+) -> list[tuple[str, str, _Cells]]:
     """Rows of the table: name, colour, and two cells."""
-    rows: list[tuple[str, str, Cells]] = []
+    rows: list[tuple[str, str, _Cells]] = []
     forces = touch_forces(model, frames, twin)
     if len(forces) == 1:
         ((name, values),) = forces.items()
@@ -175,13 +175,13 @@ def _table(
     return rows
 
 
-def _that_fit(shown: list[Chart], height: float, width: float) -> list[Chart]:
+def _that_fit(shown: list[_Chart], height: float, width: float) -> list[_Chart]:
     """The first charts that fit into a height and width [inch], at least one."""
     taken = np.cumsum([_CHART + Legend(_entries(c)[0], _LEGEND * width).height for c in shown])
     return shown[: max(1, int((taken <= height).sum()))]
 
 
-def _draw_chart(axes: Axes, chart: Chart, frames: Frames, width: float) -> None:
+def _draw_chart(axes: Axes, chart: _Chart, frames: Frames, width: float) -> None:
     for line in (*chart.twin, *chart.lines):
         axes.plot(frames.time, line.values, color=line.colour, linestyle=line.style)
     names, entries = _entries(chart)
@@ -189,7 +189,7 @@ def _draw_chart(axes: Axes, chart: Chart, frames: Frames, width: float) -> None:
     axes.set_ylabel(chart.label)
 
 
-def _entries(chart: Chart) -> tuple[list[str], list[Line2D]]:
+def _entries(chart: _Chart) -> tuple[list[str], list[Line2D]]:
     """Names and lines of a chart's legend."""
     named = [(line.name, line.colour, line.style) for line in chart.lines if line.name]
     if chart.twin:
@@ -275,7 +275,7 @@ class Line(NamedTuple):
     style: Style = "-"
 
 
-class Chart(NamedTuple):
+class _Chart(NamedTuple):
     """Lines over time with one axis, and grey ones of the frictionless twin behind them."""
 
     label: str
@@ -292,11 +292,11 @@ def tendon_colours(model: mujoco.MjModel) -> dict[str, str]:
     }
     given = Counter(drawn.values())
     kept = {c for c, times in given.items() if times == 1 and c != to_hex(_UNCOLOURED)}
-    free = itertools.cycle([c for c in TENDONS if c.lower() not in kept])
+    free = itertools.cycle([c for c in TENDON_PALETTE if c.lower() not in kept])
     return {name: colour if colour in kept else next(free) for name, colour in drawn.items()}
 
 
-def charts(model: mujoco.MjModel, frames: Frames, twin: Frames | None = None) -> list[Chart]:
+def charts(model: mujoco.MjModel, frames: Frames, twin: Frames | None = None) -> list[_Chart]:
     """Charts of the quantities that there are, the most important first."""
     drawn = (
         _forces(model, frames, twin),
@@ -318,7 +318,7 @@ def touch_forces(
     return {n: frames.readings[:, model.sensor_adr[k]] for n, k in places.items()}
 
 
-def _forces(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> Chart:
+def _forces(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> _Chart:
     forces = list(touch_forces(model, frames, twin).items())[:_MOST]
     several = len(forces) > 1
     lines = [
@@ -327,15 +327,15 @@ def _forces(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> Chart
     ]
     other = touch_forces(model, twin, frames) if twin else {}
     behind = [Line("", other[name], style.GREY, "--") for name, _ in forces if name in other]
-    return Chart("force [N]" if several or not lines else f"{lines[0].name} [N]", lines, behind)
+    return _Chart("force [N]" if several or not lines else f"{lines[0].name} [N]", lines, behind)
 
 
-def _tensions(model: mujoco.MjModel, frames: Frames) -> Chart:
+def _tensions(model: mujoco.MjModel, frames: Frames) -> _Chart:
     if len(frames.cables) == 1:
         ((_, cable),) = frames.cables.items()
         first = Line("input end", cable.tensions[:, 0], style.BLUE, _ENDS[0][0])
         last = Line("output end", cable.tensions[:, -1], style.VERMILLION, _ENDS[0][1])
-        return Chart("tension [N]", [first, last])
+        return _Chart("tension [N]", [first, last])
     lines, colours, used = [], tendon_colours(model), Counter[str]()
     for name, cable in list(frames.cables.items())[:_MOST_TENDONS]:
         colour = colours[name]
@@ -343,10 +343,10 @@ def _tensions(model: mujoco.MjModel, frames: Frames) -> Chart:
         used[colour] += 1
         lines.append(Line(sheaths(model)[name].tendon, cable.tensions[:, 0], colour, styles[0]))
         lines.append(Line("", cable.tensions[:, -1], colour, styles[1]))
-    return Chart("tension [N]", lines, left_out=len(frames.cables) - len(lines) // 2)
+    return _Chart("tension [N]", lines, left_out=len(frames.cables) - len(lines) // 2)
 
 
-def _joints(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> Chart:
+def _joints(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> _Chart:
     """Hinges, or slides where there are none, that no actuator moves directly."""
     driven = model.actuator_trnid[model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT.value, 0]
     for kind, label, si in (
@@ -364,11 +364,11 @@ def _joints(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> Chart
             behind = [
                 Line("", unit.factor * twin.poses[:, p], style.GREY, "--") for p in places if twin
             ]
-            return Chart(_labelled(label, unit), lines, behind, len(chosen) - len(places))
-    return Chart("", [])
+            return _Chart(_labelled(label, unit), lines, behind, len(chosen) - len(places))
+    return _Chart("", [])
 
 
-def _controls(model: mujoco.MjModel, frames: Frames) -> Chart:
+def _controls(model: mujoco.MjModel, frames: Frames) -> _Chart:
     moving = [k for k in range(model.nu) if np.ptp(frames.controls[:, k]) > 0.0]
     shown = moving[:_MOST]
     alike: dict[str, list[int]] = {}  # SI unit → controls in it
@@ -383,7 +383,7 @@ def _controls(model: mujoco.MjModel, frames: Frames) -> Chart:
         entry = name if len(units) == 1 else _labelled(name, unit)
         lines.append(Line(entry, values, next(of_tendon, colour)))
     label = _labelled("control", *(units.values() if len(units) == 1 else ()))
-    return Chart(label, lines, left_out=len(moving) - len(shown))
+    return _Chart(label, lines, left_out=len(moving) - len(shown))
 
 
 def _labelled(name: str, unit: EngineeringUnit | None = None) -> str:

@@ -36,7 +36,7 @@ _GREY = (0.5, 0.52, 0.56)
 _STRENGTH = 0.65  # of the ghost over its background
 
 
-def tension_scale(cables: dict[str, Cable]) -> Normalize:
+def colour_limits(cables: dict[str, Cable]) -> Normalize:
     """Round limits [N] around all finite tensions, for colours."""
     tensions = np.concatenate([cable.tensions.ravel() for cable in cables.values()])
     tensions = tensions[np.isfinite(tensions)]

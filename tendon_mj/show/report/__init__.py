@@ -1,1 +1,1 @@
-"""The report of a diagnosis as one page."""
+"""Report of a diagnosis as an HTML page: its text, tables, charts and pictures."""

@@ -13,7 +13,7 @@ from tendon_mj.show.figures.style import BLUE, GREY, PALE, PURPLE, VERMILLION
 
 TIME_SPENT, BEFORE, SYSID, AFTER = "time spent there", "before", "mujoco.sysid alone", "after"
 FLOOR = "noise and reproducibility"
-COLOURS = {TIME_SPENT: PALE, BEFORE: VERMILLION, SYSID: PURPLE, AFTER: BLUE, FLOOR: GREY}
+LABEL_COLOURS = {TIME_SPENT: PALE, BEFORE: VERMILLION, SYSID: PURPLE, AFTER: BLUE, FLOOR: GREY}
 
 
 class Regime(NamedTuple):

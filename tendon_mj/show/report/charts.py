@@ -22,8 +22,8 @@ from tendon_mj.lab.replay import column_unit, engineering_unit, quantity
 from tendon_mj.show.figures import style
 from tendon_mj.show.report.bars import (
     BEFORE,
-    COLOURS,
     FLOOR,
+    LABEL_COLOURS,
     Regime,
     error_bars,
     misfit_bars,
@@ -59,7 +59,7 @@ def errors_chart(
         for column, signal in errors.signals.items()
     }
     series: dict[str, dict[str, float]] = {}  # label → column → error
-    for label in COLOURS:
+    for label in LABEL_COLOURS:
         values = {column: bars[label] for column, bars in columns.items() if label in bars}
         if values:
             series[label] = values
@@ -95,7 +95,7 @@ def _by_regime(regimes: Mapping[str, Regime], label: str, lines: Sequence[float]
     charts = []
     for name, (bins, series) in regimes.items():
         layout = _bar_layout(label, len(bins) * len(series), lines)
-        layout |= {"title": {"text": text(name)}}
+        layout |= {"title": {"text": escaped(name)}}
         charts.append({"data": [_bars(bins, v, k) for k, v in series.items()], "layout": layout})
     return charts
 
@@ -105,9 +105,9 @@ def _bars(names: Sequence[str], values: Sequence[float], name: str) -> dict[str,
         "type": "bar",
         "orientation": "h",
         "name": name,
-        "x": numbers(values),
-        "y": [text(label) for label in names],
-        "marker": {"color": COLOURS[name]},
+        "x": _numbers(values),
+        "y": [escaped(label) for label in names],
+        "marker": {"color": LABEL_COLOURS[name]},
         "hovertemplate": "%{y}: %{x:.3g}",
     }
 
@@ -124,7 +124,7 @@ def _bar_layout(label: str, bars: int, lines: Sequence[float]) -> dict[str, Any]
         "yaxis": {"autorange": "reversed", "automargin": True, "type": "category"},
         "shapes": [
             {**upright, "x0": x, "x1": x, "line": look}
-            for x, look in zip(numbers(lines), looks, strict=False)
+            for x, look in zip(_numbers(lines), looks, strict=False)
         ],
     }
 
@@ -147,7 +147,10 @@ def over_time(row: BeforeAfter, column: str, *, changed: bool, height: int = 420
         "height": height,
         "hovermode": "x unified",
         "xaxis": {"title": {"text": "time [s]"}, "anchor": "y2"},
-        "yaxis": {"title": {"text": text(style.column_label(column, unit))}, "domain": [0.42, 1.0]},
+        "yaxis": {
+            "title": {"text": escaped(style.column_label(column, unit))},
+            "domain": [0.42, 1.0],
+        },
         "yaxis2": {"title": {"text": f"residual [{unit.symbol}]"}, "domain": [0.0, 0.34]},
         "shapes": [_band(_BAND * noise) | {"yref": "y2"}],
     }
@@ -169,8 +172,8 @@ def over_drive(row: BeforeAfter, column: str, *, changed: bool) -> Chart:
     ]
     layout = {
         "height": 320,
-        "xaxis": {"title": {"text": text(style.column_label(drive, across))}},
-        "yaxis": {"title": {"text": text(style.column_label(column, up))}},
+        "xaxis": {"title": {"text": escaped(style.column_label(drive, across))}},
+        "yaxis": {"title": {"text": escaped(style.column_label(column, up))}},
     }
     return {"data": traces, "layout": layout}
 
@@ -181,7 +184,7 @@ def whiteness_chart(
     """Autocorrelation of a signal's residual before and after, and the band of white noise."""
     before, after = correlations
     unit = engineering_unit("s", after.lags)
-    drawn = [("before" if changed else "residual", before, COLOURS[BEFORE])]
+    drawn = [("before" if changed else "residual", before, LABEL_COLOURS[BEFORE])]
     drawn += [("after", after, style.BLUE)] if changed else []
     traces = [
         _curve(shown.lags * unit.factor, shown.values, name, colour, 1.4)
@@ -191,7 +194,7 @@ def whiteness_chart(
     layout = {
         "height": 260,
         "showlegend": False,
-        "title": {"text": text(style.column_name(column))},
+        "title": {"text": escaped(style.column_name(column))},
         "xaxis": {"title": {"text": f"lag [{unit.symbol}]"}, "rangemode": "tozero"},
         "yaxis": {"title": {"text": "autocorrelation"}, "range": [-1.05, 1.05]},
         "shapes": [_band(before.band)],
@@ -201,12 +204,12 @@ def whiteness_chart(
 
 def correlation_chart(correlations: Correlations) -> Chart:
     """Correlation coefficients as cells from −1 to 1, each with its number."""
-    names = [text(name) for name in correlations.names]
+    names = [escaped(name) for name in correlations.names]
     cells = {
         "type": "heatmap",
         "x": names,
         "y": names,
-        "z": [numbers(row) for row in correlations.matrix],
+        "z": [_numbers(row) for row in correlations.matrix],
         "zmin": -1,
         "zmax": 1,
         "colorscale": [[0.0, style.BLUE], [0.5, _NONE], [1.0, style.VERMILLION]],
@@ -245,8 +248,8 @@ def _curve(x: FloatArray, y: FloatArray, name: str, colour: str, width: float) -
         "mode": "lines",
         "name": name,
         "legendgroup": name,
-        "x": numbers(x),
-        "y": numbers(y),
+        "x": _numbers(x),
+        "y": _numbers(y),
         "line": {"color": colour, "width": width},
     }
 
@@ -267,12 +270,12 @@ def _band(half: float) -> dict[str, Any]:
     }
 
 
-def text(words: str) -> str:
+def escaped(words: str) -> str:
     """Words as plotly shows them unformatted: tags in them may come from a file."""
     return html.escape(words, quote=False)
 
 
-def numbers(values: ArrayLike) -> list[float]:
+def _numbers(values: ArrayLike) -> list[float]:
     """(n,) values with five digits each."""
     return [float(f"{value:.{_DIGITS}g}") for value in np.asarray(values, float).tolist()]
 

@@ -27,8 +27,8 @@ from tendon_mj.lab.diagnosis import (
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import estimated_percent, percent, quantity
 from tendon_mj.show.figures.style import BLACK, BLUE, DPI, GREY, PALE, SKY, column_name
-from tendon_mj.show.page import templates
-from tendon_mj.show.report.bars import COLOURS
+from tendon_mj.show.page import page_templates
+from tendon_mj.show.report.bars import LABEL_COLOURS
 from tendon_mj.show.report.charts import (
     Chart,
     correlation_chart,
@@ -122,7 +122,7 @@ def report_page(
     ``pictures`` are PNGs of `diagnosis_figures` by name, for print; ``model`` is the file of the
     final model next to the page, empty where there is none.
     """
-    environment = templates()
+    environment = page_templates()
     environment.filters |= {
         "short": short,
         "percent": percent,
@@ -153,7 +153,7 @@ def report_page(
         catalogue=diagnosis.catalogue,
         stills={name: _inline(picture) for name, picture in pictures.items()},
         charts=charts,
-        colours=COLOURS,
+        colours=LABEL_COLOURS,
         dark=_DARK,
         library=_packed_plotly(),
         shown=row.measured.name,

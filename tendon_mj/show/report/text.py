@@ -155,7 +155,7 @@ def advise(group: Sequence[str], catalogue: Mapping[str, Effect]) -> list[str]:
 
 
 def most_telling(simulated: Sequence[BeforeAfter]) -> tuple[BeforeAfter, str]:
-    """The recording, and its measured column, whose error before is the most above noise."""
+    """The recording and measured column with the largest error before, relative to the noise."""
     ratios = [
         (error.rmse / noise_levels(row.measured)[column], row, column)
         for row in simulated

@@ -19,7 +19,7 @@ from tendon_mj.lab.diagnosis import (
     Term,
     all_samples,
 )
-from tendon_mj.lab.diagnosis.effects.effect import Kind
+from tendon_mj.lab.diagnosis.effects.effect import EffectKind
 from tendon_mj.lab.diagnosis.selection import CONVERGED, select_effects
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Parameter, Simulates
@@ -63,7 +63,7 @@ class LinearRig(Simulates):
 
 def effect(
     name: str,
-    kind: Kind = "missing",
+    kind: EffectKind = "missing",
     *,
     where: str = "sheath",
     most: float = 50.0,

@@ -23,7 +23,7 @@ from tendon_mj.lab.diagnosis import (
     uncertain_terms,
 )
 from tendon_mj.lab.diagnosis.data import by_recording
-from tendon_mj.lab.diagnosis.effects.binding import parameters_of
+from tendon_mj.lab.diagnosis.effects.binding import written_parameters
 from tendon_mj.lab.diagnosis.statistics import cross_validate
 from tendon_mj.lab.diagnosis.thresholds import bar, reproducibility
 from tendon_mj.lab.recordings import Measured, Recording, Session, Uncertain
@@ -285,7 +285,7 @@ def test_an_effect_that_changes_friction_is_no_candidate_without_any() -> None:
     changing = [effect for effect in CATALOGUE.values() if effect.changes]
     assert {effect.changes for effect in changing} == {"friction"}
     for effect in changing:
-        names = parameters_of(effect.binding) | {"friction"}
+        names = written_parameters(effect.binding) | {"friction"}
         values = {f"s.{name}": 0.0 for name in names}
         candidate = effect.bind(system(values))[0]
         assert not candidate.acts_on({"s.friction": 0.0})

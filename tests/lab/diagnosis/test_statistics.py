@@ -24,7 +24,7 @@ from tendon_mj.lab.diagnosis.statistics import (
     beyond_range,
     cross_validate,
     gain,
-    rate,
+    rate_effect,
     simplest,
 )
 from tendon_mj.lab.diagnosis.thresholds import (
@@ -256,42 +256,42 @@ def test_the_detection_limit_is_the_largest_error_of_the_simulation() -> None:
 def test_confidence_falls_with_every_effect_that_explains_as_much() -> None:
     others = [model(effect(name), 0.0) for name in "bcd"]
     for count in range(4):
-        rated = rate(A, [model(A, 0.0), *others[:count]])
+        rated = rate_effect(A, [model(A, 0.0), *others[:count]])
         assert rated.confidence == pytest.approx(1.0 / (1.0 + count))
         assert len(rated.rivals) == count
 
 
 def test_confidence_is_certain_where_the_next_effect_leaves_much_more() -> None:
-    rated = rate(A, [model(A, 0.0), model(B, 1.0)])
+    rated = rate_effect(A, [model(A, 0.0), model(B, 1.0)])
     assert rated.confidence == pytest.approx(1.0)
     assert rated.rivals == ()
 
 
 def test_the_same_effect_elsewhere_is_a_rival_and_no_doubt_of_the_effect() -> None:
     elsewhere = effect("a", where="another")
-    rated = rate(A, [model(A, 0.0), model(elsewhere, 0.0)])
+    rated = rate_effect(A, [model(A, 0.0), model(elsewhere, 0.0)])
     assert rated.confidence == 1.0
     assert rated.rivals == (elsewhere,)
 
 
 def test_more_terms_count_as_a_rival_only_where_they_gain() -> None:
-    assert rate(A, [model(A, 0.1), model(LONG, 0.101)]).confidence == 1.0
-    assert rate(A, [model(LONG, 0.0), model(A, 0.1)]).confidence == pytest.approx(0.5)
+    assert rate_effect(A, [model(A, 0.1), model(LONG, 0.101)]).confidence == 1.0
+    assert rate_effect(A, [model(LONG, 0.0), model(A, 0.1)]).confidence == pytest.approx(0.5)
 
 
 def test_a_difference_that_is_uncertain_leaves_doubt_of_the_effect() -> None:
     """b leaves 0.1 more, of which half of the blocks say the contrary by 0.4 each."""
     uncertain = np.sqrt(2.0 * 5.0 * (0.04 - 0.01) ** 2)
     assert uncertain > 2.0 * 0.02
-    rated = rate(A, [model(A, 0.0), model(B, 0.1, moved=0.2)])
+    rated = rate_effect(A, [model(A, 0.0), model(B, 0.1, moved=0.2)])
     assert rated.confidence == pytest.approx(1.0 / (1.0 + np.exp(-0.1 / uncertain)))
     assert rated.rivals == (B,)
 
 
 def test_more_terms_that_gain_no_more_than_chance_are_no_rival() -> None:
     better = model(LONG, 0.0, moved=0.2)
-    assert rate(A, [better, model(A, 0.05)]).confidence == 1.0
-    assert rate(A, [model(LONG, 0.0), model(A, 0.05)]).confidence < 1.0
+    assert rate_effect(A, [better, model(A, 0.05)]).confidence == 1.0
+    assert rate_effect(A, [model(LONG, 0.0), model(A, 0.05)]).confidence < 1.0
 
 
 def rig_of(count, known=None):

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tendon_mj.lab.fleet.changes import find_change, reproducibility, suspects, templates
-from tendon_mj.lab.fleet.comparison import differences, larger_misfits, spread_between
+from tendon_mj.lab.fleet.changes import daily_deviations, find_change, suspects, templates
+from tendon_mj.lab.fleet.comparison import larger_misfits, rig_differences, spread_between
 from tendon_mj.lab.fleet.observation import Number, Observation, one_out
-from tendon_mj.lab.fleet.series import Series, explanation
+from tendon_mj.lab.fleet.series import NumberSeries, explanation
 
 DAYS = 10
 DATES = [datetime(2026, 3, 1) + timedelta(days=k) for k in range(DAYS)]
@@ -63,7 +63,7 @@ FLEET = [rig(100 + k) for k in range(20)]
 )
 def test_a_planted_step_is_found_in_its_number_within_a_day(planted, first, sign, seed):
     changed = rig(seed, planted, first, sign * 12.0 * DAILY)
-    spreads = reproducibility([*FLEET, changed])
+    spreads = daily_deviations([*FLEET, changed])
     best, *_ = suspects(changed, DATES, spreads)
     assert best.index == planted
     assert abs(best.template.first - first) <= 1  # a step near the end looks like a ramp
@@ -74,12 +74,12 @@ def test_a_planted_step_is_found_in_its_number_within_a_day(planted, first, sign
 @given(seed=st.integers(2000, 10**6))
 def test_what_differs_from_day_to_day_is_no_change(seed):
     same = rig(seed)
-    assert not suspects(same, DATES, reproducibility([*FLEET, same]))
+    assert not suspects(same, DATES, daily_deviations([*FLEET, same]))
 
 
 def test_reproducibility_is_that_of_the_days_whatever_a_few_rigs_do():
     wild = [rig(500 + k, 0, 5, 100.0) for k in range(4)]
-    for number, spread in reproducibility([*FLEET, *wild]).items():
+    for number, spread in daily_deviations([*FLEET, *wild]).items():
         assert spread == pytest.approx(0.1 * DAILY, rel=0.5), number
 
 
@@ -131,7 +131,7 @@ def test_a_planted_change_that_is_undone_is_found():
     shapes = np.random.default_rng(0).normal(size=(200, len(NUMBERS)))
     moved = np.where([4 <= k < 6 for k in range(DAYS)], 10.0 * DAILY, 0.0)
     gradient = same.gradient - moved[:, None] * (shapes.T @ shapes[:, 2])
-    best, *_ = suspects(replace(same, gradient=gradient), DATES, reproducibility(FLEET))
+    best, *_ = suspects(replace(same, gradient=gradient), DATES, daily_deviations(FLEET))
     assert best.index == 2
     assert np.flatnonzero(best.template.weights).tolist() == [4, 5]
 
@@ -193,9 +193,9 @@ def test_a_rig_differs_where_the_others_do_not():
     spread = spread_between(values, errors)
     assert spread.median == pytest.approx(5.0, abs=0.1)
     assert spread.between == pytest.approx(0.2, rel=0.4)
-    assert set(differences("e.a", values, errors, spread)) == {"odd"}
+    assert set(rig_differences("e.a", values, errors, spread)) == {"odd"}
     few = {name: values[name] for name in ("rig_0", "rig_1", "odd")}
-    assert not differences("e.a", few, errors, spread_between(few, errors))
+    assert not rig_differences("e.a", few, errors, spread_between(few, errors))
 
 
 def test_a_rig_differs_whichever_recording_is_left_out_or_does_not():
@@ -205,7 +205,7 @@ def test_a_rig_differs_whichever_recording_is_left_out_or_does_not():
     errors = dict.fromkeys(values, 0.01)
     without = {"odd day": [7.1, 7.1, 5.1], "turns": [7.1, 3.0], "other": [7.1, 7.1, 6.9]}
     spread = spread_between(values, errors)
-    assert set(differences("e.a", values, errors, spread, without)) == {"other"}
+    assert set(rig_differences("e.a", values, errors, spread, without)) == {"other"}
     misfits = {f"rig_{k}": 1.1 + 0.01 * k for k in range(20)} | {"odd day": 6.0, "other": 6.0}
     without = {"odd day": [6.3, 1.2, 6.2], "other": [6.1, 5.8, 5.9]}
     assert set(larger_misfits(misfits, without)) == {"other"}
@@ -246,7 +246,7 @@ def test_a_misfit_differs_only_where_it_is_far_larger():
 
 def series(name, identifier, square):
     square = np.array(square)
-    return Series(
+    return NumberSeries(
         number=Number(name, identifier, "-", 0.1),
         parameter=name,
         unit="-",

@@ -100,7 +100,7 @@ def test_results_that_would_go_to_a_rig_are_refused_and_the_folder_is_as_it_was(
     (rig / "result.json").write_text('{"files": ["replay.png"]}')
     before = sorted(rig.iterdir())
     assert main(["fleet", str(run / "hands"), "--out", str(rig)]) == 2
-    assert "the results go there too" in capsys.readouterr().err
+    assert "is also --out" in capsys.readouterr().err
     assert sorted(rig.iterdir()) == before
 
 

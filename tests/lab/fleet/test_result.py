@@ -17,7 +17,7 @@ from tendon_mj.lab.fleet.result import (
     remaining,
     timing_remarks,
 )
-from tendon_mj.lab.fleet.series import Series
+from tendon_mj.lab.fleet.series import NumberSeries
 from tendon_mj.lab.recordings import Recording
 
 DATES = tuple(datetime(2026, 3, 1) + timedelta(days=k) for k in range(8))
@@ -27,7 +27,7 @@ RIG = RigFound(name="hand", dates=DATES, misfit=1.1, left=1.1, compared=5)
 def sentence(values, dates=DATES):
     """The sentence on a change of a friction."""
     values = np.array(values)
-    series = Series(
+    series = NumberSeries(
         number=Number("sheath.friction", "", "-", 0.01),
         parameter="sheath.friction",
         unit="-",

@@ -8,7 +8,7 @@ from tendon_mj.lab.finger import lasting, press, simulate_finger, tap
 from tendon_mj.lab.replay import FrameRecorder, frictionless, record_frames
 from tendon_mj.models import Bench, build_bench, load_model
 from tendon_mj.show import add_cable, without_tendons
-from tendon_mj.show.render.scene import cable_radius, tension_scale
+from tendon_mj.show.render.scene import cable_radius, colour_limits
 from tests.refusals import refusing
 from tests.rigs import compiled, lever, rope
 
@@ -75,7 +75,7 @@ def test_an_unstable_simulation_is_named_with_its_time(tmp_path, monkeypatch):
 
 def test_a_cable_is_a_capsule_a_segment_and_a_bead_a_guide(model):
     frames = record_frames(model, wind_in, duration=0.2, fps=10)
-    cable, scale = frames.cables["sheath"], tension_scale(frames.cables)
+    cable, scale = frames.cables["sheath"], colour_limits(frames.cables)
     assert scale.vmin <= cable.tensions.min() + 1e-9
     assert scale.vmax >= cable.tensions.max() - 1e-9
     scene = mujoco.MjvScene(model, 100)
@@ -89,7 +89,7 @@ def test_a_cable_is_a_capsule_a_segment_and_a_bead_a_guide(model):
 def test_a_full_scene_takes_no_more(model):
     frames = record_frames(model, wind_in, duration=0.1, fps=10)
     cable, scene = frames.cables["sheath"], mujoco.MjvScene(model, 3)
-    add_cable(scene, cable.points[0], cable.tensions[0], tension_scale(frames.cables), 0.001)
+    add_cable(scene, cable.points[0], cable.tensions[0], colour_limits(frames.cables), 0.001)
     assert scene.ngeom == 3
 
 

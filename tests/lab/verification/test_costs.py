@@ -11,7 +11,7 @@ from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.lab.finger import prepare_finger, tap
 from tendon_mj.lab.replay import full_state, rollout_sensors
 from tendon_mj.lab.verification import (
-    Spread,
+    Quartiles,
     StepCost,
     bench_step_cost,
     finger_step_cost,
@@ -111,7 +111,7 @@ def test_tasks_are_timed_in_turns():
 
 
 def test_a_spread_is_the_median_between_its_quartiles():
-    assert Spread.of(np.array([4.0, 0.0, 3.0, 1.0, 2.0])) == Spread(2.0, 1.0, 3.0)
+    assert Quartiles.of(np.array([4.0, 0.0, 3.0, 1.0, 2.0])) == Quartiles(2.0, 1.0, 3.0)
 
 
 def test_the_sheaths_state_is_a_part_of_the_memory():

@@ -7,10 +7,10 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Final
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError, unknown
-from tendon_mj.lab.diagnosis.effects.binding import parameters_of
+from tendon_mj.lab.diagnosis.effects.binding import written_parameters
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Effect, SystemDescription
-from tendon_mj.lab.diagnosis.effects.mechanism import ACTUATORS, JOINTS, SENSORS
-from tendon_mj.lab.diagnosis.effects.transmission import PARAMETERS, TRANSMISSION
+from tendon_mj.lab.diagnosis.effects.mechanism import ACTUATORS, JOINT_EFFECTS, SENSOR_EFFECTS
+from tendon_mj.lab.diagnosis.effects.transmission import PARAMETER_EFFECTS, TRANSMISSION
 
 Effects = Mapping[str, Effect] | Iterable[Effect]  # of a mapping the values count
 
@@ -23,7 +23,7 @@ def by_identifier(effects: Effects) -> dict[str, Effect]:
     """
     if isinstance(effects, str | Effect) or not isinstance(effects, Iterable):
         shown = effects.identifier if isinstance(effects, Effect) else effects
-        raise InvalidValueError(f"catalogue: {shown!r} must be a list of effects, as [effect]")
+        raise InvalidValueError(f"catalogue: {shown!r} must be a list of effects, such as [effect]")
     catalogue: dict[str, Effect] = {}
     for effect in effects.values() if isinstance(effects, Mapping) else effects:
         if not isinstance(effect, Effect):
@@ -39,7 +39,9 @@ def by_identifier(effects: Effects) -> dict[str, Effect]:
     return catalogue
 
 
-CATALOGUE: Final = by_identifier((*TRANSMISSION, *JOINTS, *ACTUATORS, *SENSORS, *PARAMETERS))
+CATALOGUE: Final = by_identifier(
+    (*TRANSMISSION, *JOINT_EFFECTS, *ACTUATORS, *SENSOR_EFFECTS, *PARAMETER_EFFECTS)
+)
 
 # Two identifiers → the experiment that tells the effects apart, as a sentence.
 DISCRIMINATING_EXPERIMENTS: Final = {
@@ -94,7 +96,7 @@ def check_bindings(
 def _why_nowhere(effect: Effect, system: SystemDescription) -> str:
     """Reason why an effect binds nowhere, with the names of parameters that come near."""
     available = {name.rsplit(".", 1)[-1] for name in system.values}
-    wanted = parameters_of(effect.binding)
+    wanted = written_parameters(effect.binding)
     if absent := sorted(wanted - available):
         return "; ".join(unknown("parameter", name, available) for name in absent)
     near = sorted(n for n in system.values if not wanted or n.rsplit(".", 1)[-1] in wanted)

@@ -202,7 +202,7 @@ def together(*bindings: Binding) -> Binding:
     return partial(_together, bindings)
 
 
-def parameters_of(binding: Binding) -> set[str]:
+def written_parameters(binding: Binding) -> set[str]:
     """Names of the parameters that a binding of this module writes; none of another function."""
     if isinstance(binding, ElementBinding):
         return {specification.parameter for specification in binding.specifications}
@@ -210,7 +210,7 @@ def parameters_of(binding: Binding) -> set[str]:
         return set()
     parts = [part for argument in binding.args if isinstance(argument, tuple) for part in argument]
     names = {part.parameter for part in parts if isinstance(part, ParameterSpecification)}
-    return names.union(*(parameters_of(part) for part in parts))
+    return names.union(*(written_parameters(part) for part in parts))
 
 
 def frictionless_sheaths(system: SystemDescription, parameter: str) -> list[str]:
@@ -245,7 +245,7 @@ def motors(system: SystemDescription, _: str) -> tuple[str, ...]:
     return system.motors
 
 
-def servos(system: SystemDescription, parameter: str) -> list[str]:
+def drives_on_joints(system: SystemDescription, parameter: str) -> list[str]:
     """Driven actuators on a joint of `on_joints`: their work was measured."""
     return system.on_free_joints(system.inputs, parameter)
 

@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple, get_args
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.lab.replay import Readout, recording_of, value_in
 
-Kind = Literal["missing", "parameter"]
+EffectKind = Literal["missing", "parameter"]
 _LARGEST_LOGARITHM = 700.0
 
 
@@ -26,7 +26,7 @@ class SystemDescription:
         values: parameter → value in the model [its SI unit].
         known: parameters that were measured on the rig and are never fitted.
         uncertain: parameters that are calibrated in any case.
-        spans: sensor → largest less smallest measured value [the sensor's unit].
+        spans: sensor → largest minus smallest measured value [the sensor's unit].
         inputs: driven actuators and joints.
         free_joints: joints that no driven actuator moves.
         motors: inputs whose force depends on their control alone.
@@ -217,7 +217,7 @@ class Candidate:
     """
 
     identifier: str
-    kind: Kind
+    kind: EffectKind
     where: str
     terms: tuple[Term, ...]
     non_smooth: bool = False
@@ -255,7 +255,7 @@ class Candidate:
         """Whether a model has some of it, with parameter → value before the fit."""
         return any(value_in(before, target) != self.absent for target in self.terms[0].targets)
 
-    def kind_found(self, before: Mapping[str, float], after: Mapping[str, float]) -> Kind:
+    def kind_found(self, before: Mapping[str, float], after: Mapping[str, float]) -> EffectKind:
         """Kind of a finding: a model that has more than the data want lacks nothing.
 
         ``before`` and ``after`` are parameter → value of the model, and as fitted.
@@ -313,7 +313,7 @@ class Effect:
     source: str
     binding: Binding = field(repr=False)
     next_experiment: str = ""
-    kind: Kind = "missing"
+    kind: EffectKind = "missing"
     overrides_known: bool = False
     non_smooth: bool = False
     changes: str = ""
@@ -326,9 +326,9 @@ class Effect:
     def __post_init__(self) -> None:
         if not self.identifier.strip():
             raise InvalidValueError(f"effect {self.name!r}: the identifier must not be empty")
-        if self.kind not in get_args(Kind):
+        if self.kind not in get_args(EffectKind):
             where = f"effect {self.identifier!r}"
-            raise UnknownNameError("kind of an effect", self.kind, get_args(Kind), where)
+            raise UnknownNameError("kind of an effect", self.kind, get_args(EffectKind), where)
 
     def bind(self, system: SystemDescription) -> list[Candidate]:
         """Its candidates on a model, but those of parameters that are known or fitted anyway."""

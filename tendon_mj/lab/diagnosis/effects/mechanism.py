@@ -9,13 +9,13 @@ from tendon_mj.lab.diagnosis.effects.binding import (
     armatures,
     bodies,
     drives,
+    drives_on_joints,
     motors,
     on,
     on_gravity,
     on_inputs,
     on_joints,
     on_sensors,
-    servos,
     springs,
     together,
 )
@@ -31,7 +31,7 @@ _AT_THE_DRIVE: Final = (
     " sheath's is."
 )
 
-JOINTS: Final = (
+JOINT_EFFECTS: Final = (
     Effect(
         identifier="joint_damping",
         name="damping of a joint",
@@ -185,7 +185,7 @@ ACTUATORS: Final = (
         source="MuJoCo, actuator position; docs/servo.md, eq. (27)",
         next_experiment="the servo at rest under two loads",
         binding=together(
-            on(servos, Spec("kp", "-", 0.1, 10.0, 0.05, relative=True)),
+            on(drives_on_joints, Spec("kp", "-", 0.1, 10.0, 0.05, relative=True)),
             on_inputs(Spec("tension_gain", "-", 0.1, 10.0, 0.05, relative=True)),
         ),
         kind="parameter",
@@ -199,7 +199,7 @@ ACTUATORS: Final = (
         next_experiment="the same motion at three speeds, with the servo's force",
         in_motion=True,
         binding=together(
-            on(servos, Spec("kv", "-", 0.1, 10.0, 0.05, relative=True)),
+            on(drives_on_joints, Spec("kv", "-", 0.1, 10.0, 0.05, relative=True)),
             on_inputs(Spec("velocity_gain", "-", 0.1, 10.0, 0.05, relative=True)),
         ),
         kind="parameter",
@@ -217,7 +217,7 @@ ACTUATORS: Final = (
 )
 
 
-SENSORS: Final = (
+SENSOR_EFFECTS: Final = (
     Effect(
         identifier="sensor_bias",
         name="a sensor with an offset",

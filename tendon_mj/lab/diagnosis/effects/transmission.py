@@ -224,7 +224,7 @@ TRANSMISSION: Final = (
 )
 
 
-PARAMETERS: Final = (
+PARAMETER_EFFECTS: Final = (
     Effect(
         identifier="friction",
         name="coefficient of friction",

@@ -1,4 +1,4 @@
-"""Evidence of a diagnosis: errors on held-out data, their limits, and the verdict they allow."""
+"""Verdict of a diagnosis: `decide` reaches it from errors on held-out data and their limits."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tendon_mj.typing import FloatArray
 Verdict = Literal["named", "parameter", "partly", "nothing missing", "unknown"]
 
 NOISE, NOISE_AND_REPRODUCIBILITY = "noise", "noise and reproducibility"
-LARGEST: Final = 8.0  # excess χ² (3 rms), above which a model is not proven whatever it explains
+LARGEST_EXCESS: Final = 8.0  # excess χ² (3 rms), above which no model is proven
 _WORSE = 1.05  # times the error before, from which a signal got worse
 
 
@@ -110,7 +110,7 @@ class Evidence:
         limit: excess χ² below which nothing is named [-].
         largest: excess χ² above which no model is proven [-].
         beyond: uncertain parameters that the findings would take beyond their ranges.
-        at_end: whether a finding stands at an end of its range.
+        at_end: whether a fitted strength lies at a limit of its range.
         non_smooth: whether a finding is of a non-smooth effect.
         excess: excess χ² that the calibrated model leaves on the training data [-].
         step, lumping: excess χ² on held-out data that the simulation's steps, and its guides in
@@ -125,7 +125,7 @@ class Evidence:
     zero_step: float = 1.0
     reproducibility: Mapping[str, float] = field(default_factory=dict)
     limit: float
-    largest: float = LARGEST
+    largest: float = LARGEST_EXCESS
     beyond: Sequence[str] = ()
     at_end: bool = False
     non_smooth: bool = False
@@ -140,7 +140,7 @@ class Evidence:
 
 
 def decide(evidence: Evidence) -> Verdict:
-    """Decide on the verdict from the errors on held-out data."""
+    """The verdict that errors on held-out data and their limits allow."""
     if not evidence.kinds:
         small = evidence.calibrated and evidence.remaining <= evidence.limit
         return "nothing missing" if small else "unknown"
