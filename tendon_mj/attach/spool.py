@@ -72,6 +72,21 @@ class Spool:
                     f"Spool: {name} = {value} [{unit}] must be finite and {bound} 0"
                 )
 
+    def inertia(self, stiffness: float, timestep: float) -> float:
+        """J, given or by default [kg m²].
+
+        Args:
+            stiffness: EA/ℓ of the straight span at the input end [N/m].
+            timestep: h [s].
+        """
+        if self.armature is not None:
+            return self.armature
+        return _RESOLVED * self.radius**2 * timestep**2 * stiffness
+
+    def least_inertia(self, stiffness: float, timestep: float) -> float:
+        """Inertia above which a step is stable, r² h² EA/4ℓ [kg m²]."""
+        return 0.25 * self.radius**2 * timestep**2 * stiffness
+
 
 class _Settings(NamedTuple):
     """Settings of an actuator."""
@@ -138,19 +153,19 @@ def design_spool(
     first, second = (-1, -2) if at_last else (0, 1)
     span = points[second] - points[first]
     length = max(float(np.linalg.norm(span)), 1e-3)  # two sites on one spot
-    inertia = spool.radius**2 * step**2 * (axial_stiffness / length)  # r² h² EA/ℓ
+    armature = spool.inertia(axial_stiffness / length, step)
+    least = spool.least_inertia(axial_stiffness / length, step)
     element = model.tendon_num[tendon.id] - 1 if at_last else 0
     site = int(model.wrap_objid[model.tendon_adr[tendon.id] + element])
     turn = data.xmat[model.site_bodyid[site]].reshape(3, 3)
     along = turn.T @ (span / np.linalg.norm(span) if span.any() else np.array([1.0, 0.0, 0.0]))
     across = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
     across /= np.linalg.norm(across)
-    armature = _RESOLVED * inertia if spool.armature is None else spool.armature
     warning = ""
-    if armature < 0.25 * inertia:
+    if armature < least:
         warning = (
             f"the step of {step:g} s does not follow the spool of {name!r} on its tendon: give it "
-            f"an armature of {0.25 * inertia:.3g} kg m² at least, or take a smaller "
+            f"an armature of {least:.3g} kg m² at least, or take a smaller "
             "axial_stiffness or step"
         )
     return SpoolDesign(

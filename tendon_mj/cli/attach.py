@@ -11,6 +11,7 @@ import tyro
 from tendon_mj.attach import Attached, Row, attach_friction
 from tendon_mj.cli.given_files import Repeated, flat
 from tendon_mj.cli.output import console, print_table
+from tendon_mj.errors import InvalidValueError
 from tendon_mj.models import load_spec, model_path
 
 _BENDS = ("bend [rad]", "over ranges", "e^(-μφ), least")
@@ -33,7 +34,7 @@ def attach(
 
     Args:
         model: MJCF file, or a model of the package.
-        tendon: names of spatial tendons, or patterns such as "*" or "flex*", in quotes.
+        tendon: required; names of spatial tendons, or patterns such as "*" or "flex*", in quotes.
         friction: mu of the sheaths.
         out: MJCF file to write.
         axial_stiffness: EA in N; by default as stiff as the step resolves where an actuator pulls
@@ -49,6 +50,8 @@ def attach(
     Example:
         tendon-mj attach hand.xml --tendon "flex*" --friction 0.15 --out hand_with_friction.xml
     """
+    if not flat(tendon):
+        raise InvalidValueError("--tendon is missing: give a name, several, or a pattern")
     source = model_path(model)
     attached = attach_friction(
         load_spec(str(source)),

@@ -157,6 +157,12 @@ def _rig(folder: Path, fleet: Path) -> Rig:
             if when in tables:
                 raise RecordingError(f"{tables[when]} and {path} are of one date, {stamp(when)}")
             tables[when], descriptions[when] = path, _description(path, fleet)
+        unread = [f.name for f in folder.iterdir() if f.is_dir() and _tables(f)]
+        if unread:
+            raise RecordingError(
+                f"{folder}: recordings in its folder {min(unread)!r} are not read; move them to"
+                f" {folder}, with the date as their name"
+            )
         if not tables:
             raise RecordingError(f"{folder}: no recordings ({', '.join(_TABLES)})")
     except RecordingError as error:

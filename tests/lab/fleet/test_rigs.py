@@ -60,7 +60,8 @@ def test_recordings_are_sorted_by_time_and_described_by_the_nearest_toml(tmp_pat
         (["a/2026-03-04.csv"], "2026-03-04.toml"),
         (["description.toml", "a/2026-03-04.csv", "a/20260304.csv"], "of one date, 2026-03-04"),
         (["a/description.toml"], "no recordings"),
-        (["description.toml", "a/2026-03-04/press.csv"], "no recordings"),
+        (["description.toml", "a/2026-03-04/press.csv"], "'2026-03-04'"),
+        (["description.toml", "a/2026-03-03.csv", "a/2026-03-04/press.csv"], "'2026-03-04'"),
     ],
 )
 def test_an_ambiguous_rig_is_an_error_of_that_rig_alone(tmp_path, names, value):
