@@ -55,8 +55,8 @@ class _States:
         if not states.ndim or states.shape[-1] not in sizes.values():
             known = ", ".join(f"{size} ({name})" for name, size in sizes.items())
             raise InvalidValueError(
-                f"states of shape {states.shape} do not fit this model: the last axis must be one of "
-                f"{known}"
+                f"states of shape {states.shape} do not fit this model: the last axis must be one"
+                f" of {known}"
             )
         self.numbers = states[..., states.shape[-1] - size :]  # they come last in each
 
