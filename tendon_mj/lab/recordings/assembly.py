@@ -317,17 +317,12 @@ class _Names(NamedTuple):
             return []  # misspelt, as the faults say
         only = rest if len(rest) == len(near) == 1 else ["…"]
         entries += [(column, (close or only)[0]) for column, close in near.items()]
-        others = [entry for entry in entries if entry[0] not in TIMES]
-        angles = [entry for entry in others if entry[0].endswith(("_deg", "_rad"))]
-        example = (*angles, *others, ("lever_deg", "counts"))[0]
-        factor = "…" if others and not angles else '0.087890625, unit = "deg"'
         return [
             f"add to {self.toml}; [drive] and [measured] use the names on the left, with a unit for"
             " UNIT:",
             "[columns]",
             *(f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries),
-            f"where numbers are in no unit, for example counts of 4096 a turn: {example[0]} ="
-            f" {{ column = {json.dumps(example[1], ensure_ascii=False)}, factor = {factor} }}",
+            f"where numbers are in no unit, for example counts of 4096 a turn: {_factored(entries)}",
         ]
 
     def _clock_entry(self) -> tuple[str, str]:
@@ -367,3 +362,12 @@ def _clock(columns: Collection[str]) -> str:
 
 def _refusal(faults: Sequence[str]) -> RecordingError:
     return RecordingError("\n".join(dict.fromkeys(faults)))
+
+
+def _factored(entries: Collection[tuple[str, str]]) -> str:
+    """An entry of [columns] with a factor, for an angle if there is one."""
+    others = [entry for entry in entries if entry[0] not in TIMES]
+    angles = [entry for entry in others if entry[0].endswith(("_deg", "_rad"))]
+    column, name = (*angles, *others, ("lever_deg", "counts"))[0]
+    factor = "…" if others and not angles else '0.087890625, unit = "deg"'
+    return f"{column} = {{ column = {json.dumps(name, ensure_ascii=False)}, factor = {factor} }}"
