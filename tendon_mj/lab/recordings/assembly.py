@@ -322,7 +322,7 @@ class _Names(NamedTuple):
             " UNIT:",
             "[columns]",
             *(f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries),
-            f"where numbers are in no unit, for example counts of 4096 a turn: {_factored(entries)}",
+            f"where numbers have no unit, for example counts of 4096 a turn: {_factored(entries)}",
         ]
 
     def _clock_entry(self) -> tuple[str, str]:
