@@ -53,7 +53,7 @@ def test_twenty_rests_are_enough_in_all_recordings_and_ten_to_prove() -> None:
     check_recordings([points(20)], [points(10, seed=2)])
     check_recordings([points(12), points(8, seed=3)], [])
     for train, held_out, rows in (([points(19)], [], 19), ([points(20)], [points(9, seed=2)], 9)):
-        with refusing(RecordingError, "'points_", f"': {rows} settled points"):
+        with refusing(RecordingError, "'points_", f"only {rows} settled points"):
             check_recordings(train, held_out)
 
 
