@@ -256,18 +256,6 @@ def hang(recording: Recording, random: np.random.Generator) -> Fault:
     return Fault(made, frozenset({"frozen", "repeated"}), column, row + _HEADER)
 
 
-def three_tares(recording: Recording, random: np.random.Generator) -> Fault:
-    """A load cell is set to zero three times."""
-    column = random.choice(_unit(recording, "_N"))
-    series, rows = recording.columns[column].copy(), []
-    for share in (0.25, 0.5, 0.75):
-        row = int((share + random.uniform(-0.05, 0.05)) * series.size)
-        series[row:] -= series[row] - random.choice([0.0, 0.3]) * np.ptp(series)
-        rows.append(row)
-    made = _changed(recording, column, series)
-    return Fault(made, frozenset({"zero_step"}), column, None)
-
-
 def other_drive_scale(recording: Recording, random: np.random.Generator) -> Fault:
     """The drive is logged in another scale midway, while it is away from 0."""
     column = next(iter(recording.drive))
@@ -302,7 +290,6 @@ FAULTS: Mapping[str, Callable[[Recording, np.random.Generator], Fault]] = {
         dropouts,
         edge_glitch,
         hang,
-        three_tares,
         other_drive_scale,
     )
 }
