@@ -9,10 +9,10 @@ import pytest
 
 @contextmanager
 def refusing(kind: type[Exception] | tuple[type[Exception], ...], *facts: object) -> Iterator[None]:
-    """Expect an exception of a kind whose message has these facts; " … " separates several."""
+    """Expect an exception of a kind whose message has these facts; " | " separates several."""
     with pytest.raises(kind) as refused:
         yield
-    parts = [part for fact in facts for part in str(fact).split(" … ")]
+    parts = [part for fact in facts for part in str(fact).split(" | ")]
     missing = [part for part in parts if part not in str(refused.value)]
     assert not missing, f"{missing} not in: {refused.value}"
 

@@ -132,14 +132,14 @@ def test_parameters_are_checked_and_named(model):
         sheaths.set("friction", [0.1, 0.2], "drum")
     with refusing(InvalidValueError, "values[:, None]"):
         sheaths.set("friction", [0.1, 0.2, 0.3])
-    with refusing(InvalidValueError, "friction … 'much'"):
+    with refusing(InvalidValueError, "friction | 'much'"):
         sheaths.set("friction", "much")
     sheaths.set("pretension", 10.0, "reel")
     for every in ("drum", None):
         with refusing(InvalidValueError, "drum.pretension has no meaning where"):
             sheaths.set("pretension", 10.0, every)
     sheaths = tw.sheaths_of(tw.make_data(fingers(kinds=("cable",))))
-    with refusing(InvalidValueError, "cable.pretension … tendon_lengthspring"):
+    with refusing(InvalidValueError, "cable.pretension | tendon_lengthspring"):
         sheaths.set("pretension", 10.0)
 
 

@@ -58,7 +58,7 @@ def test_what_is_not_of_the_rig_is_refused(tmp_path):
     with refusing(RecordingError, "row 1"):
         read_recording(written(tmp_path, "roll1_yaw0_load40", header="a,b"))
     rows = "0,nan,0,0,0\n" + "\n".join(f"{k},0,0,0,0" for k in range(1, 5))
-    with refusing(RecordingError, "row 2 … nan"):
+    with refusing(RecordingError, "row 2 | nan"):
         read_recording(written(tmp_path, "roll1_yaw0_load40", rows=rows))
     with refusing(RecordingError, "no CSV file"):
         read_folder(tmp_path / "empty")

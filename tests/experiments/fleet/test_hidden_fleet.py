@@ -49,7 +49,7 @@ def test_a_fleet_is_written_with_its_key(tmp_path):
     recordings, _ = rigs[name].read()
     assert next(iter(recordings.values())).uncertain.keys() >= {"sheath.friction"}
     make_fleet(settings)  # goes on with what is there
-    with refusing(InvalidValueError, '"seed": 1 … "seed": 2 … another --out'):
+    with refusing(InvalidValueError, '"seed": 1 | "seed": 2 | another --out'):
         make_fleet(dataclasses.replace(settings, seed=2))
 
 
@@ -58,7 +58,7 @@ def test_a_fleet_is_written_with_its_key(tmp_path):
     [
         ({"recordings": 6}, "--recordings 6 must be ≥ 8"),
         ({"rigs": 2, "changing": 5}, "--changing 5 must be 0 … 2: there are 2 rigs"),
-        ({"changing": 12}, "--changing 12 must be 0 … 10: … 10 kinds of change"),
+        ({"changing": 12}, "--changing 12 must be 0 … 10: | 10 kinds of change"),
         ({"changing": -1}, "--changing -1 must be 0"),
     ],
 )

@@ -104,7 +104,7 @@ def test_sprung_output_gives_way():
         ({"elements": 0}, "elements = 0 must be ≥ 1"),
         ({"mass": 0.0}, "mass = 0 [kg]"),
         ({"damping": -1.0}, "damping = -1 [N s/m]"),
-        ({"timestep": 1.0}, "timestep = 1 … unstable"),
+        ({"timestep": 1.0}, "timestep = 1 | unstable"),
         ({"mass": np.nan}, "mass = nan"),
     ],
 )

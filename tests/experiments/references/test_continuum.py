@@ -122,7 +122,7 @@ def test_array_function_and_total_give_the_same_sheath():
         ({"bend_angle": [0.1, 1.0]}, "bend_angle starts at 0.1"),
         ({"bend_angle": [0.0, -1.0]}, "never fall"),
         ({"axial_stiffness": 0.0}, "axial_stiffness is 0"),
-        ({"friction": -0.1}, "friction is -0.1; … >= 0"),
+        ({"friction": -0.1}, "friction is -0.1; | >= 0"),
         ({"friction": 1e4}, "<= 700"),
         ({"pretension": np.nan}, "pretension is nan"),
         ({"environment_stiffness": 0.0}, "environment_stiffness is 0"),

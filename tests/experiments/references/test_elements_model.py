@@ -27,16 +27,16 @@ SHEATH = {"length": 0.5, "bend_angle": np.pi, "axial_stiffness": 2e4, "pretensio
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"bend_angle": [0.1, -0.2]}, "bend_angle[1] is -0.2; … >= 0"),
+        ({"bend_angle": [0.1, -0.2]}, "bend_angle[1] is -0.2; | >= 0"),
         ({"bend_angle": []}, "at least one element"),
-        ({"mass": 0.0}, "mass[0] is 0; … > 0"),
-        ({"mass": [1.0, 2.0, 3.0]}, "mass has shape (3,); … (2,)"),
+        ({"mass": 0.0}, "mass[0] is 0; | > 0"),
+        ({"mass": [1.0, 2.0, 3.0]}, "mass has shape (3,); | (2,)"),
         ({"damping": -1.0}, "damping[0] is -1"),
         ({"stiffness": np.inf}, "stiffness[0] is inf"),
-        ({"dynamic_friction": [0.1, 0.4]}, "static_friction[1] is 0.3; … >= … 0.4"),
+        ({"dynamic_friction": [0.1, 0.4]}, "static_friction[1] is 0.3; | >= | 0.4"),
         ({"friction_force": np.nan}, "friction_force[0] is nan"),
-        ({"pretension": 0.0}, "pretension is 0; … > 0"),
-        ({"sensor_stiffness": -1.0}, "sensor_stiffness is -1; … inf allowed"),
+        ({"pretension": 0.0}, "pretension is 0; | > 0"),
+        ({"sensor_stiffness": -1.0}, "sensor_stiffness is -1; | inf allowed"),
         ({"bend_angle": [1.0, 4.0], "law": "linear"}, "linear law needs < 1"),
     ],
 )
@@ -46,7 +46,7 @@ def test_a_value_out_of_range_is_named(change, message):
 
 
 def test_an_unknown_name_lists_the_valid_ones():
-    with refusing(UnknownNameError, "did you mean 'linear' … 'exponential'"):
+    with refusing(UnknownNameError, "did you mean 'linear' | 'exponential'"):
         ElementChain(**{**GOOD, "law": "liner"})
     with refusing(UnknownNameError, "'half', 'paper'"):
         uniform_chain(4, static_friction=0.1, ends="quarter", **SHEATH)
