@@ -10,8 +10,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-import numba
-
 from tendon_mj.attach import Parameters as Parameters
 from tendon_mj.attach import Spool as Spool
 from tendon_mj.attach import add_friction as add_friction
@@ -172,5 +170,4 @@ def __dir__() -> list[str]:
     return __all__
 
 
-if not numba.config.DISABLE_JIT:  # C calls a plugin's functions, which Python's can't be
-    _register()
+_register()

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
+from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.compilation import checked
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import read_table
 from tendon_mj.typing import FloatArray
@@ -63,7 +63,7 @@ def find_strokes(angle: FloatArray) -> Strokes:
     return Strokes(direction[n:], travel[n:], angle - 0.5 * (low + high))
 
 
-@checked
+@njit(cache=True)
 def _follow(angle: FloatArray, noise: float) -> tuple[FloatArray, FloatArray]:
     """Direction and travel of the play operator of half-width ``noise`` on ``angle``."""
     direction, travel = np.zeros(angle.size), np.zeros(angle.size)

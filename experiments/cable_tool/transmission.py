@@ -21,8 +21,8 @@ from __future__ import annotations
 
 import math
 
+
 from experiments.cable_tool.recording import ToolRecording
-from tendon_mj.compilation import checked
 from tendon_mj.typing import FloatArray
 
 
@@ -55,7 +55,7 @@ def predict_load(
     )
 
 
-@checked
+@njit(cache=True)
 def _slide(
     closing: FloatArray, opening: FloatArray, direction: FloatArray, taken_up: FloatArray
 ) -> FloatArray:

@@ -13,12 +13,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from numba import njit
 import numpy as np
 from scipy.optimize import differential_evolution
 
 from experiments.measured_joint.prediction import Predict, Series
 from experiments.measured_joint.recording import COLUMNS, COMMAND, bend
-from tendon_mj.compilation import checked
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.typing import FloatArray
 
@@ -68,7 +68,7 @@ def _features(recording: Recording, shape: FloatArray) -> FloatArray:
     return np.hstack([table, share * table])
 
 
-@checked
+@njit(cache=True)
 def _hysteresis(command: FloatArray, beta: float, gamma: float, power: float) -> FloatArray:
     """z over the command, by Heun's steps of at most a hundredth of the amplitude."""
     values = np.zeros_like(command)

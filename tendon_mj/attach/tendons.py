@@ -190,7 +190,7 @@ def _joints_between(points: Sequence[mujoco.MjsWrap]) -> list[mujoco.MjsJoint]:
 def _above(body: mujoco.MjsBody) -> list[mujoco.MjsBody]:
     """A body and all that carry it."""
     chain = [body]
-    while chain[-1].parent is not None:
+    while chain[-1].name != "world":  # whose parent some releases of MuJoCo do not survive
         chain.append(chain[-1].parent)
     return chain
 

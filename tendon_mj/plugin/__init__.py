@@ -1,8 +1,7 @@
 """The engine plugins: `sheath_plugin`, and `servo_plugin`, which uses it."""
 
-from tendon_mj.plugin.abi.layout import read_layout as read_layout
+from tendon_mj.plugin.abi.layout import offset as offset
 from tendon_mj.plugin.abi.library import C as C
-from tendon_mj.plugin.abi.memory import set_integer as set_integer
 from tendon_mj.plugin.instances import Instance as Instance
 from tendon_mj.plugin.instances import segment_tensions as segment_tensions
 from tendon_mj.plugin.instances import sensor_kind as sensor_kind

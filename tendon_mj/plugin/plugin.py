@@ -7,31 +7,29 @@ import functools
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 
-from tendon_mj.compilation import announced
 from tendon_mj.errors import EngineError
-from tendon_mj.plugin.abi.checks import Check, Draft
+from tendon_mj.native import Library, load
+from tendon_mj.plugin.abi.checks import CHECKS, Draft, asking
 from tendon_mj.plugin.abi.layout import (
-    Layout,
-    SceneLayout,
-    read_layout,
-    read_scene_layout,
+    LAYOUT,
+    SCENE,
+    read,
     verify,
     verify_scene,
     verify_state,
 )
 from tendon_mj.plugin.abi.library import PATH, C
 from tendon_mj.plugin.elsewhere import guard_engines, register_pickles
-from tendon_mj.plugin.servo_plugin import callbacks as servo_callbacks
+from tendon_mj.plugin.servo_plugin import callbacks as _servo  # noqa: F401, whose functions the library has
 from tendon_mj.plugin.servo_plugin import validate as servo_validate
 from tendon_mj.plugin.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
+from tendon_mj.plugin.sheath_plugin import callbacks as _sheath  # noqa: F401
 from tendon_mj.plugin.sheath_plugin import validate
 from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES
-from tendon_mj.plugin.sheath_plugin.callbacks import Callbacks, make_callbacks
-from tendon_mj.plugin.sheath_plugin.visualize import make_visualize
 
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
 
@@ -53,6 +51,23 @@ class _Plugin(ctypes.Structure):
         ("needstage", ctypes.c_int),
         *((name, ctypes.c_void_p) for name in _FUNCTIONS.split()),
     )
+
+
+_OLDEST = (3, 11)  # MuJoCo, the first with several outputs of an actuator
+
+
+def _verify_version() -> None:
+    """Refuse a MuJoCo before the oldest that the plugins can run in.
+
+    Raises:
+        EngineError: names both.
+    """
+    if tuple(int(part) for part in mujoco.__version__.split(".")[:2]) < _OLDEST:
+        oldest = ".".join(map(str, _OLDEST))
+        raise EngineError(
+            f"mujoco {mujoco.__version__} is older than {oldest}, the oldest with which tendon-mj "
+            f'works: pip install "mujoco>={oldest}"'
+        )
 
 
 def _verify_struct() -> None:
@@ -79,36 +94,48 @@ def _verify_struct() -> None:
 
 
 class Definition(NamedTuple):
-    """Definition of a plugin."""
+    """Definition of a plugin.
 
-    name: str  # in MJCF
-    attributes: tuple[str, ...]  # of its configuration
-    capabilities: int  # sum of `mjtPluginCapabilityBit`
-    state_size: Callable[[int, int], int]  # checks an instance, returns its numbers of state, ≥ 1
-    complete: Callable[[int, int], int]  # checks an instance once the model is complete
-    callbacks: Callable[[Layout], Callbacks]  # makes the functions that run in a step
-    sensor_size: Callable[[int, int, int], int] | None = None  # numbers of a sensor
-    visualize: Callable[[Layout, SceneLayout], Any] | None = None  # makes the function that draws
+    Attributes:
+        name: in MJCF.
+        symbol: of its functions in the library, between ``tendon_mj_`` and the name of each.
+        attributes: of its configuration.
+        capabilities: sum of `mjtPluginCapabilityBit`.
+        functions: of `mjpPlugin`, that the library has.
+        state_size: checks an instance, returns its numbers of state, ≥ 1.
+        complete: checks an instance once the model is complete.
+        sensor_size: numbers of a sensor.
+    """
+
+    name: str
+    symbol: str
+    attributes: tuple[str, ...]
+    capabilities: int
+    functions: str
+    state_size: Callable[[int, int], int]
+    complete: Callable[[int, int], int]
+    sensor_size: Callable[[int, int, int], int] | None = None
 
 
 DEFINITIONS = (
     Definition(
         validate.NAME,
+        "sheath",
         ATTRIBUTES,
         _ACTUATOR | _SENSOR | _PASSIVE,
+        "nstate nsensordata init reset compute advance visualize",
         validate.state_size,
         validate.check_tendon,
-        make_callbacks,
         validate.reading_size,
-        make_visualize,
     ),
     Definition(
         servo_validate.SERVO,
+        "servo",
         SERVO_ATTRIBUTES,
         _ACTUATOR,
+        "nstate init reset compute advance",
         servo_validate.state_size,
         servo_validate.check_joint,
-        servo_callbacks.make_callbacks,
     ),
 )
 
@@ -157,12 +184,7 @@ def _complete(plugin: Definition) -> Callable[[int, int], int]:
 _registered: list[object] = []  # C holds pointers to these, so they are never freed
 
 
-def _register(plugin: Definition, layout: Layout, scene_layout: SceneLayout) -> None:
-    callbacks = plugin.callbacks(layout)
-    visualize = plugin.visualize(layout, scene_layout) if plugin.visualize else None
-    nstate = Check(plugin.name, plugin.state_size)
-    init = Check(plugin.name, _complete(plugin), data=True)
-    sensor = Check(plugin.name, plugin.sensor_size, 2) if plugin.sensor_size else None
+def _register(plugin: Definition, library: Library) -> None:
     names = (ctypes.c_char_p * len(plugin.attributes))(*(a.encode() for a in plugin.attributes))
     struct = _Plugin(
         name=plugin.name.encode(),
@@ -170,17 +192,36 @@ def _register(plugin: Definition, layout: Layout, scene_layout: SceneLayout) -> 
         attributes=names,
         capabilityflags=plugin.capabilities,
         needstage=mujoco.mjtStage.mjSTAGE_ACC.value,
-        nstate=nstate.address,
-        nsensordata=sensor.address if sensor else None,
-        init=init.address,
-        reset=callbacks.reset.address,
-        compute=callbacks.compute.address,
-        advance=callbacks.advance.address,
-        visualize=visualize.address if visualize else None,
+        **{k: library.address(f"tendon_mj_{plugin.symbol}_{k}") for k in plugin.functions.split()},
     )
-    _registered.extend([callbacks, visualize, nstate, sensor, init, names, struct])
+    _registered.extend([names, struct])
     if C.mjp_registerPlugin(ctypes.byref(struct)) < 0:
         raise EngineError(f"{PATH.name} refused the plugin {plugin.name}")
+
+
+def _set_checks(library: Library) -> None:
+    """Let the library ask Python when MuJoCo compiles a model."""
+    addresses = library.numbers("tendon_mj_checks", len(CHECKS))
+    for plugin in DEFINITIONS:
+        asked = {
+            f"{plugin.symbol}_nstate": asking(plugin.name, plugin.state_size),
+            f"{plugin.symbol}_init": asking(plugin.name, _complete(plugin), data=True),
+        }
+        if plugin.sensor_size:
+            asked[f"{plugin.symbol}_nsensordata"] = asking(plugin.name, plugin.sensor_size, 2)
+        for check, function in asked.items():
+            addresses[CHECKS.index(check)] = ctypes.cast(function, ctypes.c_void_p).value or 0
+            _registered.append(function)
+
+
+def _set_layout(library: Library) -> dict[str, int]:
+    """Give the library the offsets of the running MuJoCo, once they are verified."""
+    layout, scene = read(LAYOUT), read(SCENE)
+    verify(layout)
+    verify_scene(scene)
+    for constants, offsets in ((LAYOUT, layout), (SCENE, scene)):
+        library.numbers(constants.symbol, len(offsets))[:] = list(offsets.values())
+    return layout
 
 
 def register() -> tuple[str, ...]:
@@ -193,13 +234,13 @@ def register() -> tuple[str, ...]:
         EngineError: the running MuJoCo does not have the layout that the plugins would read.
     """
     if not _registered:
+        _verify_version()
         _verify_struct()
-        layout, scene_layout = read_layout(), read_scene_layout()
-        verify(layout)
-        verify_scene(scene_layout)
-        with announced():
-            for definition in DEFINITIONS:
-                _register(definition, layout, scene_layout)
+        library = load()
+        layout = _set_layout(library)
+        _set_checks(library)
+        for definition in DEFINITIONS:
+            _register(definition, library)
         register_pickles(NAMES)
         guard_engines(NAMES)
         verify_state(layout, mujoco.MjData(mujoco.MjModel.from_xml_string(_SMALLEST)))

@@ -9,15 +9,17 @@ of a drive that prescribes displacement.
 
 from __future__ import annotations
 
+import ctypes
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tendon_mj.compilation import compiled
 from tendon_mj.errors import InvalidValueError
+from tendon_mj.native import Array, compiled, entry, load
 from tendon_mj.sheath.law import LAW, Law
-from tendon_mj.sheath.records import Guides, Segments, new_guides, new_segments
+from tendon_mj.sheath.records import GUIDE, SEGMENT, Guides, Segments, new_guides, new_segments
 from tendon_mj.sheath.segment_law import friction_work
 from tendon_mj.sheath.tension_solver import solve_flow
 from tendon_mj.typing import FloatArray
@@ -121,10 +123,17 @@ def _solve_wound(segments: Segments, guides: Guides, drawn: float) -> bool:
     return solved
 
 
-@compiled
+_segments_at, _guides_at = Array(SEGMENT), Array(GUIDE)
+_numbers: Callable[[int, int], FloatArray] = Array("float64")
+
+
+@entry("tendon_mj_follow_displacement", "i64(ptr, ptr, i64, ptr, ptr, i64)")
 def _follow_displacement(
-    segments: Segments, guides: Guides, displacement: FloatArray, out: FloatArray
+    tendon: int, sheath: int, n: int, history: int, result: int, samples: int
 ) -> int:
+    """Solve for each sample; ``result`` receives four rows; the number of samples not solved."""
+    segments, guides = _segments_at(tendon, n + 1), _guides_at(sheath, n)
+    displacement, out = _numbers(history, samples), _numbers(result, 4 * samples)
     unsolved, before, work = 0, 0.0, 0.0
     for k in range(displacement.shape[0]):
         drawn = displacement[k] - before
@@ -132,9 +141,8 @@ def _follow_displacement(
             unsolved += 1
         work += _commit(segments, guides, drawn)
         before = displacement[k]
-        last = len(segments) - 1
-        out[0, k], out[1, k] = segments[0].tension, segments[last].tension
-        out[2, k], out[3, k] = displacement[k], work
+        out[k], out[samples + k] = segments[0].tension, segments[n].tension
+        out[2 * samples + k], out[3 * samples + k] = displacement[k], work
     return unsolved
 
 
@@ -174,10 +182,13 @@ def _find_drawn(segments: Segments, guides: Guides, target: float) -> float:
     return drawn
 
 
-@compiled
+@entry("tendon_mj_follow_tension", "i64(ptr, ptr, i64, ptr, ptr, i64)")
 def _follow_tension(
-    segments: Segments, guides: Guides, tension: FloatArray, out: FloatArray
+    tendon: int, sheath: int, n: int, history: int, result: int, samples: int
 ) -> int:
+    """As ``_follow_displacement``, for samples of τ."""
+    segments, guides = _segments_at(tendon, n + 1), _guides_at(sheath, n)
+    tension, out = _numbers(history, samples), _numbers(result, 4 * samples)
     unsolved, wound, work = 0, 0.0, 0.0
     for k in range(tension.shape[0]):
         drawn = _find_drawn(segments, guides, tension[k])
@@ -185,10 +196,23 @@ def _follow_tension(
             unsolved += 1
         work += _commit(segments, guides, drawn)
         wound += drawn
-        last = len(segments) - 1
-        out[0, k], out[1, k] = segments[0].tension, segments[last].tension
-        out[2, k], out[3, k] = wound, work
+        out[k], out[samples + k] = segments[0].tension, segments[n].tension
+        out[2 * samples + k], out[3 * samples + k] = wound, work
     return unsolved
+
+
+def _follow(
+    symbol: str, segments: Segments, guides: Guides, history: FloatArray
+) -> tuple[FloatArray, int]:
+    """Rows of a response to a history, by a function of the library."""
+    pointers = [ctypes.c_void_p] * 2
+    follow = ctypes.CFUNCTYPE(ctypes.c_int64, *pointers, ctypes.c_int64, *pointers, ctypes.c_int64)(
+        load().address(symbol)
+    )
+    out = np.empty((4, len(history)))
+    places = [np.asarray(array).ctypes.data for array in (segments, guides, history, out)]
+    unsolved = follow(*places[:2], len(guides), *places[2:], len(history))
+    return out, unsolved
 
 
 def _response(law: Law, output_stiffness: float, out: FloatArray, unsolved: int) -> Response:
@@ -222,8 +246,8 @@ def drive_displacement(
     """
     history = _history("displacement", displacement)
     segments, table = _initial_tendon(law, length, bend, guides, output_stiffness)
-    out = np.empty((4, len(history)))
-    unsolved = _follow_displacement(segments, table, _play(history, law.backlash), out)
+    drum = _play(history, law.backlash)
+    out, unsolved = _follow("tendon_mj_follow_displacement", segments, table, drum)
     out[2] = history
     return _response(law, output_stiffness, out, unsolved)
 
@@ -246,8 +270,8 @@ def drive_tension(
     if not (history > 0.0).all():
         raise InvalidValueError(f"tension must be > 0 [N] throughout, got {history.min():g}")
     segments, table = _initial_tendon(law, length, bend, guides, output_stiffness)
-    out = np.empty((4, len(history)))
-    unsolved = _follow_tension(segments, table, history / law.axial_stiffness, out)
+    pulled = history / law.axial_stiffness
+    out, unsolved = _follow("tendon_mj_follow_tension", segments, table, pulled)
     return _response(law, output_stiffness, out, unsolved)
 
 

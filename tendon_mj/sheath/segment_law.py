@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 
-from tendon_mj.compilation import compiled
+from tendon_mj.native import compiled
 from tendon_mj.sheath.records import Segments
 
 

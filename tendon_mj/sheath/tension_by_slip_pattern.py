@@ -13,7 +13,7 @@ Equations: docs/theory.md, section 4.
 
 from __future__ import annotations
 
-from tendon_mj.compilation import compiled
+from tendon_mj.native import compiled
 from tendon_mj.sheath.records import ROUNDING, Guide, Guides, Segments
 from tendon_mj.sheath.segment_law import held, tension_of
 from tendon_mj.sheath.tension_by_sweep import highest, lowest

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tendon_mj.compilation import apart, compiled
+from tendon_mj.native import apart, compiled
 from tendon_mj.sheath.records import ROUNDING, Guides, Segments
 from tendon_mj.sheath.segment_law import held, tension_of
 

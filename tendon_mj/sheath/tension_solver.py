@@ -11,13 +11,8 @@ Equations: docs/theory.md, sections 4 and 7.
 from __future__ import annotations
 
 import math
-from typing import Any
 
-import numba
-from numba import carray, from_dtype, types
-from numba.core import config
-
-from tendon_mj.compilation import apart, by_symbol, compiled
+from tendon_mj.native import Array, apart, compiled, entry
 from tendon_mj.sheath.records import GUIDE, ROUNDING, SEGMENT, Guides, Segments
 from tendon_mj.sheath.tension_by_slip_pattern import guess_from_motion, try_pattern
 from tendon_mj.sheath.tension_by_sweep import sweep
@@ -25,35 +20,6 @@ from tendon_mj.sheath.tension_with_drag import balance_dragged
 
 # Pattern corrections before the sweep, which needs none, takes over: this and one a guide.
 _PASSES = 16
-
-# The solvers that most steps do without are called by a symbol. A compiled function contains the
-# code of those that it calls, and theirs, and is optimised with it: with these two that took a
-# third of the time in which the plugins compile.
-_SEGMENTS, _GUIDES = types.CPointer(from_dtype(SEGMENT)), types.CPointer(from_dtype(GUIDE))
-
-
-@by_symbol("tendon_mj.sweep", types.boolean(_SEGMENTS, _GUIDES, numba.intp, types.boolean))
-def _sweep(segments: Any, guides: Any, count: int, given: bool) -> bool:
-    return sweep(carray(segments, count + 1), carray(guides, count), given)
-
-
-@by_symbol("tendon_mj.balance_dragged", types.boolean(_SEGMENTS, _GUIDES, numba.intp))
-def _balance_dragged(segments: Any, guides: Any, count: int) -> bool:
-    return balance_dragged(carray(segments, count + 1), carray(guides, count))
-
-
-@compiled
-def _rare_sweep(segments: Any, guides: Any, given: bool) -> bool:
-    return _sweep(segments.ctypes, guides.ctypes, len(guides), given)
-
-
-@compiled
-def _rare_balance_dragged(segments: Any, guides: Any) -> bool:
-    return _balance_dragged(segments.ctypes, guides.ctypes, len(guides))
-
-
-if config.DISABLE_JIT:  # Python has no symbols
-    _rare_sweep, _rare_balance_dragged = sweep, balance_dragged
 
 
 @apart
@@ -81,11 +47,11 @@ def _balance(segments: Segments, guides: Guides, dragged: bool, given: bool) -> 
                 return True
             if changed < 0:
                 break
-        if _rare_sweep(segments, guides, given):
+        if sweep(segments, guides, given):
             return True
         if given or not _make_sluggish(segments, guides):
             return False
-    return _rare_balance_dragged(segments, guides)
+    return balance_dragged(segments, guides)
 
 
 @compiled
@@ -149,3 +115,18 @@ def solve_flow(
         if not (stiction and solved and _release(guides)):
             break
     return _is_bounded(segments, guides) and solved
+
+
+_segments_at, _guides_at = Array(SEGMENT), Array(GUIDE)
+
+
+@entry("tendon_mj_solve_flow", "bool(ptr, ptr, i64, bool, bool)")
+def _solve_flow_at(segments: int, guides: int, n: int, dragged: bool, given: bool) -> bool:
+    """``solve_flow`` of records at two addresses."""
+    return solve_flow(_segments_at(segments, n + 1), _guides_at(guides, n), dragged, given)
+
+
+@entry("tendon_mj_sweep", "bool(ptr, ptr, i64, bool)")
+def _sweep_at(segments: int, guides: int, n: int, given: bool) -> bool:
+    """``sweep`` of records at two addresses."""
+    return sweep(_segments_at(segments, n + 1), _guides_at(guides, n), given)

@@ -32,10 +32,11 @@ Equations: docs/theory.md, section 7.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
-from tendon_mj.compilation import apart, compiled
+from tendon_mj.native import Array, External, apart, compiled
 from tendon_mj.sheath.records import ROUNDING, Guides, Segments
 from tendon_mj.sheath.tension_by_slip_pattern import is_frictionless
 from tendon_mj.sheath.tension_by_sweep import sweep
@@ -43,6 +44,9 @@ from tendon_mj.typing import FloatArray
 
 _STEPS = 40  # of Newton's method, of which a taut tendon needs about 4
 _FREE, _SLACK, _TAUT = -1.0, 0.0, 1.0  # a left side: as its tension is, or held slack or taut
+_malloc = External("malloc", "ptr(i64)")
+_free = External("free", "void(ptr)")
+_numbers: Callable[[int, int], FloatArray] = Array("float64")
 TOLERANCE = 8 * ROUNDING  # of a tension, within which a law is met
 
 
@@ -207,12 +211,23 @@ def solve_pattern(segments: Segments, guides: Guides, least: float) -> bool:
 
     By full steps or, where those go to and fro, from rest and with what is slack held.
     """
+    work = _malloc(8 * (4 * len(guides) + 1))
+    solved = work != 0 and _solve_in(segments, guides, least, work)
+    _free(work)
+    return solved
+
+
+@compiled
+def _solve_in(segments: Segments, guides: Guides, least: float, work: int) -> bool:
+    """As ``solve_pattern``, with work space for 4 n + 1 numbers."""
     n = len(guides)
-    steps, ratios, held = np.empty(n), np.empty(n), np.full(n + 1, _FREE)
+    steps, ratios = _numbers(work, n), _numbers(work + 8 * n, n)
+    first, held = _numbers(work + 16 * n, n), _numbers(work + 24 * n, n + 1)
+    held[:] = _FREE
     for i in range(n):
         if guides[i].slip == 0.0:
             guides[i].flow = 0.0
-    first = guides["flow"].copy()
+        first[i] = guides[i].flow
     for k in range(2 * _STEPS + 8 * n):
         if k == _STEPS:
             for i in range(n):

@@ -9,6 +9,7 @@ actuators have their forces, both before accelerations are. Nothing of it waits 
 from __future__ import annotations
 
 import copy
+import ctypes
 import inspect
 from typing import Any
 
@@ -18,7 +19,7 @@ import numpy as np
 import warp as wp
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.plugin import read_layout, set_integer, sheaths, unused_parameters
+from tendon_mj.plugin import offset, sheaths, unused_parameters
 from tendon_mj.warp.evaluate import apply, finish, reset_worlds, solve
 from tendon_mj.warp.motion import Dynamics
 from tendon_mj.warp.path import Scene
@@ -372,5 +373,5 @@ def _without_plugins(model: mujoco.MjModel, simulated: dict[str, Simulated]) -> 
     plain.sensor_needstage[shown] = mujoco.mjtStage.mjSTAGE_ACC
     plain.sensor_plugin[shown] = -1
     # MuJoCo Warp keeps the plugins of geoms alone, and expects as many as there are of all
-    set_integer(plain._address + read_layout().m_nplugin, 0)
+    ctypes.c_int64.from_address(plain._address + offset("m_nplugin")).value = 0
     return plain

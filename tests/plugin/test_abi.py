@@ -3,22 +3,19 @@
 import mujoco
 import numpy as np
 import pytest
-from numba import carray
 
-from tendon_mj.compilation import compiled
 from tendon_mj.errors import EngineError
-from tendon_mj.plugin import plugin, read_layout
+from tendon_mj.plugin import plugin
 from tendon_mj.plugin.abi import layout as layouts
-from tendon_mj.plugin.abi.layout import read_scene_layout, verify, verify_scene
-from tendon_mj.plugin.abi.memory import record_at, records_pointer
-from tendon_mj.sheath import SEGMENT, record_type
+from tendon_mj.plugin.abi.layout import LAYOUT, SCENE, read, verify, verify_scene
+from tendon_mj.sheath import record_type
 from tests.refusals import refusing
 
-LAYOUT = read_layout()
+OFFSETS, SCENE_OFFSETS = read(LAYOUT), read(SCENE)
 
 
 def test_the_running_mujoco_is_as_described():
-    verify(LAYOUT)
+    verify(OFFSETS)
     plugin._verify_struct()
 
 
@@ -27,7 +24,7 @@ def test_the_running_mujoco_is_as_described():
 )
 @pytest.mark.parametrize("shift", [8, -8])
 def test_a_wrong_offset_is_refused_by_name(field, shift):
-    wrong = LAYOUT._replace(**{field: getattr(LAYOUT, field) + shift})
+    wrong = {**OFFSETS, field: OFFSETS[field] + shift}
     owner = {"m": "mjModel", "o": "mjOption", "d": "mjData"}[field[0]]
     with refusing(EngineError, mujoco.__version__, f"{owner}.{field[2:]}"):
         verify(wrong)
@@ -40,7 +37,7 @@ def test_a_field_that_is_gone_is_refused_by_name(monkeypatch):
     mirrors = {"mjModel": Bare, "mjData": layouts.mirror("mjData")}
     monkeypatch.setattr(layouts, "mirror", lambda name: mirrors[name])
     with refusing(EngineError, "mjModel.nsensor"):
-        read_layout()
+        read(LAYOUT)
 
 
 def test_a_type_of_unknown_size_is_refused():
@@ -60,17 +57,14 @@ def test_registering_twice_changes_nothing():
     assert plugin.register() is plugin.register()
 
 
-SCENE = read_scene_layout()
-
-
 def test_its_scene_is_as_described():
-    verify_scene(SCENE)
+    verify_scene(SCENE_OFFSETS)
 
 
-@pytest.mark.parametrize("field", [f for f in SCENE._fields if f != "v_flags"])
+@pytest.mark.parametrize("field", [f for f in SCENE.names if f != "v_flags"])
 @pytest.mark.parametrize("shift", [4, -4])
 def test_a_wrong_offset_of_a_scene_is_refused_by_name(field, shift):
-    wrong = SCENE._replace(**{field: getattr(SCENE, field) + shift})
+    wrong = {**SCENE_OFFSETS, field: SCENE_OFFSETS[field] + shift}
     with refusing(EngineError, mujoco.__version__, "mjv"):
         verify_scene(wrong)
 
@@ -81,7 +75,7 @@ def test_a_field_of_a_scene_that_is_gone_is_refused_by_name(monkeypatch):
         layouts, "mirror", lambda name: object if name == "mjvScene" else whole(name)
     )
     with refusing(EngineError, "mjvScene.maxgeom"):
-        read_scene_layout()
+        read(SCENE)
 
 
 class Pair:
@@ -98,19 +92,3 @@ def test_fields_follow_one_another_without_gaps():
     assert record_type(Inner).names == ("one", "two")
     assert record_type(Pair).itemsize == 3 * 8
     assert record_type(Pair).fields["inner"][1] == 8
-
-
-def test_what_compiled_code_writes_is_in_the_array():
-    pair_at, segments_at = record_at(record_type(Pair)), records_pointer(SEGMENT)
-
-    @compiled
-    def write(pair, segments, count):
-        pair_at(pair).inner.two = 7.0
-        for j in range(count):
-            carray(segments_at(segments), count)[j].tension = j
-
-    pair, segments = np.zeros(3), np.zeros(4, SEGMENT)
-    write(pair.ctypes.data, segments.ctypes.data, 4)
-    np.testing.assert_array_equal(pair, [0.0, 0.0, 7.0])
-    np.testing.assert_array_equal(segments["tension"], np.arange(4.0))
-    assert not segments["length"].any()

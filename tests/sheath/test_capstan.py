@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from tendon_mj.sheath import solve_flow
-from tendon_mj.sheath.tension_by_sweep import sweep
-from tests.sheath.tendons import commit, tendon, uniform
+from tests.sheath.tendons import commit, solve_flow, sweep, tendon, uniform
 
 GUIDES = [*range(1, 17), 24, 32, 48, 64]
 

@@ -4,8 +4,7 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as some
 
-from tendon_mj.sheath import solve_flow
-from tests.sheath.tendons import random_tendons, tendon
+from tests.sheath.tendons import random_tendons, solve_flow, sweep, tendon
 
 EVERY = settings(max_examples=400, derandomize=True)
 # D ℓ: from hardly felt to a wave that crosses a segment in many steps

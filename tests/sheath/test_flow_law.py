@@ -5,9 +5,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as some
 
-from tendon_mj.sheath import solve_flow
-from tendon_mj.sheath.tension_by_sweep import sweep
-from tests.sheath.tendons import random_tendons, tendon
+from tests.sheath.tendons import random_tendons, solve_flow, sweep, tendon
 
 EXACT = 1e-9  # relative
 EVERY = settings(max_examples=400, derandomize=True)

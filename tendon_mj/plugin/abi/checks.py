@@ -17,17 +17,15 @@ import ctypes
 import functools
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, Final
 
-import llvmlite.binding as llvm
 import mujoco
-from numba import types
 
-from tendon_mj.compilation import callback, compiled
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
+from tendon_mj.native import Called, LocalDoubles, Shared, Text, compiled, entry
 from tendon_mj.plugin.abi.layout import mirror
 from tendon_mj.plugin.abi.library import C, mju_error
-from tendon_mj.plugin.abi.memory import integer, local_doubles, set_integer, text
+from tendon_mj.plugin.abi.memory import integer, set_integer, word
 
 _TENDON = mujoco.mjtObj.mjOBJ_TENDON
 # Text that Python and the C library read alike as a number.
@@ -165,10 +163,10 @@ def read_number(config: dict[str, str], name: str, where: str) -> float | None:
 _SIZE = 2048  # of a message, with the zero that ends it
 _HEAD = 8  # bytes before it, for the count
 _REFUSED, _SILENT = -1, -2  # counts
-_reply = local_doubles((_HEAD + _SIZE) // 8)
-_interrupted = text("tendon_mj: interrupted while the model was compiled")
-
-_i32, _ptr = types.int32, types.intp
+_reply = LocalDoubles((_HEAD + _SIZE) // 8)
+_interrupted = Text("tendon_mj: interrupted while the model was compiled")
+CHECKS: Final = ("sheath_nstate", "sheath_nsensordata", "sheath_init", "servo_nstate", "servo_init")
+_checks = Shared("tendon_mj_checks", len(CHECKS))  # addresses of the functions that ask Python
 
 
 def _replying(plugin: str, function: Callable[..., int]) -> Callable[..., None]:
@@ -214,62 +212,71 @@ def _count_at(reply: int) -> int:
     return count
 
 
-class Check:
-    """A C function `int (const mjModel*, …)` that asks Python and raises what Python refuses.
+_ask_of_instance, _ask_of_sensor = Called("void(ptr, ptr, i32)"), Called("void(ptr, ptr, i32, i32)")
+_ask_of_data = Called("void(ptr, ptr, ptr, i32)")
 
-    That of `nstate`, with one int and no data, returns 0 instead.
+
+@compiled
+def _nstate(which: int, m: int, instance: int) -> int:
+    """Numbers of state of an instance, 0 where it was refused."""
+    reply = _reply()
+    set_integer(reply, _SILENT)
+    _ask_of_instance(word(_checks() + 8 * which), reply, m, instance)
+    return 0 if integer(reply, 0) == _REFUSED else _count_at(reply)
+
+
+@compiled
+def _init(which: int, m: int, d: int, instance: int) -> int:
+    reply = _reply()
+    set_integer(reply, _SILENT)
+    _ask_of_data(word(_checks() + 8 * which), reply, m, d, instance)
+    _count_at(reply)
+    return 0
+
+
+@entry("tendon_mj_sheath_nstate", "i32(ptr, i32)")
+def sheath_nstate(m: int, instance: int) -> int:
+    """`nstate` of `mjpPlugin`."""
+    return _nstate(0, m, instance)
+
+
+@entry("tendon_mj_sheath_nsensordata", "i32(ptr, i32, i32)")
+def sheath_nsensordata(m: int, instance: int, sensor: int) -> int:
+    """`nsensordata` of `mjpPlugin`."""
+    reply = _reply()
+    set_integer(reply, _SILENT)
+    _ask_of_sensor(word(_checks() + 8), reply, m, instance, sensor)
+    return _count_at(reply)
+
+
+@entry("tendon_mj_sheath_init", "i32(ptr, ptr, i32)")
+def sheath_init(m: int, d: int, instance: int) -> int:
+    """`init` of `mjpPlugin`."""
+    return _init(2, m, d, instance)
+
+
+@entry("tendon_mj_servo_nstate", "i32(ptr, i32)")
+def servo_nstate(m: int, instance: int) -> int:
+    """`nstate` of `mjpPlugin`."""
+    return _nstate(3, m, instance)
+
+
+@entry("tendon_mj_servo_init", "i32(ptr, ptr, i32)")
+def servo_init(m: int, d: int, instance: int) -> int:
+    """`init` of `mjpPlugin`."""
+    return _init(4, m, d, instance)
+
+
+def asking(plugin: str, function: Callable[..., int], integers: int = 1, data: bool = False) -> Any:
+    """A C function that asks a check in Python, for `CHECKS`; it has to be kept.
 
     Args:
         plugin: name of the plugin.
-        function: Python, takes an address and a number of ints, returns a count ≥ 0 or raises.
+        function: takes an address and a number of ints, returns a count ≥ 0 or raises.
         integers: number of ints after the address.
         data: whether the C function takes the `mjData*` of `init`, which is deleted on a refusal.
     """
-
-    def __init__(
-        self, plugin: str, function: Callable[..., int], integers: int = 1, data: bool = False
-    ) -> None:
-        count = 3 if data else 2
-        addresses, ints = [ctypes.c_void_p] * count, [ctypes.c_int] * integers
-        asked = _with_data(function) if data else function
-        self._python = ctypes.CFUNCTYPE(None, *addresses, *ints)(_replying(plugin, asked))
-        # by name, not by address, so that compiled code holds in every process
-        symbol = f"{plugin}.{function.__name__}"
-        llvm.add_symbol(symbol, ctypes.cast(self._python, ctypes.c_void_p).value)
-        ask = types.ExternalFunction(symbol, types.void(*[_ptr] * count, *[_i32] * integers))
-        self._compiled = _init(ask) if data else _count(ask) if integers == 1 else _sensor(ask)
-        self.address: int = self._compiled.address
-
-
-def _count(ask: Any) -> Any:
-    @callback(_i32(_ptr, _i32))
-    def nstate(m: int, instance: int) -> int:
-        reply = _reply()
-        set_integer(reply, _SILENT)
-        ask(reply, m, instance)
-        return 0 if integer(reply, 0) == _REFUSED else _count_at(reply)
-
-    return nstate
-
-
-def _sensor(ask: Any) -> Any:
-    @callback(_i32(_ptr, _i32, _i32))
-    def nsensordata(m: int, instance: int, sensor: int) -> int:
-        reply = _reply()
-        set_integer(reply, _SILENT)
-        ask(reply, m, instance, sensor)
-        return _count_at(reply)
-
-    return nsensordata
-
-
-def _init(ask: Any) -> Any:
-    @callback(_i32(_ptr, _ptr, _i32))
-    def init(m: int, d: int, instance: int) -> int:
-        reply = _reply()
-        set_integer(reply, _SILENT)
-        ask(reply, m, d, instance)
-        _count_at(reply)
-        return 0
-
-    return init
+    addresses = [ctypes.c_void_p] * (3 if data else 2)
+    asked = _with_data(function) if data else function
+    kind = ctypes.CFUNCTYPE(None, *addresses, *[ctypes.c_int] * integers)
+    return kind(_replying(plugin, asked))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from collections import namedtuple
+from collections.abc import Mapping
 from typing import Any, Final
 
 import mujoco
@@ -17,6 +17,7 @@ import numpy as np
 from mujoco.introspect import ast_nodes, structs
 
 from tendon_mj.errors import EngineError
+from tendon_mj.native import Constants
 
 _SCALARS: dict[str, Any] = {
     "char": ctypes.c_char,
@@ -33,8 +34,8 @@ _SCALARS: dict[str, Any] = {
 
 
 # Byte offsets in `mjModel` (m_), its `opt` (o_) and `mjData` (d_).
-Layout = namedtuple(
-    "Layout",
+LAYOUT: Final = Constants(
+    "tendon_mj_layout",
     """
     m_nsensor m_nv m_nbody m_neq m_nactuator m_nplugin o_timestep o_integrator o_disableflags
     m_qpos0 m_jnt_qposadr m_jnt_dofadr m_dof_armature m_dof_invweight0 m_body_parentid
@@ -63,8 +64,8 @@ EQ_DATA: Final[int] = mujoco.mjNEQDATA  # numbers of each equality
 
 
 # Byte offsets in `mjvScene` (s_), `mjvGeom` (g_) and `mjvOption` (v_); `geom_bytes` of each geom.
-SceneLayout = namedtuple(
-    "SceneLayout",
+SCENE: Final = Constants(
+    "tendon_mj_scene_layout",
     """
     s_maxgeom s_ngeom s_geoms s_status g_objtype g_objid g_segid g_size g_pos g_rgba g_emission
     g_specular v_tendongroup v_flags geom_bytes
@@ -115,7 +116,7 @@ def mirror(struct: str) -> Any:
     return _structure(structs.STRUCTS[struct].fields)
 
 
-def _offset(entry: str) -> int:
+def offset(entry: str) -> int:
     """Offset of a field, which is named ``owner_field``."""
     if entry == "geom_bytes":
         return ctypes.sizeof(mirror("mjvGeom"))
@@ -126,22 +127,17 @@ def _offset(entry: str) -> int:
             f"mujoco {mujoco.__version__} has no {_OWNER[owner]}.{name}, which tendon-mj uses; "
             "install a version that its pyproject.toml names"
         )
-    offset: int = member.offset
-    return offset + (mirror("mjModel").opt.offset if owner == "o" else 0)
+    own: int = member.offset
+    return own + (mirror("mjModel").opt.offset if owner == "o" else 0)
 
 
-def read_layout() -> Layout:
-    """Offsets for the MuJoCo that is running.
+def read(layout: Constants) -> dict[str, int]:
+    """Offsets of `LAYOUT` or `SCENE` for the MuJoCo that is running.
 
     Raises:
         EngineError: a field is gone or has an unknown type.
     """
-    return Layout(*map(_offset, Layout._fields))
-
-
-def read_scene_layout() -> SceneLayout:
-    """Offsets of a scene, like `read_layout`."""
-    return SceneLayout(*map(_offset, SceneLayout._fields))
+    return {entry: offset(entry) for entry in layout.names}
 
 
 _SCENE = "<mujoco><worldbody><geom size='.1'/><geom size='.1'/></worldbody></mujoco>"
@@ -167,7 +163,7 @@ _CANARY = """
 """
 
 
-def verify(layout: Layout) -> None:
+def verify(layout: Mapping[str, int]) -> None:
     """Compare the offsets with the bindings, on a model made for this.
 
     Raises:
@@ -177,22 +173,22 @@ def verify(layout: Layout) -> None:
     data = mujoco.MjData(model)
     data.time = 0.625
     owners = {"m": (model, model), "o": (model, model.opt), "d": (data, data)}
-    for entry, offset in layout._asdict().items():
+    for entry, offset in layout.items():
         owner, name = entry.split("_", 1)
         holder, shower = owners[owner]
         _compare(holder._address + offset, getattr(shower, name, None), f"{_OWNER[owner]}.{name}")
 
 
-def verify_state(layout: Layout, data: mujoco.MjData) -> None:
+def verify_state(layout: Mapping[str, int], data: mujoco.MjData) -> None:
     """Compare the offset of the one array that only a model with the plugin fills.
 
     Raises:
         EngineError: it is not where the offsets say.
     """
-    _compare(data._address + layout.d_plugin_state, data.plugin_state, "mjData.plugin_state")
+    _compare(data._address + layout["d_plugin_state"], data.plugin_state, "mjData.plugin_state")
 
 
-def verify_scene(layout: SceneLayout) -> None:
+def verify_scene(layout: Mapping[str, int]) -> None:
     """Compare the offsets of a scene with the bindings.
 
     Raises:
@@ -210,11 +206,11 @@ def verify_scene(layout: SceneLayout) -> None:
     # each begins where an array that the bindings show lies, less its offset
     start = {
         "s": scene.flags.ctypes.data - mirror("mjvScene").flags.offset,
-        "g": first.pos.ctypes.data - layout.g_pos,
-        "v": option.flags.ctypes.data - layout.v_flags,
+        "g": first.pos.ctypes.data - layout["g_pos"],
+        "v": option.flags.ctypes.data - layout["v_flags"],
     }
     shown = {"s": scene, "g": first, "v": option}
-    for entry, offset in layout._asdict().items():
+    for entry, offset in layout.items():
         owner, _, name = entry.partition("_")
         if entry == "geom_bytes":
             _require(second.pos.ctypes.data - first.pos.ctypes.data == offset, "mjvGeom")

@@ -8,19 +8,16 @@ from __future__ import annotations
 import ctypes
 from pathlib import Path
 
-import llvmlite.binding as llvm
 import mujoco
-from numba import types
 
-from tendon_mj.compilation import compiled
 from tendon_mj.errors import EngineError
-from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.native import External, LocalDoubles, compiled
+from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.memory import (
     byte,
     double,
     doubles,
     integer,
-    local_doubles,
     pointer,
     set_byte,
 )
@@ -35,7 +32,7 @@ def _find() -> Path:
 
 
 PATH = _find()
-C = ctypes.CDLL(str(PATH))
+C = ctypes.CDLL(str(PATH), ctypes.RTLD_GLOBAL)  # whose functions the plugins call
 C.mj_getPluginConfig.restype = ctypes.c_char_p
 C.mj_getPluginConfig.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]
 C.mj_id2name.restype = ctypes.c_char_p
@@ -58,50 +55,36 @@ class _PluginHead(ctypes.Structure):
 C.mjp_getPluginAtSlot.restype = ctypes.POINTER(_PluginHead)
 C.mjp_getPluginAtSlot.argtypes = [ctypes.c_int]
 
-# Compiled code finds its external functions by name: those of MuJoCo and of the C library.
-llvm.load_library_permanently(str(PATH))
-_char_p = types.intp  # pointers travel as integers
-mj_id2name = types.ExternalFunction("mj_id2name", types.intp(types.intp, types.int32, types.int32))
-mj_name2id = types.ExternalFunction("mj_name2id", types.int32(types.intp, types.int32, _char_p))
-mjp_getPluginAtSlot = types.ExternalFunction("mjp_getPluginAtSlot", types.intp(types.int32))
-mj_markStack = types.ExternalFunction("mj_markStack", types.void(types.intp))
-mj_freeStack = types.ExternalFunction("mj_freeStack", types.void(types.intp))
-mj_stackAllocNum = types.ExternalFunction("mj_stackAllocNum", types.intp(types.intp, types.uintp))
-mj_fwdActuation = types.ExternalFunction("mj_fwdActuation", types.void(types.intp, types.intp))
-mj_actuatorDamping = types.ExternalFunction(
-    "mj_actuatorDamping", types.float64(types.intp, types.int32, types.int32, types.intp)
-)
-mju_polyForce = types.ExternalFunction(
-    "mju_polyForce",
-    types.float64(types.float64, types.intp, types.float64, types.int32, types.int32),
-)
-mju_transformSpatial = types.ExternalFunction(
-    "mju_transformSpatial",
-    types.void(types.intp, types.intp, types.int32, types.intp, types.intp, types.intp),
-)
-mjv_initGeom = types.ExternalFunction(
-    "mjv_initGeom",
-    types.void(types.intp, types.int32, types.intp, types.intp, types.intp, types.intp),
-)
-mjv_connector = types.ExternalFunction(
-    "mjv_connector",
-    types.void(types.intp, types.int32, types.float64, types.intp, types.intp),
-)
+# for compiled code
+mj_id2name = External("mj_id2name", "ptr(ptr, i32, i32)")
+mj_name2id = External("mj_name2id", "i32(ptr, i32, ptr)")
+mjp_getPluginAtSlot = External("mjp_getPluginAtSlot", "ptr(i32)")
+mj_markStack = External("mj_markStack", "void(ptr)")
+mj_freeStack = External("mj_freeStack", "void(ptr)")
+mj_stackAllocNum = External("mj_stackAllocNum", "ptr(ptr, i64)")
+mj_fwdActuation = External("mj_fwdActuation", "void(ptr, ptr)")
+mj_actuatorDamping = External("mj_actuatorDamping", "f64(ptr, i32, i32, ptr)")
+mju_polyForce = External("mju_polyForce", "f64(f64, ptr, f64, i32, i32)")
+mju_transformSpatial = External("mju_transformSpatial", "void(ptr, ptr, i32, ptr, ptr, ptr)")
+mjv_initGeom = External("mjv_initGeom", "void(ptr, i32, ptr, ptr, ptr, ptr)")
+mjv_connector = External("mjv_connector", "void(ptr, i32, f64, ptr, ptr)")
 # both take a format and values; a format without a percent sign has no values
-mju_warning = types.ExternalFunction("mju_warning", types.void(_char_p))
-mju_error = types.ExternalFunction("mju_error", types.void(_char_p))
-strtod = types.ExternalFunction("strtod", types.float64(_char_p, types.intp))
+mju_warning = External("mju_warning", "void(ptr)")
+mju_error = External("mju_error", "void(ptr)")
+malloc = External("malloc", "ptr(i64)")
+free = External("free", "void(ptr)")
+strtod = External("strtod", "f64(ptr, ptr)")
 
 
 @compiled
-def control(layout: Layout, m: int, d: int, actuator: int) -> float:
+def control(m: int, d: int, actuator: int) -> float:
     """Control of an actuator, within its range; 0 where there is no actuator."""
     if actuator < 0:
         return 0.0
-    adr = integer(pointer(m + layout.m_actuator_ctrladr), actuator)
-    value = double(pointer(d + layout.d_ctrl), adr)
-    if byte(pointer(m + layout.m_actuator_ctrllimited), adr):
-        limits = doubles(pointer(m + layout.m_actuator_ctrlrange) + 16 * adr, 2)
+    adr = integer(pointer(m + LAYOUT.m_actuator_ctrladr), actuator)
+    value = double(pointer(d + LAYOUT.d_ctrl), adr)
+    if byte(pointer(m + LAYOUT.m_actuator_ctrllimited), adr):
+        limits = doubles(pointer(m + LAYOUT.m_actuator_ctrlrange) + 16 * adr, 2)
         value = min(max(value, limits[0]), limits[1])
     return value
 
@@ -110,11 +93,11 @@ RK4 = 1  # mjINT_RK4
 
 
 @compiled
-def is_stage(layout: Layout, m: int, time: float, has_trial: float, trial_time: float) -> bool:
+def is_stage(m: int, time: float, has_trial: float, trial_time: float) -> bool:
     """Whether this evaluation is an inner stage of Runge-Kutta, which must leave no trace."""
-    if integer(m + layout.o_integrator, 0) != RK4 or has_trial == 0.0:
+    if integer(m + LAYOUT.o_integrator, 0) != RK4 or has_trial == 0.0:
         return False
-    h = double(m + layout.o_timestep, 0)
+    h = double(m + LAYOUT.o_timestep, 0)
     since = time - trial_time
     return 0.25 * h < since < 1.25 * h
 
@@ -122,7 +105,7 @@ def is_stage(layout: Layout, m: int, time: float, has_trial: float, trial_time: 
 _SIZE = 512  # bytes of a message, with the zero that ends it
 _PERCENT = 37
 _INNER, _FIRST = 128, 192  # of a letter's bytes in UTF-8, all but the first lie between these
-_buffer = local_doubles(_SIZE // 8)
+_buffer = LocalDoubles(_SIZE // 8)
 
 
 @compiled

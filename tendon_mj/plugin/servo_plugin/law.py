@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import math
 
-from tendon_mj.compilation import compiled
-from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.native import compiled
+from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.library import RK4, control, is_stage
 from tendon_mj.plugin.abi.memory import byte, double, doubles, integer, pointer, size
 from tendon_mj.plugin.servo_plugin.state import (
@@ -20,6 +20,8 @@ from tendon_mj.plugin.servo_plugin.state import (
     State,
     commands_at,
     committed_memory,
+    copied_memory,
+    scratch_memory,
     state_at,
     trial_memory,
 )
@@ -95,43 +97,43 @@ def limited(
 
 
 @compiled
-def _of_actuators(layout: Layout, m: int, d: int, dof: int, own: int) -> float:
+def _of_actuators(m: int, d: int, dof: int, own: int) -> float:
     """Torque of the other actuators on a degree of freedom, each within its range of forces.
 
     MuJoCo has not summed them up yet. Those that a plugin drives come in the order of the plugins'
     instances, so that of a later one is still 0.
     """
-    forces, moments = pointer(d + layout.d_actuator_force), pointer(d + layout.d_actuator_moment)
-    columns = pointer(d + layout.d_moment_colind)
+    forces, moments = pointer(d + LAYOUT.d_actuator_force), pointer(d + LAYOUT.d_actuator_moment)
+    columns = pointer(d + LAYOUT.d_moment_colind)
     total = 0.0
-    for actuator in range(size(m + layout.m_nactuator)):
+    for actuator in range(size(m + LAYOUT.m_nactuator)):
         if actuator == own:
             continue
-        first = integer(pointer(m + layout.m_actuator_outadr), actuator)
-        for row in range(first, first + integer(pointer(m + layout.m_actuator_outnum), actuator)):
+        first = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
+        for row in range(first, first + integer(pointer(m + LAYOUT.m_actuator_outnum), actuator)):
             force = double(forces, row)
-            if byte(pointer(m + layout.m_actuator_forcelimited), actuator):
-                limits = doubles(pointer(m + layout.m_actuator_forcerange) + 16 * actuator, 2)
+            if byte(pointer(m + LAYOUT.m_actuator_forcelimited), actuator):
+                limits = doubles(pointer(m + LAYOUT.m_actuator_forcerange) + 16 * actuator, 2)
                 force = min(max(force, limits[0]), limits[1])
-            start = integer(pointer(d + layout.d_moment_rowadr), row)
-            for k in range(start, start + integer(pointer(d + layout.d_moment_rownnz), row)):
+            start = integer(pointer(d + LAYOUT.d_moment_rowadr), row)
+            for k in range(start, start + integer(pointer(d + LAYOUT.d_moment_rownnz), row)):
                 if integer(columns, k) == dof:
                     total += double(moments, k) * force
     return total
 
 
 @compiled
-def known_torque(layout: Layout, m: int, d: int, dof: int, own: int) -> float:
+def known_torque(m: int, d: int, dof: int, own: int) -> float:
     """Torque on a degree of freedom but for actuator ``own`` and constraints [N m].
 
     Springs, dampers, gravity, the tendon on its spool, applied forces, other actuators.
     Forces of contacts, limits and dry friction follow later in the step, from all of this.
     """
     return (
-        double(pointer(d + layout.d_qfrc_passive), dof)
-        + double(pointer(d + layout.d_qfrc_applied), dof)
-        - double(pointer(d + layout.d_qfrc_bias), dof)
-        + _of_actuators(layout, m, d, dof, own)
+        double(pointer(d + LAYOUT.d_qfrc_passive), dof)
+        + double(pointer(d + LAYOUT.d_qfrc_applied), dof)
+        - double(pointer(d + LAYOUT.d_qfrc_bias), dof)
+        + _of_actuators(m, d, dof, own)
     )
 
 
@@ -240,43 +242,45 @@ def _is_due(state: State, time: float, early: float) -> bool:
 
 
 @compiled
-def evaluate(layout: Layout, m: int, d: int, address: int) -> None:
+def evaluate(m: int, d: int, address: int) -> None:
     """Torque for the tension at hand, from the committed state; see docs/servo.md."""
     state, ring = state_at(address), commands_at(address)
     gains, actuator = state.gains, int(state.actuator)
     if actuator < 0 or state.sheath < 0.0:
         return
-    states = pointer(d + layout.d_plugin_state)
+    states = pointer(d + LAYOUT.d_plugin_state)
     place = states + 8 * int(state.sheath)
     sheath = sheath_at(place)
     segments, guides, _ = unpack(place)
-    time, h = double(d + layout.d_time, 0), double(m + layout.o_timestep, 0)
-    dof = integer(pointer(m + layout.m_jnt_dofadr), int(sheath.reel_joint))
-    speed, radius = double(pointer(d + layout.d_qvel), dof), sheath.reel_radius
+    time, h = double(d + LAYOUT.d_time, 0), double(m + LAYOUT.o_timestep, 0)
+    dof = integer(pointer(m + LAYOUT.m_jnt_dofadr), int(sheath.reel_joint))
+    speed, radius = double(pointer(d + LAYOUT.d_qvel), dof), sheath.reel_radius
     spool = sheath.reel_torque  # which has just been applied
-    adr = integer(pointer(m + layout.m_actuator_outadr), actuator)
-    force = doubles(pointer(d + layout.d_actuator_force) + 8 * adr, 1)
+    adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
+    force = doubles(pointer(d + LAYOUT.d_actuator_force) + 8 * adr, 1)
     if not math.isfinite(spool):
         force[0], state.has_trial = 0.0, 0.0
         return
     held = 0.0 if state.backdriven != 0.0 else spool  # by a gear that cannot be driven back
-    load = known_torque(layout, m, d, dof, actuator) + held
-    stage = is_stage(layout, m, time, state.has_trial, state.trial_time)
+    load = known_torque(m, d, dof, actuator) + held
+    stage = is_stage(m, time, state.has_trial, state.trial_time)
     sampled, early = len(ring) > 0, _EARLY * h
 
-    memory = trial_memory(address, stage)
+    memory = trial_memory(address)
+    if stage:
+        memory = copied_memory(address, scratch_memory())
     torque = damping = 0.0
     if not (stage and sampled):  # a controller with a clock does not see inside a step
         memory[0] = committed_memory(address)[0]
         due = _is_due(state, time, early)
         if due:
-            reference = control(layout, m, d, actuator)
+            reference = control(m, d, actuator)
             wanted = _sample(state, memory[0], sheath, segments, guides, reference, time)
             torque, damping = _driven(state, wanted, speed, radius)
         state.sampled, state.trial_torque = due, torque - damping * speed
     if sampled:
         torque = _arrived(state, ring, time, early, stage)
-    elif integer(m + layout.o_integrator, 0) == RK4:
+    elif integer(m + LAYOUT.o_integrator, 0) == RK4:
         torque -= damping * speed
     else:  # the damping as at the end of the step, whatever else turns the motor: always stable
         torque -= damping * speed
@@ -295,7 +299,7 @@ def commit(address: int) -> None:
     state, ring = state_at(address), commands_at(address)
     if state.has_trial == 0.0:
         return
-    committed_memory(address)[0] = trial_memory(address, False)[0]
+    committed_memory(address)[0] = trial_memory(address)[0]
     state.started, state.has_trial = 1.0, 0.0
     capacity = len(ring)
     if capacity > 0 and state.sampled != 0.0:

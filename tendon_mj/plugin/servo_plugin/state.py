@@ -12,10 +12,9 @@ from dataclasses import dataclass, field
 from typing import Any, Final, Protocol, SupportsFloat, TypedDict
 
 import numpy as np
-from numba import carray
 
-from tendon_mj.compilation import compiled
-from tendon_mj.plugin.abi.memory import doubles, record_at, records_pointer
+from tendon_mj.native import Array, LocalDoubles, Record, compiled
+from tendon_mj.plugin.abi.memory import doubles
 from tendon_mj.sheath import (
     POSITIVE,
     Parameter,
@@ -194,8 +193,8 @@ _COUNT, _MEMORY_COUNT, _COMMAND_COUNT = (t.itemsize // 8 for t in (STATE, MEMORY
 _TRIAL = _COUNT - _MEMORY_COUNT  # where the last member begins
 _COMMITTED = _TRIAL - _MEMORY_COUNT
 _GAIN_COUNT = len(GAINS)
-state_at: Callable[[int], State] = record_at(STATE)
-_memories_at, _commands_at = records_pointer(MEMORY), records_pointer(COMMAND)
+state_at: Callable[[int], State] = Record(STATE)
+_memories_at, _commands_at = Array(MEMORY), Array(COMMAND)
 
 
 def capacity(period: float, delay: float, timestep: float) -> int:
@@ -219,7 +218,7 @@ def capacity_of(count: int) -> int:
 @compiled
 def commands_at(address: int) -> Commands:
     """Ring of commands of the servo whose state is at ``address``."""
-    ring: Commands = carray(_commands_at(address + 8 * _COUNT), int(state_at(address).capacity))
+    ring: Commands = _commands_at(address + 8 * _COUNT, int(state_at(address).capacity))
     return ring
 
 
@@ -230,16 +229,27 @@ def gains_at(address: int) -> FloatArray:
 
 
 @compiled
-def trial_memory(address: int, scratch: bool) -> Memories:
-    """Memory on trial, or a copy of it where the evaluation must leave no trace."""
-    memory: Any = carray(_memories_at(address + 8 * _TRIAL), 1)
-    return memory.copy() if scratch else memory
+def trial_memory(address: int) -> Memories:
+    """Memory on trial."""
+    return _memories_at(address + 8 * _TRIAL, 1)
+
+
+scratch_memory: Callable[[], int] = LocalDoubles(_MEMORY_COUNT)
+
+
+@compiled
+def copied_memory(address: int, place: int) -> Memories:
+    """A copy of the memory on trial, at a place of its own, for what must leave no trace."""
+    original, copied = doubles(address + 8 * _TRIAL, _MEMORY_COUNT), doubles(place, _MEMORY_COUNT)
+    for k in range(_MEMORY_COUNT):
+        copied[k] = original[k]
+    return _memories_at(place, 1)
 
 
 @compiled
 def committed_memory(address: int) -> Memories:
     """Memory that the last finished step left."""
-    memory: Memories = carray(_memories_at(address + 8 * _COMMITTED), 1)
+    memory: Memories = _memories_at(address + 8 * _COMMITTED, 1)
     return memory
 
 

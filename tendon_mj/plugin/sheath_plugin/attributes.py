@@ -12,8 +12,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.compilation import compiled
-from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.native import compiled
+from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.library import strtod
 from tendon_mj.plugin.abi.memory import byte, integer, pointer
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS
@@ -121,10 +121,10 @@ _SPRING_NAMES = as_rows(SPRINGS)
 
 
 @compiled
-def text_at(layout: Layout, m: int, instance: int, attribute: int) -> int:
+def text_at(m: int, instance: int, attribute: int) -> int:
     """Address of an attribute's value, a zero-terminated string."""
-    start = integer(pointer(m + layout.m_plugin_attradr), instance)
-    address = pointer(m + layout.m_plugin_attr) + start
+    start = integer(pointer(m + LAYOUT.m_plugin_attradr), instance)
+    address = pointer(m + LAYOUT.m_plugin_attr) + start
     for _ in range(attribute):
         while byte(address, 0) != 0:
             address += 1
@@ -133,22 +133,22 @@ def text_at(layout: Layout, m: int, instance: int, attribute: int) -> int:
 
 
 @compiled
-def is_given(layout: Layout, m: int, instance: int, attribute: int) -> bool:
+def is_given(m: int, instance: int, attribute: int) -> bool:
     """Whether an attribute is written."""
-    return byte(text_at(layout, m, instance, attribute), 0) != 0
+    return byte(text_at(m, instance, attribute), 0) != 0
 
 
 @compiled
-def is_sensor(layout: Layout, m: int, instance: int) -> bool:
+def is_sensor(m: int, instance: int) -> bool:
     """Whether an instance has sensors of sheaths, and is not a sheath itself."""
-    return is_given(layout, m, instance, SENSOR)
+    return is_given(m, instance, SENSOR)
 
 
 @compiled
-def is_sheath(layout: Layout, m: int, other: int, instance: int) -> bool:
+def is_sheath(m: int, other: int, instance: int) -> bool:
     """Whether an instance is a sheath, of the plugin of ``instance``."""
-    slots = pointer(m + layout.m_plugin)
-    return integer(slots, other) == integer(slots, instance) and not is_sensor(layout, m, other)
+    slots = pointer(m + LAYOUT.m_plugin)
+    return integer(slots, other) == integer(slots, instance) and not is_sensor(m, other)
 
 
 @compiled
@@ -170,30 +170,30 @@ def index_of(address: int, known: NDArray[np.uint8]) -> int:
 
 
 @compiled
-def sensor_kind(layout: Layout, m: int, instance: int) -> int:
+def sensor_kind(m: int, instance: int) -> int:
     """Index of an instance's kind of sensor, −1 for none."""
-    return index_of(text_at(layout, m, instance, SENSOR), _KIND_NAMES)
+    return index_of(text_at(m, instance, SENSOR), _KIND_NAMES)
 
 
 @compiled
-def is_input_at_last(layout: Layout, m: int, instance: int) -> bool:
+def is_input_at_last(m: int, instance: int) -> bool:
     """Whether the input end is the last site of the path."""
-    return index_of(text_at(layout, m, instance, INPUT_END), _END_NAMES) == 1
+    return index_of(text_at(m, instance, INPUT_END), _END_NAMES) == 1
 
 
 @compiled
-def is_cable_spring(layout: Layout, m: int, instance: int) -> bool:
+def is_cable_spring(m: int, instance: int) -> bool:
     """Whether the tendon's own spring is the cable's elasticity."""
-    return index_of(text_at(layout, m, instance, SPRING), _SPRING_NAMES) == 1
+    return index_of(text_at(m, instance, SPRING), _SPRING_NAMES) == 1
 
 
 @compiled
-def has_length(layout: Layout, m: int, instance: int) -> bool:
+def has_length(m: int, instance: int) -> bool:
     """Whether a sheath's pretension or slack is written, so that its tendon has a length."""
-    return is_given(layout, m, instance, PRETENSION) or is_given(layout, m, instance, SLACK)
+    return is_given(m, instance, PRETENSION) or is_given(m, instance, SLACK)
 
 
 @compiled
-def number(layout: Layout, m: int, instance: int, attribute: int) -> float:
+def number(m: int, instance: int, attribute: int) -> float:
     """An attribute's number, 0 where it is not written."""
-    return number_at(text_at(layout, m, instance, attribute))
+    return number_at(text_at(m, instance, attribute))

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import mujoco
 
-from tendon_mj.compilation import apart, compiled
-from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.native import apart, compiled
+from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.memory import doubles, integer, pointer, size
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.input_force import (
@@ -60,71 +60,69 @@ def range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
 
 
 @compiled
-def _count_guides(layout: Layout, m: int, instance: int, state: State) -> None:
+def _count_guides(m: int, instance: int, state: State) -> None:
     """Count the guides, arcs and pulleys of the path."""
     tendon = int(state.tendon)
-    state.inner_guides = at.number(layout, m, instance, at.INNER_GUIDES)
-    state.arc_guides = max(1.0, at.number(layout, m, instance, at.ARC_GUIDES))
-    state.input_at_last = at.is_input_at_last(layout, m, instance)
-    state.arcs, state.pulleys = count_wraps(layout, m, tendon)
-    elements = integer(pointer(m + layout.m_tendon_num), tendon)
+    state.inner_guides = at.number(m, instance, at.INNER_GUIDES)
+    state.arc_guides = max(1.0, at.number(m, instance, at.ARC_GUIDES))
+    state.input_at_last = at.is_input_at_last(m, instance)
+    state.arcs, state.pulleys = count_wraps(m, tendon)
+    elements = integer(pointer(m + LAYOUT.m_tendon_num), tendon)
     sites = elements - state.arcs - state.pulleys - 2 * (1 + state.pulleys)  # within branches
     state.guides = state.inner_guides + sites + state.arcs * state.arc_guides + state.pulleys
 
 
 @compiled
-def _bind_drive(layout: Layout, m: int, instance: int, state: State) -> None:
+def _bind_drive(m: int, instance: int, state: State) -> None:
     """Find the forces along the tendon, for a sheath without a reel or spools."""
     tendon = int(state.tendon)
     state.first_actuator, state.last_actuator = -1.0, -1.0
     state.driven, state.leads, state.constrained = 0.0, 0.0, 0.0
-    cable = at.is_cable_spring(layout, m, instance)
+    cable = at.is_cable_spring(m, instance)
     state.own_spring = cable
     if cable or is_wound(state):
         return
-    for actuator in range(size(m + layout.m_nactuator)):
-        if acts_on(layout, m, actuator, tendon):
+    for actuator in range(size(m + LAYOUT.m_nactuator)):
+        if acts_on(m, actuator, tendon):
             if state.first_actuator < 0.0:
                 state.first_actuator = actuator
             state.last_actuator = actuator
-    if state.first_actuator < 0.0 and not _is_pulled(layout, m, instance, tendon):
+    if state.first_actuator < 0.0 and not _is_pulled(m, instance, tendon):
         return
     state.driven = 1.0
-    state.constrained = is_constrained(layout, m, tendon)
-    state.leads = not _is_led(layout, m, instance)
+    state.constrained = is_constrained(m, tendon)
+    state.leads = not _is_led(m, instance)
 
 
 @compiled
-def _is_pulled(layout: Layout, m: int, instance: int, tendon: int) -> bool:
+def _is_pulled(m: int, instance: int, tendon: int) -> bool:
     """Whether a spring pulls a tendon, or an equality or a limit one of no stated length."""
-    return has_spring(layout, m, tendon) or (
-        not at.has_length(layout, m, instance) and is_constrained(layout, m, tendon)
-    )
+    return has_spring(m, tendon) or (not at.has_length(m, instance) and is_constrained(m, tendon))
 
 
 @apart
-def _is_led(layout: Layout, m: int, instance: int) -> bool:
+def _is_led(m: int, instance: int) -> bool:
     """Whether a sheath before this one is driven too."""
-    reels, actuators = pointer(m + layout.m_actuator_plugin), size(m + layout.m_nactuator)
+    reels, actuators = pointer(m + LAYOUT.m_actuator_plugin), size(m + LAYOUT.m_nactuator)
     for other in range(instance):
-        if not at.is_sheath(layout, m, other, instance):
+        if not at.is_sheath(m, other, instance):
             continue
-        wound = at.is_cable_spring(layout, m, other)
-        wound |= at.is_given(layout, m, other, at.REEL_JOINT)
-        wound |= at.is_given(layout, m, other, at.OUTPUT_JOINT)
+        wound = at.is_cable_spring(m, other)
+        wound |= at.is_given(m, other, at.REEL_JOINT)
+        wound |= at.is_given(m, other, at.OUTPUT_JOINT)
         if wound or range_of(reels, actuators, other)[1] >= 0:
             continue
-        tendon = resolve(layout, m, other, at.TENDON, _TENDON)
-        if _is_pulled(layout, m, other, tendon):
+        tendon = resolve(m, other, at.TENDON, _TENDON)
+        if _is_pulled(m, other, tendon):
             return True
         for actuator in range(actuators):
-            if acts_on(layout, m, actuator, tendon):
+            if acts_on(m, actuator, tendon):
                 return True
     return False
 
 
 @apart
-def _bind(layout: Layout, m: int, instance: int, address: int, keep: bool) -> None:
+def _bind(m: int, instance: int, address: int, keep: bool) -> None:
     """Resolve the elements that a sheath is attached to, and sign it.
 
     With ``keep`` the tendon stays as it lies, where the path has as many guides and arcs as before.
@@ -132,63 +130,63 @@ def _bind(layout: Layout, m: int, instance: int, address: int, keep: bool) -> No
     state = state_at(address)
     before = path_counts(state)
     was_driven = state.driven
-    sensors, reels = pointer(m + layout.m_sensor_plugin), pointer(m + layout.m_actuator_plugin)
+    sensors, reels = pointer(m + LAYOUT.m_sensor_plugin), pointer(m + LAYOUT.m_actuator_plugin)
     state.sheath_signature = NONE
-    state.tendon = resolve(layout, m, instance, at.TENDON, _TENDON)
-    state.reel_joint = resolve(layout, m, instance, at.REEL_JOINT, _JOINT)
-    state.output_joint = resolve(layout, m, instance, at.OUTPUT_JOINT, _JOINT)
-    first, last = range_of(sensors, size(m + layout.m_nsensor), instance)
+    state.tendon = resolve(m, instance, at.TENDON, _TENDON)
+    state.reel_joint = resolve(m, instance, at.REEL_JOINT, _JOINT)
+    state.output_joint = resolve(m, instance, at.OUTPUT_JOINT, _JOINT)
+    first, last = range_of(sensors, size(m + LAYOUT.m_nsensor), instance)
     state.first_sensor, state.last_sensor = first, last
-    state.reel_actuator = range_of(reels, size(m + layout.m_nactuator), instance)[1]
+    state.reel_actuator = range_of(reels, size(m + LAYOUT.m_nactuator), instance)[1]
     if state.tendon < 0.0:
         return
-    _count_guides(layout, m, instance, state)
-    state_size = state_size_of(layout, m, instance)
+    _count_guides(m, instance, state)
+    state_size = state_size_of(m, instance)
     if not fits(address, state_size):
         state.guides, state.arcs = 0.0, 0.0
         return
-    _bind_drive(layout, m, instance, state)
-    given = at.is_given(layout, m, instance, at.AXIAL_STIFFNESS)
+    _bind_drive(m, instance, state)
+    given = at.is_given(m, instance, at.AXIAL_STIFFNESS)
     if not given and state.driven == 0.0 and state.own_spring == 0.0:
         state.law.axial_stiffness = 0.0  # it was driven, and what drove it is gone
     if not keep or path_counts(state) != before or was_driven != state.driven:
         clear_step(address, state_size)
     state.has_trial = 0.0
-    mark_branches(layout, m, address)
-    state.sheath_signature = binding_signature(layout, m, instance, address)
+    mark_branches(m, address)
+    state.sheath_signature = binding_signature(m, instance, address)
 
 
 @apart
-def reset_sheath(layout: Layout, m: int, address: int, instance: int) -> None:
+def reset_sheath(m: int, address: int, instance: int) -> None:
     """Write the configured parameters; the segments are initialised at the first evaluation."""
-    doubles(address, state_size_of(layout, m, instance))[:] = 0.0
+    doubles(address, state_size_of(m, instance))[:] = 0.0
     values = parameters_at(address)
     for parameter in range(len(values)):
-        values[parameter] = at.number(layout, m, instance, at.FIRST_PARAMETER + parameter)
-    _bind(layout, m, instance, address, False)
+        values[parameter] = at.number(m, instance, at.FIRST_PARAMETER + parameter)
+    _bind(m, instance, address, False)
     state = state_at(address)
     if state.own_spring != 0.0 and state.sheath_signature != NONE:
-        note_spring(layout, m, state, at.has_length(layout, m, instance))
-    state.config_signature = config_signature(layout, m, instance)
+        note_spring(m, state, at.has_length(m, instance))
+    state.config_signature = config_signature(m, instance)
 
 
 @apart
-def _is_proven(layout: Layout, m: int, d: int, instance: int) -> bool:
+def _is_proven(m: int, d: int, instance: int) -> bool:
     """Whether the signatures of a sheath's state are those of this model and this sheath."""
-    address = state_of(layout, m, d, instance)
+    address = state_of(m, d, instance)
     state = state_at(address)
     return (
         is_signature(state.sheath_signature)
-        and config_signature(layout, m, instance) == state.config_signature
-        and binding_signature(layout, m, instance, address) == state.sheath_signature
-        and (state.driven == 0.0 or (state.leads == 0.0) == _is_led(layout, m, instance))
+        and config_signature(m, instance) == state.config_signature
+        and binding_signature(m, instance, address) == state.sheath_signature
+        and (state.driven == 0.0 or (state.leads == 0.0) == _is_led(m, instance))
     )
 
 
 @compiled
-def is_bound(layout: Layout, m: int, d: int, instance: int) -> bool:
+def is_bound(m: int, d: int, instance: int) -> bool:
     """Whether a sheath's state is one of this model and this sheath."""
-    return is_sealed(layout, m, d, instance) or _is_proven(layout, m, d, instance)
+    return is_sealed(m, d, instance) or _is_proven(m, d, instance)
 
 
 @compiled
@@ -198,37 +196,37 @@ def _count(number: float) -> float:
 
 
 @apart
-def _rebind(layout: Layout, m: int, d: int, instance: int) -> None:
-    address = state_of(layout, m, d, instance)
+def _rebind(m: int, d: int, instance: int) -> None:
+    address = state_of(m, d, instance)
     state = state_at(address)
     unsolved = rebound = 0.0
     if is_signature(state.config_signature):
         unsolved, rebound = _count(state.unsolved), _count(state.rebound)
-    if config_signature(layout, m, instance) == state.config_signature:
-        _bind(layout, m, instance, address, state.started == 1.0)
+    if config_signature(m, instance) == state.config_signature:
+        _bind(m, instance, address, state.started == 1.0)
     else:
-        reset_sheath(layout, m, address, instance)
+        reset_sheath(m, address, instance)
     state.unsolved, state.rebound = unsolved, rebound + 1.0
 
 
 @apart
-def _prove(layout: Layout, m: int, d: int, instance: int) -> bool:
+def _prove(m: int, d: int, instance: int) -> bool:
     """Prove that a sheath's state is bound, or bind it; seal it; return whether it now is bound."""
-    if not _is_proven(layout, m, d, instance):
-        _rebind(layout, m, d, instance)
-        state = state_at(state_of(layout, m, d, instance))
+    if not _is_proven(m, d, instance):
+        _rebind(m, d, instance)
+        state = state_at(state_of(m, d, instance))
         if state.sheath_signature == NONE:
             state.first_sheath = -1.0  # so that no other trusts what it has
             state.unsolved += 1.0
             return False
-    seal_sheath(layout, m, d, instance)
+    seal_sheath(m, d, instance)
     return True
 
 
 @compiled
-def ensure_bound(layout: Layout, m: int, d: int, instance: int) -> bool:
+def ensure_bound(m: int, d: int, instance: int) -> bool:
     """Bind a sheath's state to the model unless it is; return whether it now is."""
-    renew_signature(layout, m, d, instance)
-    if is_sealed(layout, m, d, instance):
+    renew_signature(m, d, instance)
+    if is_sealed(m, d, instance):
         return True
-    return _prove(layout, m, d, instance)
+    return _prove(m, d, instance)

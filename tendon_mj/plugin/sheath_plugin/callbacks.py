@@ -6,15 +6,12 @@ sensors show a quantity of sheaths and which keeps in its state which sheaths th
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
 import mujoco
-from numba import types
 
-from tendon_mj.compilation import apart, callback, compiled
-from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.native import Text, apart, compiled, entry
+from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.library import warn
-from tendon_mj.plugin.abi.memory import doubles, integer, pointer, size, text
+from tendon_mj.plugin.abi.memory import doubles, integer, pointer, size
 from tendon_mj.plugin.sheath_plugin.attributes import is_sensor
 from tendon_mj.plugin.sheath_plugin.bind import ensure_bound, is_bound, reset_sheath
 from tendon_mj.plugin.sheath_plugin.evaluate import commit, evaluate
@@ -26,9 +23,9 @@ from tendon_mj.plugin.sheath_plugin.state import state_at, state_of
 
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
 _PASSIVE_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value | mujoco.mjtDisableBit.mjDSBL_DAMPER.value
-_WARNING = text("tendon_mj: sheath '")
-_UNNAMED = text("")
-_REASONS = text(
+_WARNING = Text("tendon_mj: sheath '")
+_UNNAMED = Text("")
+_REASONS = Text(
     "' was not solved in an evaluation: a control is not finite, more tendon is wound in than there"
     " is, a stretch has no length, or the solver did not converge; its sensor `unsolved` counts"
     " them"
@@ -36,95 +33,71 @@ _REASONS = text(
 
 
 @apart
-def _warn(layout: Layout, m: int, instance: int) -> None:
+def _warn(m: int, instance: int) -> None:
     """Warn of the first evaluation since the reset that was not solved."""
-    name = own_name(layout, m, instance)
+    name = own_name(m, instance)
     warn(_WARNING(), name if name != 0 else _UNNAMED(), _REASONS())
 
 
 @compiled
-def _is_skipped(layout: Layout, m: int) -> bool:
+def _is_skipped(m: int) -> bool:
     """Whether MuJoCo leaves all passive forces out, those of plugins too."""
-    return integer(m + layout.o_disableflags, 0) & _PASSIVE_OFF == _PASSIVE_OFF
+    return integer(m + LAYOUT.o_disableflags, 0) & _PASSIVE_OFF == _PASSIVE_OFF
 
 
 @compiled
-def _quiet_reel(layout: Layout, m: int, d: int, instance: int) -> None:
+def _quiet_reel(m: int, d: int, instance: int) -> None:
     """A reel acts through the tendon's length, not through a force of its own."""
-    reel = state_at(state_of(layout, m, d, instance)).reel_actuator
-    if not 0.0 <= reel < size(m + layout.m_nactuator):
+    reel = state_at(state_of(m, d, instance)).reel_actuator
+    if not 0.0 <= reel < size(m + LAYOUT.m_nactuator):
         return
-    if integer(pointer(m + layout.m_actuator_plugin), int(reel)) == instance:
-        adr = integer(pointer(m + layout.m_actuator_outadr), int(reel))
-        doubles(pointer(d + layout.d_actuator_force) + 8 * adr, 1)[0] = 0.0
+    if integer(pointer(m + LAYOUT.m_actuator_plugin), int(reel)) == instance:
+        adr = integer(pointer(m + LAYOUT.m_actuator_outadr), int(reel))
+        doubles(pointer(d + LAYOUT.d_actuator_force) + 8 * adr, 1)[0] = 0.0
 
 
-@compiled
-def _advance(layout: Layout, m: int, d: int, instance: int) -> None:
-    if is_sensor(layout, m, instance):
+@entry("tendon_mj_sheath_advance", "void(ptr, ptr, i32)")
+def advance(m: int, d: int, instance: int) -> None:
+    if is_sensor(m, instance):
         return
-    address = state_of(layout, m, d, instance)
+    address = state_of(m, d, instance)
     state = state_at(address)
     if state.has_trial == 0.0:
-        if _is_skipped(layout, m):
+        if _is_skipped(m):
             # it was not evaluated at all, as where MuJoCo finds the range of a muscle's length
             state.unsolved += 1.0
-    elif is_bound(layout, m, d, instance):
+    elif is_bound(m, d, instance):
         commit(address)
-        follow_constraint(layout, m, d, state)
+        follow_constraint(m, d, state)
 
 
-class Callbacks(NamedTuple):
-    """Compiled functions with C addresses, in the order and shape of `mjpPlugin`."""
+@entry("tendon_mj_sheath_reset", "void(ptr, ptr, ptr, i32)")
+def reset(m: int, state: int, unused: int, instance: int) -> None:
+    if is_sensor(m, instance):
+        reset_sensor(m, state, instance)
+    else:
+        reset_sheath(m, state, instance)
 
-    reset: Any
-    compute: Any
-    advance: Any
 
-
-def make_callbacks(layout: Layout) -> Callbacks:
-    """Bind the functions to the offsets of the running MuJoCo.
-
-    The offsets are closed over, so the compiler sees constants and keeps one compilation on disk
-    for each set of them. Inlined code is optimised again in each function that it is inlined into,
-    which takes most of the time, so nothing stands between these functions and `evaluate`.
-    """
-    void, ptr, i32 = types.void, types.intp, types.int32
-
-    @callback(void(ptr, ptr, ptr, i32))
-    def reset(m: int, state: int, unused: int, instance: int) -> None:
-        if is_sensor(layout, m, instance):
-            reset_sensor(layout, m, state, instance)
-        else:
-            reset_sheath(layout, m, state, instance)
-
-    @callback(void(ptr, ptr, i32, i32))
-    def compute(m: int, d: int, instance: int, capability: int) -> None:
-        sensor = is_sensor(layout, m, instance)
-        # where MuJoCo leaves passive forces out, a sheath acts after the actuators
-        late = capability == _ACTUATOR and not sensor and _is_skipped(layout, m)
-        if (late or (capability == _PASSIVE and not sensor)) and (
-            ensure_bound(layout, m, d, instance)
-        ):
-            address = state_of(layout, m, d, instance)
-            # one that is driven needs the forces of all actuators, which are not there yet
-            state = state_at(address)
-            if not late or state.driven == 0.0:
-                before = state.unsolved
-                evaluate(layout, m, d, address)
-                if before == 0.0 and state.unsolved > 0.0:
-                    _warn(layout, m, instance)
-        if capability == _SENSOR and sensor:
-            show(layout, m, d, instance)
-        elif capability == _SENSOR:
-            show_ends(layout, m, d, instance)
-            if state_at(state_of(layout, m, d, instance)).first_sheath == instance:
-                add_reactions(layout, m, d, instance, _is_skipped(layout, m))
-        elif capability == _ACTUATOR and not sensor:
-            _quiet_reel(layout, m, d, instance)
-
-    @callback(void(ptr, ptr, i32))
-    def advance(m: int, d: int, instance: int) -> None:
-        _advance(layout, m, d, instance)
-
-    return Callbacks(reset, compute, advance)
+@entry("tendon_mj_sheath_compute", "void(ptr, ptr, i32, i32)")
+def compute(m: int, d: int, instance: int, capability: int) -> None:
+    sensor = is_sensor(m, instance)
+    # where MuJoCo leaves passive forces out, a sheath acts after the actuators
+    late = capability == _ACTUATOR and not sensor and _is_skipped(m)
+    if (late or (capability == _PASSIVE and not sensor)) and (ensure_bound(m, d, instance)):
+        address = state_of(m, d, instance)
+        # one that is driven needs the forces of all actuators, which are not there yet
+        state = state_at(address)
+        if not late or state.driven == 0.0:
+            before = state.unsolved
+            evaluate(m, d, address)
+            if before == 0.0 and state.unsolved > 0.0:
+                _warn(m, instance)
+    if capability == _SENSOR and sensor:
+        show(m, d, instance)
+    elif capability == _SENSOR:
+        show_ends(m, d, instance)
+        if state_at(state_of(m, d, instance)).first_sheath == instance:
+            add_reactions(m, d, instance, _is_skipped(m))
+    elif capability == _ACTUATOR and not sensor:
+        _quiet_reel(m, d, instance)

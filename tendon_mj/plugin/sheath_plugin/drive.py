@@ -27,8 +27,8 @@ Equations: docs/theory.md, sections 7 and 8.
 
 from __future__ import annotations
 
-from tendon_mj.compilation import apart, compiled
-from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.native import apart, compiled
+from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.library import mj_freeStack, mj_markStack, mj_stackAllocNum
 from tendon_mj.plugin.abi.memory import coordinates, double, integer, pointer, size
 from tendon_mj.plugin.sheath_plugin.forces import pull_segment
@@ -40,22 +40,22 @@ _RIGIDITY = 0.25  # of the flank: (ωh)² of the drive on it; explicit steps are
 
 
 @compiled
-def wound_by(layout: Layout, m: int, d: int, joint: float, radius: float) -> float:
+def wound_by(m: int, d: int, joint: float, radius: float) -> float:
     """Tendon that a spool on a joint has wound in since `qpos0` [m]; 0 without a joint."""
     if joint < 0.0:
         return 0.0
-    adr = integer(pointer(m + layout.m_jnt_qposadr), int(joint))
-    angle = double(pointer(d + layout.d_qpos), adr) - double(pointer(m + layout.m_qpos0), adr)
+    adr = integer(pointer(m + LAYOUT.m_jnt_qposadr), int(joint))
+    angle = double(pointer(d + LAYOUT.d_qpos), adr) - double(pointer(m + LAYOUT.m_qpos0), adr)
     return radius * angle
 
 
 @compiled
-def flank_stiffness(layout: Layout, m: int, state: State, elapsed: float) -> float:
+def flank_stiffness(m: int, state: State, elapsed: float) -> float:
     """Stiffness of the contact between drive and drum [N/m]; inf without a joint to stop."""
     if state.law.backlash == 0.0 or state.reel_joint < 0.0:
         return float("inf")
-    dof = integer(pointer(m + layout.m_jnt_dofadr), int(state.reel_joint))
-    mobility = double(pointer(m + layout.m_dof_invweight0), dof) * state.reel_radius**2
+    dof = integer(pointer(m + LAYOUT.m_jnt_dofadr), int(state.reel_joint))
+    mobility = double(pointer(m + LAYOUT.m_dof_invweight0), dof) * state.reel_radius**2
     return _RIGIDITY / (mobility * elapsed * elapsed)
 
 
@@ -86,22 +86,22 @@ def torque_on_drive(state: State, segments: Segments, ahead: float, flank: float
 
 
 @apart
-def lay_wound(layout: Layout, m: int, d: int, state: State, segments: Segments) -> None:
+def lay_wound(m: int, d: int, state: State, segments: Segments) -> None:
     """Initialise the segments: the tendon lies evenly along its first path.
 
     Its unstretched length is fixed by the pretension in the reference pose `qpos0`, as MuJoCo fixes
     a spring length: S = (L(qpos0) + s)/(1 + ε_0) with a slack of s, and the tendon has crept as
     much as it will under it.
     """
-    reference = double(pointer(m + layout.m_tendon_length0), int(state.tendon)) + state.law.slack
+    reference = double(pointer(m + LAYOUT.m_tendon_length0), int(state.tendon)) + state.law.slack
     strain, creep = rest_strain(state.law)
     unstretched = reference / (1.0 + strain + creep)
     if state.own_spring != 0.0:  # which may be another since the reset
-        rest = double(pointer(m + layout.m_tendon_lengthspring), 2 * int(state.tendon) + 1)
+        rest = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * int(state.tendon) + 1)
         unstretched += rest - state.spring_length
         state.spring_length = rest
-    state.wound_in = wound_by(layout, m, d, state.reel_joint, state.reel_radius)
-    state.wound_out = wound_by(layout, m, d, state.output_joint, state.output_radius)
+    state.wound_in = wound_by(m, d, state.reel_joint, state.reel_radius)
+    state.wound_out = wound_by(m, d, state.output_joint, state.output_radius)
     unstretched -= state.wound_in + state.wound_out
     total = sum(segments["length"])
     strain = total / unstretched - 1.0 - creep
@@ -122,24 +122,22 @@ _PASSES = 3  # over branches that feed one another; they differ by the tendon's 
 
 
 @apart
-def let_guides_yield(
-    layout: Layout, m: int, d: int, state: State, segments: Segments, h: float
-) -> None:
+def let_guides_yield(m: int, d: int, state: State, segments: Segments, h: float) -> None:
     """Let the guides yield so far that a step of h [s] resolves the stretches between them.
 
     Where no axial stiffness is given it is chosen.
     """
     if not state.law.axial_stiffness > 0.0:
         state.law.axial_stiffness = CHOSEN_STIFFNESS
-    ea, nv = state.law.axial_stiffness, size(m + layout.m_nv)
-    inverse = coordinates(pointer(m + layout.m_dof_invweight0))  # diagonal of M⁻¹ in `qpos0`
+    ea, nv = state.law.axial_stiffness, size(m + LAYOUT.m_nv)
+    inverse = coordinates(pointer(m + LAYOUT.m_dof_invweight0))  # diagonal of M⁻¹ in `qpos0`
     mj_markStack(d)
     jacobian = coordinates(mj_stackAllocNum(d, nv))
     for j in range(len(segments)):
         mobility = 0.0
         for dof in range(nv):
             jacobian[dof] = 0.0
-        pull_segment(layout, m, d, state, segments[j], -1.0, jacobian)
+        pull_segment(m, d, state, segments[j], -1.0, jacobian)
         for dof in range(nv):
             mobility += jacobian[dof] * jacobian[dof] * inverse[dof]
         length = segments[j].length

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 
-from tendon_mj.compilation import compiled
-from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.native import compiled
+from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.library import control, is_stage
 from tendon_mj.plugin.abi.memory import coordinates, double, integer, pointer
 from tendon_mj.plugin.sheath_plugin.drive import (
@@ -154,19 +154,19 @@ def _are_finite(segments: Segments) -> bool:
 
 
 @compiled
-def _update_path(layout: Layout, m: int, d: int, address: int, fresh: bool, stage: bool) -> None:
+def _update_path(m: int, d: int, address: int, fresh: bool, stage: bool) -> None:
     """Bring lengths, bends and spans up to date."""
     state = state_at(address)
     segments, guides, path = unpack(address)
     plain = state.arcs == 0.0 and state.pulleys == 0.0 and state.inner_guides == 0.0
     if not plain or state.input_at_last != 0.0:
         arcs = unpack_arcs(address)
-        trace_path(layout, m, d, state, segments, guides, arcs, coordinates(path), stage)
+        trace_path(m, d, state, segments, guides, arcs, coordinates(path), stage)
         return
-    start = integer(pointer(d + layout.d_ten_wrapadr), int(state.tendon))
-    points = coordinates(pointer(d + layout.d_wrap_xpos) + 24 * start)
+    start = integer(pointer(d + LAYOUT.d_ten_wrapadr), int(state.tendon))
+    points = coordinates(pointer(d + LAYOUT.d_wrap_xpos) + 24 * start)
     update_path(points, coordinates(path), segments, guides, fresh)
-    update_spans(layout, m, int(state.tendon), segments)  # bodies are others in another model
+    update_spans(m, int(state.tendon), segments)  # bodies are others in another model
 
 
 @compiled
@@ -208,17 +208,17 @@ def _solve_from_last_step(
 
 @compiled
 def _evaluate_driven(
-    layout: Layout, m: int, d: int, address: int, time: float, elapsed: float, stage: bool
+    m: int, d: int, address: int, time: float, elapsed: float, stage: bool
 ) -> None:
     """Solve a tendon whose input tension is given, and apply what friction makes of it."""
     state = state_at(address)
     segments, guides, _ = unpack(address)
-    state.input_force = input_force(layout, m, d, address, state)
+    state.input_force = input_force(m, d, address, state)
     if not math.isfinite(state.input_force):
         _refuse(state)
         return
     if state.started == 0.0:
-        let_guides_yield(layout, m, d, state, segments, elapsed)
+        let_guides_yield(m, d, state, segments, elapsed)
         lay_driven(state, segments)
         state.started = 1.0
     update_ratios(address, state, guides, time)
@@ -233,16 +233,14 @@ def _evaluate_driven(
             guides[i].flow = 0.0
         state.has_trial = 0.0
         return
-    apply_forces(layout, m, d, state, segments)
+    apply_forces(m, d, state, segments)
     if not stage:
         state.trial_elapsed = elapsed
         _store_trial(state, segments, guides, 0.0, 0.0, 0.0, time)
 
 
 @compiled
-def _evaluate_wound(
-    layout: Layout, m: int, d: int, address: int, time: float, elapsed: float, stage: bool
-) -> None:
+def _evaluate_wound(m: int, d: int, address: int, time: float, elapsed: float, stage: bool) -> None:
     """Solve a tendon of given length between its ends, and apply its forces."""
     state = state_at(address)
     segments, guides, _ = unpack(address)
@@ -251,21 +249,21 @@ def _evaluate_wound(
         _refuse(state)
         return
     if state.started == 0.0:
-        lay_wound(layout, m, d, state, segments)
+        lay_wound(m, d, state, segments)
     rest = state.spring_length
     if state.own_spring != 0.0:
-        rest = double(pointer(m + layout.m_tendon_lengthspring), 2 * int(state.tendon) + 1)
-        if not follow_spring(layout, m, d, state):
+        rest = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * int(state.tendon) + 1)
+        if not follow_spring(m, d, state):
             for j in range(last + 1):
                 segments[j].tension = 0.0
             state.has_trial = 0.0
             return
     update_ratios(address, state, guides, time)
-    drive = wound_by(layout, m, d, state.reel_joint, state.reel_radius)
-    drive += control(layout, m, d, int(state.reel_actuator))
-    flank = flank_stiffness(layout, m, state, elapsed)
+    drive = wound_by(m, d, state.reel_joint, state.reel_radius)
+    drive += control(m, d, int(state.reel_actuator))
+    flank = flank_stiffness(m, state, elapsed)
     wound_in = on_drum(state, segments, drive, flank)
-    wound_out = wound_by(layout, m, d, state.output_joint, state.output_radius)
+    wound_out = wound_by(m, d, state.output_joint, state.output_radius)
 
     # for this evaluation only: wound tendon leaves the two end segments, the sheath's mount yields
     if state.arcs > 0.0:
@@ -290,26 +288,26 @@ def _evaluate_wound(
     if not finite:
         state.has_trial = 0.0
         return
-    apply_forces(layout, m, d, state, segments)
+    apply_forces(m, d, state, segments)
     if not stage:
         state.trial_elapsed = elapsed
         _store_trial(state, segments, guides, wound_in, wound_out, rest, time)
 
 
 @compiled
-def evaluate(layout: Layout, m: int, d: int, address: int) -> None:
+def evaluate(m: int, d: int, address: int) -> None:
     """Solve the tendon for the pose at hand, from the committed state, and apply its forces."""
     state = state_at(address)
-    time = double(d + layout.d_time, 0)
-    stage = is_stage(layout, m, time, state.has_trial, state.trial_time)
-    _update_path(layout, m, d, address, state.started == 0.0, stage)
+    time = double(d + LAYOUT.d_time, 0)
+    stage = is_stage(m, time, state.has_trial, state.trial_time)
+    _update_path(m, d, address, state.started == 0.0, stage)
     if state.started == 0.0:
-        state.commit_time = time - double(m + layout.o_timestep, 0)
+        state.commit_time = time - double(m + LAYOUT.o_timestep, 0)
     elapsed = time - state.commit_time
     if not elapsed > 0.0:
-        elapsed = double(m + layout.o_timestep, 0)
+        elapsed = double(m + LAYOUT.o_timestep, 0)
     state.applied = 0.0
     if state.driven != 0.0:
-        _evaluate_driven(layout, m, d, address, time, elapsed, stage)
+        _evaluate_driven(m, d, address, time, elapsed, stage)
     else:
-        _evaluate_wound(layout, m, d, address, time, elapsed, stage)
+        _evaluate_wound(m, d, address, time, elapsed, stage)

@@ -28,15 +28,14 @@ import math
 
 import mujoco
 
-from tendon_mj.compilation import apart, compiled
-from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.native import LocalDoubles, apart, compiled
+from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.library import mju_transformSpatial
 from tendon_mj.plugin.abi.memory import (
     coordinates,
     double,
     doubles,
     integer,
-    local_doubles,
     pointer,
     size,
 )
@@ -57,29 +56,28 @@ from tendon_mj.typing import FloatArray
 
 
 @compiled
-def _last_dof(layout: Layout, m: int, body: int) -> int:
+def _last_dof(m: int, body: int) -> int:
     """The last degree of freedom that moves a body, −1 without one."""
-    body = integer(pointer(m + layout.m_body_weldid), body)
-    while body > 0 and integer(pointer(m + layout.m_body_dofnum), body) == 0:
-        body = integer(pointer(m + layout.m_body_parentid), body)
+    body = integer(pointer(m + LAYOUT.m_body_weldid), body)
+    while body > 0 and integer(pointer(m + LAYOUT.m_body_dofnum), body) == 0:
+        body = integer(pointer(m + LAYOUT.m_body_parentid), body)
     if body == 0:
         return -1
-    count = integer(pointer(m + layout.m_body_dofnum), body)
-    return integer(pointer(m + layout.m_body_dofadr), body) + count - 1
+    count = integer(pointer(m + LAYOUT.m_body_dofnum), body)
+    return integer(pointer(m + LAYOUT.m_body_dofadr), body) + count - 1
 
 
 @compiled
-def _span(layout: Layout, d: int, state: State, segment: Segment) -> tuple[int, Vector, float]:
+def _span(d: int, state: State, segment: Segment) -> tuple[int, Vector, float]:
     """Index of a span's near end in `wrap_xpos`, which the far one follows; their distance [m]."""
-    p = coordinates(pointer(d + layout.d_wrap_xpos))
-    k = 3 * (integer(pointer(d + layout.d_ten_wrapadr), int(state.tendon)) + int(segment.point))
+    p = coordinates(pointer(d + LAYOUT.d_wrap_xpos))
+    k = 3 * (integer(pointer(d + LAYOUT.d_ten_wrapadr), int(state.tendon)) + int(segment.point))
     ux, uy, uz = p[k + 3] - p[k], p[k + 4] - p[k + 1], p[k + 5] - p[k + 2]
     return k, (ux, uy, uz), math.sqrt(ux * ux + uy * uy + uz * uz)
 
 
 @compiled
 def _pull(
-    layout: Layout,
     m: int,
     d: int,
     state: State,
@@ -88,15 +86,15 @@ def _pull(
     force: FloatArray,
 ) -> None:
     """Add −T J of a segment's span to ``force``."""
-    near = _last_dof(layout, m, int(segment.near_body))
-    far = _last_dof(layout, m, int(segment.far_body))
-    k, u, length = _span(layout, d, state, segment)
+    near = _last_dof(m, int(segment.near_body))
+    far = _last_dof(m, int(segment.far_body))
+    k, u, length = _span(d, state, segment)
     if length == 0.0:
         return
     ux, uy, uz = u[0] / length, u[1] / length, u[2] / length
-    p = coordinates(pointer(d + layout.d_wrap_xpos))
-    roots, parents = pointer(m + layout.m_body_rootid), pointer(m + layout.m_dof_parentid)
-    centres, motions = pointer(d + layout.d_subtree_com), pointer(d + layout.d_cdof)
+    p = coordinates(pointer(d + LAYOUT.d_wrap_xpos))
+    roots, parents = pointer(m + LAYOUT.m_body_rootid), pointer(m + LAYOUT.m_dof_parentid)
+    centres, motions = pointer(d + LAYOUT.d_subtree_com), pointer(d + LAYOUT.d_cdof)
     for end in range(2):
         # the dofs of one end that are not the other's too: from the leaf to the common ancestor
         dof, other = (near, far) if end == 0 else (far, near)
@@ -119,7 +117,6 @@ def _pull(
 
 @compiled
 def pull_segment(
-    layout: Layout,
     m: int,
     d: int,
     state: State,
@@ -132,7 +129,7 @@ def pull_segment(
     A segment that connects no two bodies adds nothing.
     """
     if segment.point >= 0.0 and segment.near_body != segment.far_body:
-        _pull(layout, m, d, state, segment, tension, force)
+        _pull(m, d, state, segment, tension, force)
 
 
 @compiled
@@ -142,67 +139,65 @@ def _added(ea: float, counted: float, segment: Segment) -> float:
 
 
 @compiled
-def _add_torque(layout: Layout, m: int, d: int, joint: float, torque: float) -> None:
+def _add_torque(m: int, d: int, joint: float, torque: float) -> None:
     """Add the torque that the tendon exerts on a spool's joint; nothing without a joint."""
     if joint >= 0.0:
-        dof = integer(pointer(m + layout.m_jnt_dofadr), int(joint))
-        doubles(pointer(d + layout.d_qfrc_passive) + 8 * dof, 1)[0] += torque
+        dof = integer(pointer(m + LAYOUT.m_jnt_dofadr), int(joint))
+        doubles(pointer(d + LAYOUT.d_qfrc_passive) + 8 * dof, 1)[0] += torque
 
 
 @compiled
-def apply_forces(layout: Layout, m: int, d: int, state: State, segments: Segments) -> None:
+def apply_forces(m: int, d: int, state: State, segments: Segments) -> None:
     """Apply the tendon's forces to the bodies along the path and to the spools."""
     ea, counted, last = state.law.axial_stiffness, counted_strain(state), len(segments) - 1
     state.applied = 1.0
-    passive = coordinates(pointer(d + layout.d_qfrc_passive))
+    passive = coordinates(pointer(d + LAYOUT.d_qfrc_passive))
     for j in range(last + 1):
         tension = _added(ea, counted, segments[j])
         if tension != 0.0:
-            pull_segment(layout, m, d, state, segments[j], tension, passive)
+            pull_segment(m, d, state, segments[j], tension, passive)
     if state.driven != 0.0:
         return
-    _add_torque(layout, m, d, state.reel_joint, -state.reel_torque)
+    _add_torque(m, d, state.reel_joint, -state.reel_torque)
     torque = spool_torque(state, segments, last, state.output_radius)
-    _add_torque(layout, m, d, state.output_joint, -torque)
+    _add_torque(m, d, state.output_joint, -torque)
 
 
 _FORCE = mujoco.mjtSensor.mjSENS_FORCE.value
 _TORQUE = mujoco.mjtSensor.mjSENS_TORQUE.value
 _REAL = mujoco.mjtDataType.mjDATATYPE_REAL.value
-_vector6 = local_doubles(6)
+_vector6 = LocalDoubles(6)
 
 
 @compiled
-def _is_applied(layout: Layout, m: int, d: int, instance: int, skipped: bool) -> bool:
+def _is_applied(m: int, d: int, instance: int, skipped: bool) -> bool:
     """Whether the state of a sheath holds the forces that act in this step."""
-    address = state_of(layout, m, d, instance)
+    address = state_of(m, d, instance)
     state = state_at(address)
     return (
         state.applied != 0.0
         and not (skipped and state.driven != 0.0)
-        and fits(address, state_size_of(layout, m, instance))
-        and 0.0 <= state.tendon < size(m + layout.m_ntendon)
+        and fits(address, state_size_of(m, instance))
+        and 0.0 <= state.tendon < size(m + LAYOUT.m_ntendon)
     )
 
 
 @compiled
-def _add(
-    layout: Layout, m: int, d: int, body: int, top: int, p: FloatArray, at: int, force: FloatArray
-) -> int:
+def _add(m: int, d: int, body: int, top: int, p: FloatArray, at: int, force: FloatArray) -> int:
     """Add the wrench of a force at a point to a body; return the index of its largest number.
 
     In `cfrc_int` it counts on the body and on all that carry it below ``top``, and on a ``top`` 0.
     """
-    root = integer(pointer(m + layout.m_body_rootid), body)
-    c = coordinates(pointer(d + layout.d_subtree_com) + 24 * root)
+    root = integer(pointer(m + LAYOUT.m_body_rootid), body)
+    c = coordinates(pointer(d + LAYOUT.d_subtree_com) + 24 * root)
     x, y, z = p[at] - c[0], p[at + 1] - c[1], p[at + 2] - c[2]
     wrench = doubles(_vector6(), 6)
     wrench[0] = y * force[2] - z * force[1]
     wrench[1] = z * force[0] - x * force[2]
     wrench[2] = x * force[1] - y * force[0]
     wrench[3], wrench[4], wrench[5] = force[0], force[1], force[2]
-    outer = coordinates(pointer(d + layout.d_cfrc_ext))
-    inner = coordinates(pointer(d + layout.d_cfrc_int))
+    outer = coordinates(pointer(d + LAYOUT.d_cfrc_ext))
+    inner = coordinates(pointer(d + LAYOUT.d_cfrc_int))
     largest = 0
     for k in range(6):
         outer[6 * body + k] += wrench[k]
@@ -212,7 +207,7 @@ def _add(
     while carrier > top:
         for k in range(6):
             inner[6 * carrier + k] -= wrench[k]
-        carrier = integer(pointer(m + layout.m_body_parentid), carrier)
+        carrier = integer(pointer(m + LAYOUT.m_body_parentid), carrier)
     if top == 0:
         for k in range(6):
             inner[k] -= wrench[k]
@@ -220,9 +215,9 @@ def _add(
 
 
 @compiled
-def _common_body(layout: Layout, m: int, one: int, other: int) -> int:
+def _common_body(m: int, one: int, other: int) -> int:
     """The nearest body that carries both, or is one of them and carries the other."""
-    parents = pointer(m + layout.m_body_parentid)
+    parents = pointer(m + LAYOUT.m_body_parentid)
     while one != other:
         if one > other:
             one = integer(parents, one)
@@ -232,100 +227,98 @@ def _common_body(layout: Layout, m: int, one: int, other: int) -> int:
 
 
 @compiled
-def _add_span(
-    layout: Layout, m: int, d: int, state: State, segment: Segment, tension: float
-) -> int:
+def _add_span(m: int, d: int, state: State, segment: Segment, tension: float) -> int:
     """Add the wrenches of a span under a tension [N]; return an index that was added to, or −1."""
-    near, far, bodies = int(segment.near_body), int(segment.far_body), size(m + layout.m_nbody)
+    near, far, bodies = int(segment.near_body), int(segment.far_body), size(m + LAYOUT.m_nbody)
     if segment.point < 0.0 or near == far or not (0 <= near < bodies and 0 <= far < bodies):
         return -1
-    k, u, length = _span(layout, d, state, segment)
+    k, u, length = _span(d, state, segment)
     if length == 0.0:
         return -1
-    p, force = coordinates(pointer(d + layout.d_wrap_xpos)), doubles(_vector6(), 3)
-    top, index = _common_body(layout, m, near, far), -1
+    p, force = coordinates(pointer(d + LAYOUT.d_wrap_xpos)), doubles(_vector6(), 3)
+    top, index = _common_body(m, near, far), -1
     for i in range(3):
         force[i] = tension * u[i] / length
     if near != 0:
-        index = _add(layout, m, d, near, top, p, k, force)
+        index = _add(m, d, near, top, p, k, force)
     if far != 0:
         for i in range(3):
             force[i] = -force[i]
-        index = _add(layout, m, d, far, top, p, k + 3, force)
+        index = _add(m, d, far, top, p, k + 3, force)
     return index
 
 
 @compiled
-def _fill_sensor(layout: Layout, m: int, d: int, sensor: int) -> None:
+def _fill_sensor(m: int, d: int, sensor: int) -> None:
     """Fill a sensor of force or torque from `cfrc_int`, as MuJoCo does."""
-    kind = integer(pointer(m + layout.m_sensor_type), sensor)
-    site = integer(pointer(m + layout.m_sensor_objid), sensor)
-    body = integer(pointer(m + layout.m_site_bodyid), site)
-    root = integer(pointer(m + layout.m_body_rootid), body)
+    kind = integer(pointer(m + LAYOUT.m_sensor_type), sensor)
+    site = integer(pointer(m + LAYOUT.m_sensor_objid), sensor)
+    body = integer(pointer(m + LAYOUT.m_site_bodyid), site)
+    root = integer(pointer(m + LAYOUT.m_body_rootid), body)
     at_site = _vector6()
     mju_transformSpatial(
         at_site,
-        pointer(d + layout.d_cfrc_int) + 48 * body,
+        pointer(d + LAYOUT.d_cfrc_int) + 48 * body,
         1,
-        pointer(d + layout.d_site_xpos) + 24 * site,
-        pointer(d + layout.d_subtree_com) + 24 * root,
-        pointer(d + layout.d_site_xmat) + 72 * site,
+        pointer(d + LAYOUT.d_site_xpos) + 24 * site,
+        pointer(d + LAYOUT.d_subtree_com) + 24 * root,
+        pointer(d + LAYOUT.d_site_xmat) + 72 * site,
     )
-    start = integer(pointer(m + layout.m_sensor_adr), sensor)
-    shown = doubles(pointer(d + layout.d_sensordata) + 8 * start, 3)
-    cutoff = double(pointer(m + layout.m_sensor_cutoff), sensor)
-    limited = cutoff > 0.0 and integer(pointer(m + layout.m_sensor_datatype), sensor) == _REAL
+    start = integer(pointer(m + LAYOUT.m_sensor_adr), sensor)
+    shown = doubles(pointer(d + LAYOUT.d_sensordata) + 8 * start, 3)
+    cutoff = double(pointer(m + LAYOUT.m_sensor_cutoff), sensor)
+    limited = cutoff > 0.0 and integer(pointer(m + LAYOUT.m_sensor_datatype), sensor) == _REAL
     for k in range(3):
         value = doubles(at_site, 6)[k + 3 if kind == _FORCE else k]
         shown[k] = min(max(value, -cutoff), cutoff) if limited else value
 
 
 @compiled
-def _shows_this_step(layout: Layout, m: int, d: int, sensor: int) -> bool:
+def _shows_this_step(m: int, d: int, sensor: int) -> bool:
     """Whether a sensor shows the present step, and not its history."""
-    if integer(pointer(m + layout.m_sensor_history), 2 * sensor) <= 0:
+    if integer(pointer(m + LAYOUT.m_sensor_history), 2 * sensor) <= 0:
         return True
-    if double(pointer(m + layout.m_sensor_delay), sensor) > 0.0:
+    if double(pointer(m + LAYOUT.m_sensor_delay), sensor) > 0.0:
         return False
-    interval = double(pointer(m + layout.m_sensor_interval), 2 * sensor)
-    start = integer(pointer(m + layout.m_sensor_historyadr), sensor)
-    before = double(pointer(d + layout.d_history), start)
-    return interval <= 0.0 or before + interval <= double(d + layout.d_time, 0)
+    interval = double(pointer(m + LAYOUT.m_sensor_interval), 2 * sensor)
+    start = integer(pointer(m + LAYOUT.m_sensor_historyadr), sensor)
+    before = double(pointer(d + LAYOUT.d_history), start)
+    return interval <= 0.0 or before + interval <= double(d + LAYOUT.d_time, 0)
 
 
 @apart
-def add_reactions(layout: Layout, m: int, d: int, first: int, skipped: bool) -> None:
+def add_reactions(m: int, d: int, first: int, skipped: bool) -> None:
     """Add the wrenches of all sheaths, and fill the sensors that show them.
 
     The first sheath keeps the number that witnesses it; ``skipped``: MuJoCo skips passive forces.
     """
-    keeper = state_at(state_of(layout, m, d, first))
-    numbers, witness = coordinates(pointer(d + layout.d_cfrc_ext)), keeper.witness
-    if 0.0 < witness < 6.0 * size(m + layout.m_nbody) and (
+    keeper = state_at(state_of(m, d, first))
+    numbers, witness = coordinates(pointer(d + LAYOUT.d_cfrc_ext)), keeper.witness
+    if 0.0 < witness < 6.0 * size(m + LAYOUT.m_nbody) and (
         numbers[int(witness)] == keeper.witness_value
     ):
         return
     keeper.witness, changed = 0.0, False
-    for instance in range(first, size(m + layout.m_nplugin)):
-        if not is_sheath(layout, m, instance, first):
+    for instance in range(first, size(m + LAYOUT.m_nplugin)):
+        if not is_sheath(m, instance, first):
             continue
-        if not _is_applied(layout, m, d, instance, skipped):
+        if not _is_applied(m, d, instance, skipped):
             continue
-        address = state_of(layout, m, d, instance)
+        address = state_of(m, d, instance)
         state = state_at(address)
         segments, _, _ = unpack(address)
         counted, ea = counted_strain(state), state.law.axial_stiffness
         for j in range(len(segments)):
             tension = _added(ea, counted, segments[j])
             if tension != 0.0:
-                index = _add_span(layout, m, d, state, segments[j], tension)
+                index = _add_span(m, d, state, segments[j], tension)
                 if index >= 0:
                     keeper.witness, changed = index, True
     if not changed:
         return
     keeper.witness_value = numbers[int(keeper.witness)]
-    kinds = pointer(m + layout.m_sensor_type)
-    for sensor in range(size(m + layout.m_nsensor)):
+    kinds = pointer(m + LAYOUT.m_sensor_type)
+    for sensor in range(size(m + LAYOUT.m_nsensor)):
         kind = integer(kinds, sensor)
-        if kind in (_FORCE, _TORQUE) and _shows_this_step(layout, m, d, sensor):
-            _fill_sensor(layout, m, d, sensor)
+        if kind in (_FORCE, _TORQUE) and _shows_this_step(m, d, sensor):
+            _fill_sensor(m, d, sensor)

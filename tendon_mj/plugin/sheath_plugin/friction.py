@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from tendon_mj.compilation import apart, compiled
+from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.sheath_plugin.state import LiveLaw, State, keep_ratio_law
 from tendon_mj.sheath import Guide, Guides, Segments, convected
 

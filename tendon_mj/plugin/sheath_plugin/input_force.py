@@ -20,8 +20,8 @@ from __future__ import annotations
 
 import mujoco
 
-from tendon_mj.compilation import apart, compiled
-from tendon_mj.plugin.abi.layout import EQ_DATA, Layout
+from tendon_mj.native import apart, compiled
+from tendon_mj.plugin.abi.layout import EQ_DATA, LAYOUT
 from tendon_mj.plugin.abi.library import mj_actuatorDamping, mj_fwdActuation, mju_polyForce
 from tendon_mj.plugin.abi.memory import byte, coordinates, double, doubles, integer, pointer, size
 from tendon_mj.plugin.sheath_plugin.state import DAMPING_POLY, State
@@ -38,30 +38,30 @@ _FOLLOWS = 0.2  # share of the change of a constraint's force that counts in the
 
 
 @compiled
-def acts_on(layout: Layout, m: int, actuator: int, tendon: int) -> bool:
+def acts_on(m: int, actuator: int, tendon: int) -> bool:
     """Whether an actuator's transmission is a tendon."""
-    kind = integer(pointer(m + layout.m_actuator_trntype), actuator)
+    kind = integer(pointer(m + LAYOUT.m_actuator_trntype), actuator)
     return kind == ON_TENDON and (
-        integer(pointer(m + layout.m_actuator_trnid), 2 * actuator) == tendon
+        integer(pointer(m + LAYOUT.m_actuator_trnid), 2 * actuator) == tendon
     )
 
 
 @compiled
-def has_spring(layout: Layout, m: int, tendon: int) -> bool:
+def has_spring(m: int, tendon: int) -> bool:
     """Whether a tendon has a stiffness of its own."""
-    higher = doubles(pointer(m + layout.m_tendon_stiffnesspoly) + 16 * tendon, _POLY)
-    linear = double(pointer(m + layout.m_tendon_stiffness), tendon)
+    higher = doubles(pointer(m + LAYOUT.m_tendon_stiffnesspoly) + 16 * tendon, _POLY)
+    linear = double(pointer(m + LAYOUT.m_tendon_stiffness), tendon)
     return linear != 0.0 or higher[0] != 0.0 or higher[1] != 0.0
 
 
 @compiled
-def is_constrained(layout: Layout, m: int, tendon: int) -> bool:
+def is_constrained(m: int, tendon: int) -> bool:
     """Whether an equality or a limit may act on a tendon."""
-    if byte(pointer(m + layout.m_tendon_limited), tendon) != 0:
+    if byte(pointer(m + LAYOUT.m_tendon_limited), tendon) != 0:
         return True
-    kinds = pointer(m + layout.m_eq_type)
-    firsts, seconds = pointer(m + layout.m_eq_obj1id), pointer(m + layout.m_eq_obj2id)
-    for k in range(size(m + layout.m_neq)):
+    kinds = pointer(m + LAYOUT.m_eq_type)
+    firsts, seconds = pointer(m + LAYOUT.m_eq_obj1id), pointer(m + LAYOUT.m_eq_obj2id)
+    for k in range(size(m + LAYOUT.m_neq)):
         if integer(kinds, k) == _OF_TENDONS and (
             integer(firsts, k) == tendon or integer(seconds, k) == tendon
         ):
@@ -70,110 +70,110 @@ def is_constrained(layout: Layout, m: int, tendon: int) -> bool:
 
 
 @compiled
-def _spring(layout: Layout, m: int, d: int, tendon: int) -> float:
-    if not has_spring(layout, m, tendon):
+def _spring(m: int, d: int, tendon: int) -> float:
+    if not has_spring(m, tendon):
         return 0.0
-    length = double(pointer(d + layout.d_ten_length), tendon)
-    low = double(pointer(m + layout.m_tendon_lengthspring), 2 * tendon)
-    high = double(pointer(m + layout.m_tendon_lengthspring), 2 * tendon + 1)
+    length = double(pointer(d + LAYOUT.d_ten_length), tendon)
+    low = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * tendon)
+    high = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * tendon + 1)
     x = length - high if length > high else (length - low if length < low else 0.0)
-    linear = double(pointer(m + layout.m_tendon_stiffness), tendon)
-    poly = pointer(m + layout.m_tendon_stiffnesspoly) + 16 * tendon
+    linear = double(pointer(m + LAYOUT.m_tendon_stiffness), tendon)
+    poly = pointer(m + LAYOUT.m_tendon_stiffnesspoly) + 16 * tendon
     return -x * mju_polyForce(linear, poly, x, _POLY, 0)
 
 
 @compiled
-def _damper(layout: Layout, m: int, d: int, address: int, tendon: int) -> float:
+def _damper(m: int, d: int, address: int, tendon: int) -> float:
     work = address + DAMPING_POLY
     poly = doubles(work, _POLY)
-    own = doubles(pointer(m + layout.m_tendon_dampingpoly) + 16 * tendon, _POLY)
+    own = doubles(pointer(m + LAYOUT.m_tendon_dampingpoly) + 16 * tendon, _POLY)
     poly[0], poly[1] = own[0], own[1]
-    linear = double(pointer(m + layout.m_tendon_damping), tendon)
-    if integer(pointer(m + layout.m_tendon_actuatorid), tendon) != -1:
+    linear = double(pointer(m + LAYOUT.m_tendon_damping), tendon)
+    if integer(pointer(m + LAYOUT.m_tendon_actuatorid), tendon) != -1:
         linear += mj_actuatorDamping(m, _TENDON, tendon, work)
     if linear == 0.0 and poly[0] == 0.0 and poly[1] == 0.0:
         return 0.0
-    v = double(pointer(d + layout.d_ten_velocity), tendon)
+    v = double(pointer(d + LAYOUT.d_ten_velocity), tendon)
     return -v * mju_polyForce(linear, work, v, _POLY, 1)
 
 
 @compiled
-def input_force(layout: Layout, m: int, d: int, address: int, state: State) -> float:
+def input_force(m: int, d: int, address: int, state: State) -> float:
     """Force along the tendon [N], pulling where it is negative."""
     tendon, force = int(state.tendon), 0.0
     if state.leads != 0.0:
         mj_fwdActuation(m, d)
     if state.first_actuator >= 0.0:
         for actuator in range(int(state.first_actuator), int(state.last_actuator) + 1):
-            if acts_on(layout, m, actuator, tendon):
-                adr = integer(pointer(m + layout.m_actuator_outadr), actuator)
-                gear = double(pointer(m + layout.m_actuator_gear), 6 * adr)
-                force += gear * double(pointer(d + layout.d_actuator_force), adr)
-    off = integer(m + layout.o_disableflags, 0)
+            if acts_on(m, actuator, tendon):
+                adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
+                gear = double(pointer(m + LAYOUT.m_actuator_gear), 6 * adr)
+                force += gear * double(pointer(d + LAYOUT.d_actuator_force), adr)
+    off = integer(m + LAYOUT.o_disableflags, 0)
     if not off & _SPRING_OFF:
-        force += _spring(layout, m, d, tendon)
+        force += _spring(m, d, tendon)
     if not off & _DAMPER_OFF:
-        force += _damper(layout, m, d, address, tendon)
+        force += _damper(m, d, address, tendon)
     if state.constrained != 0.0:
         force += state.constraint_force
     return force
 
 
 @apart
-def _constraint_force(layout: Layout, m: int, d: int, tendon: int) -> float:
+def _constraint_force(m: int, d: int, tendon: int) -> float:
     """λ of the constraints that MuJoCo has solved [N], pulling where negative."""
-    force, equalities = 0.0, integer(d + layout.d_ne, 0)
+    force, equalities = 0.0, integer(d + LAYOUT.d_ne, 0)
     for row in range(equalities):
-        which = integer(pointer(d + layout.d_efc_id), row)
-        value = double(pointer(d + layout.d_efc_force), row)
-        if integer(pointer(m + layout.m_eq_type), which) == _OF_TENDONS:
-            second = integer(pointer(m + layout.m_eq_obj2id), which)
-            if integer(pointer(m + layout.m_eq_obj1id), which) == tendon:
+        which = integer(pointer(d + LAYOUT.d_efc_id), row)
+        value = double(pointer(d + LAYOUT.d_efc_force), row)
+        if integer(pointer(m + LAYOUT.m_eq_type), which) == _OF_TENDONS:
+            second = integer(pointer(m + LAYOUT.m_eq_obj2id), which)
+            if integer(pointer(m + LAYOUT.m_eq_obj1id), which) == tendon:
                 force += value
             if second == tendon:
-                x = double(pointer(d + layout.d_ten_length), second)
-                x -= double(pointer(m + layout.m_tendon_length0), second)
-                c = coordinates(pointer(m + layout.m_eq_data) + 8 * EQ_DATA * which)
+                x = double(pointer(d + LAYOUT.d_ten_length), second)
+                x -= double(pointer(m + LAYOUT.m_tendon_length0), second)
+                c = coordinates(pointer(m + LAYOUT.m_eq_data) + 8 * EQ_DATA * which)
                 force -= value * (c[1] + x * (2.0 * c[2] + x * (3.0 * c[3] + x * 4.0 * c[4])))
-    begin, end = equalities + integer(d + layout.d_nf, 0), integer(d + layout.d_nefc, 0)
+    begin, end = equalities + integer(d + LAYOUT.d_nf, 0), integer(d + LAYOUT.d_nefc, 0)
     for row in range(begin, end):
-        kind = integer(pointer(d + layout.d_efc_type), row)
+        kind = integer(pointer(d + LAYOUT.d_efc_type), row)
         if kind > _TENDON_LIMIT:  # contacts come last
             break
-        if kind == _TENDON_LIMIT and integer(pointer(d + layout.d_efc_id), row) == tendon:
-            length = double(pointer(d + layout.d_ten_length), tendon)
-            ends = coordinates(pointer(m + layout.m_tendon_range) + 16 * tendon)
-            value = double(pointer(d + layout.d_efc_force), row)
+        if kind == _TENDON_LIMIT and integer(pointer(d + LAYOUT.d_efc_id), row) == tendon:
+            length = double(pointer(d + LAYOUT.d_ten_length), tendon)
+            ends = coordinates(pointer(m + LAYOUT.m_tendon_range) + 16 * tendon)
+            value = double(pointer(d + LAYOUT.d_efc_force), row)
             force += value if length - ends[0] < ends[1] - length else -value
     return force
 
 
 @compiled
-def follow_constraint(layout: Layout, m: int, d: int, state: State) -> None:
+def follow_constraint(m: int, d: int, state: State) -> None:
     """Let the force of this step's constraints count from the next step on."""
     if state.constrained != 0.0:
-        solved = _constraint_force(layout, m, d, int(state.tendon))
+        solved = _constraint_force(m, d, int(state.tendon))
         state.constraint_force += _FOLLOWS * (solved - state.constraint_force)
 
 
 @compiled
-def _stiffness_times_length(layout: Layout, m: int, tendon: int, length: float) -> float:
+def _stiffness_times_length(m: int, tendon: int, length: float) -> float:
     """k S of a tendon's own spring [N], k = T/x of a polynomial at the length at hand."""
-    rest = double(pointer(m + layout.m_tendon_lengthspring), 2 * tendon + 1)
-    linear = double(pointer(m + layout.m_tendon_stiffness), tendon)
-    poly = pointer(m + layout.m_tendon_stiffnesspoly) + 16 * tendon
+    rest = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * tendon + 1)
+    linear = double(pointer(m + LAYOUT.m_tendon_stiffness), tendon)
+    poly = pointer(m + LAYOUT.m_tendon_stiffnesspoly) + 16 * tendon
     return mju_polyForce(linear, poly, max(0.0, length - rest), _POLY, 0) * rest
 
 
 @apart
-def note_spring(layout: Layout, m: int, state: State, has_length: bool) -> None:
+def note_spring(m: int, state: State, has_length: bool) -> None:
     """Derive EA, and T_0 or the slack, from the tendon's own spring, unless they are configured."""
     tendon = int(state.tendon)
-    rest = double(pointer(m + layout.m_tendon_lengthspring), 2 * tendon + 1)
-    stiffness = double(pointer(m + layout.m_tendon_stiffness), tendon)
-    length = double(pointer(m + layout.m_tendon_length0), tendon)
+    rest = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * tendon + 1)
+    stiffness = double(pointer(m + LAYOUT.m_tendon_stiffness), tendon)
+    length = double(pointer(m + LAYOUT.m_tendon_length0), tendon)
     state.spring_length = rest
-    state.spring_product = max(0.0, _stiffness_times_length(layout, m, tendon, length))
+    state.spring_product = max(0.0, _stiffness_times_length(m, tendon, length))
     if state.law.axial_stiffness == 0.0:
         state.law.axial_stiffness = state.spring_product
     if not has_length:
@@ -182,16 +182,16 @@ def note_spring(layout: Layout, m: int, state: State, has_length: bool) -> None:
 
 
 @compiled
-def follow_spring(layout: Layout, m: int, d: int, state: State) -> bool:
+def follow_spring(m: int, d: int, state: State) -> bool:
     """Follow the tendon's own spring as `mjModel` now has it; return whether it can pull.
 
     EA changes in the ratio in which k S does.
     """
     tendon = int(state.tendon)
-    length = double(pointer(d + layout.d_ten_length), tendon)
-    product = _stiffness_times_length(layout, m, tendon, length)
-    off = integer(m + layout.o_disableflags, 0) & _SPRING_OFF != 0
-    state.input_force = 0.0 if off else _spring(layout, m, d, tendon)
+    length = double(pointer(d + LAYOUT.d_ten_length), tendon)
+    product = _stiffness_times_length(m, tendon, length)
+    off = integer(m + LAYOUT.o_disableflags, 0) & _SPRING_OFF != 0
+    state.input_force = 0.0 if off else _spring(m, d, tendon)
     if state.spring_product > 0.0 and product != state.spring_product:
         if not product > 0.0:
             return False

@@ -20,12 +20,12 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from tendon_mj.compilation import apart
 from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.native import apart
 from tendon_mj.plugin.abi.checks import Draft
-from tendon_mj.plugin.abi.layout import Layout
-from tendon_mj.plugin.abi.library import C, mj_id2name, mj_name2id
-from tendon_mj.plugin.abi.memory import byte, integer, pointer, size
+from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.library import C, free, malloc, mj_id2name, mj_name2id
+from tendon_mj.plugin.abi.memory import byte, integer, pointer, set_byte, size
 from tendon_mj.plugin.sheath_plugin import attributes as at
 
 _OBJ = mujoco.mjtObj
@@ -89,17 +89,17 @@ def prefix_and_suffix(
 
 
 @apart
-def own_name(layout: Layout, m: int, instance: int) -> int:
+def own_name(m: int, instance: int) -> int:
     """Address of an instance's name, or of its sensor's or actuator's; 0 without any."""
     name = mj_id2name(m, _PLUGIN, instance)
     if name != 0 and byte(name, 0) != 0:
         return name
-    owners = pointer(m + layout.m_sensor_plugin)
-    for k in range(size(m + layout.m_nsensor)):
+    owners = pointer(m + LAYOUT.m_sensor_plugin)
+    for k in range(size(m + LAYOUT.m_nsensor)):
         if integer(owners, k) == instance:
             return mj_id2name(m, _SENSOR, k)
-    owners = pointer(m + layout.m_actuator_plugin)
-    for k in range(size(m + layout.m_nactuator)):
+    owners = pointer(m + LAYOUT.m_actuator_plugin)
+    for k in range(size(m + LAYOUT.m_nactuator)):
         if integer(owners, k) == instance:
             return mj_id2name(m, _ACTUATOR, k)
     return 0
@@ -117,23 +117,24 @@ def _length(text: int) -> int:
 @apart
 def _index(m: int, kind: int, own: int, end: int, start: int, text: int) -> int:
     """Index of the element called own[:end] + text + own[start:], −1 for none."""
-    count, last = _length(text), _length(own)
-    if count == 0:
+    count, last = _length(text), _length(own) - start
+    name = malloc(end + count + last + 1)
+    if count == 0 or name == 0:
+        free(name)
         return -1
-    name = np.zeros(end + count + last - start + 1, np.uint8)
     for k in range(end):
-        name[k] = byte(own, k)
+        set_byte(name + k, byte(own, k))
     for k in range(count):
-        name[end + k] = byte(text, k)
-    for k in range(last - start):
-        name[end + count + k] = byte(own, start + k)
-    index = mj_name2id(m, kind, name.ctypes.data)
-    name[0] = 0  # used after the call, so that it is not freed before
+        set_byte(name + end + k, byte(text, k))
+    for k in range(last + 1):
+        set_byte(name + end + count + k, byte(own, start + k) if k < last else 0)
+    index = mj_name2id(m, kind, name)
+    free(name)
     return index
 
 
 @apart
-def _affixes(layout: Layout, m: int, own: int, written: int, tendon: int) -> tuple[int, int]:
+def _affixes(m: int, own: int, written: int, tendon: int) -> tuple[int, int]:
     """Where the prefix of a name ends and its suffix starts, as `prefix_and_suffix` has it."""
     last, inner = _length(own), _length(written)
     exists, first, prefix_end, suffix_start = False, True, 0, last
@@ -148,15 +149,15 @@ def _affixes(layout: Layout, m: int, own: int, written: int, tendon: int) -> tup
             exists |= fits
     if not first or _index(m, _TENDON, own, 0, last, tendon) >= 0:
         return prefix_end, suffix_start
-    return _shared(layout, m, own, tendon)
+    return _shared(m, own, tendon)
 
 
 @apart
-def _shared(layout: Layout, m: int, own: int, tendon: int) -> tuple[int, int]:
+def _shared(m: int, own: int, tendon: int) -> tuple[int, int]:
     """As `_affixes`, by the first that `around_tendon` gives."""
     last, inner = _length(own), _length(tendon)
     prefix_end, suffix_start = last, last
-    for index in range(size(m + layout.m_ntendon) if inner > 0 else 0):
+    for index in range(size(m + LAYOUT.m_ntendon) if inner > 0 else 0):
         name = mj_id2name(m, _TENDON, index)
         count = _length(name)
         for end in range(min(last, count - inner + 1)):
@@ -184,24 +185,23 @@ def _same(text: int, at: int, other: int, other_at: int, count: int) -> bool:
 
 @apart
 def resolve_from(
-    layout: Layout, m: int, instance: int, tendon: int, written: int, attribute: int, kind: int
+    m: int, instance: int, tendon: int, written: int, attribute: int, kind: int
 ) -> int:
     """As ``resolve``, of a plugin whose attributes `tendon` and `instance` are these."""
-    own = own_name(layout, m, instance)
+    own = own_name(m, instance)
     end, start = _affixes(
-        layout,
         m,
         own,
-        at.text_at(layout, m, instance, written),
-        at.text_at(layout, m, instance, tendon),
+        at.text_at(m, instance, written),
+        at.text_at(m, instance, tendon),
     )
-    return _index(m, kind, own, end, start, at.text_at(layout, m, instance, attribute))
+    return _index(m, kind, own, end, start, at.text_at(m, instance, attribute))
 
 
 @apart
-def resolve(layout: Layout, m: int, instance: int, attribute: int, kind: int) -> int:
+def resolve(m: int, instance: int, attribute: int, kind: int) -> int:
     """Index of the element, an `mjtObj`, that an attribute of a sheath names, −1 for none."""
-    return resolve_from(layout, m, instance, at.TENDON, at.INSTANCE, attribute, kind)
+    return resolve_from(m, instance, at.TENDON, at.INSTANCE, attribute, kind)
 
 
 _WRAP = mujoco.mjtWrap

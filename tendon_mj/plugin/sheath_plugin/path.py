@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from tendon_mj.compilation import apart, compiled
-from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.native import apart, compiled
+from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.memory import double, integer, pointer
 from tendon_mj.plugin.sheath_plugin.state import state_at, unpack
 from tendon_mj.sheath import Guides, Segments
@@ -174,10 +174,10 @@ def update_path(
 
 
 @compiled
-def update_spans(layout: Layout, m: int, tendon: int, segments: Segments) -> None:
+def update_spans(m: int, tendon: int, segments: Segments) -> None:
     """Store which bodies each segment pulls together."""
-    first = integer(pointer(m + layout.m_tendon_adr), tendon)
-    sites, bodies = pointer(m + layout.m_wrap_objid), pointer(m + layout.m_site_bodyid)
+    first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
+    sites, bodies = pointer(m + LAYOUT.m_wrap_objid), pointer(m + LAYOUT.m_site_bodyid)
     for j in range(len(segments)):
         segment = segments[j]
         segment.point, segment.divisor = j, 1.0
@@ -186,12 +186,12 @@ def update_spans(layout: Layout, m: int, tendon: int, segments: Segments) -> Non
 
 
 @compiled
-def count_wraps(layout: Layout, m: int, tendon: int) -> tuple[int, int]:
+def count_wraps(m: int, tendon: int) -> tuple[int, int]:
     """How many geoms and how many pulleys a tendon has on its path."""
-    kinds = pointer(m + layout.m_wrap_type)
-    first = integer(pointer(m + layout.m_tendon_adr), tendon)
+    kinds = pointer(m + LAYOUT.m_wrap_type)
+    first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
     geoms = pulleys = 0
-    for element in range(first, first + integer(pointer(m + layout.m_tendon_num), tendon)):
+    for element in range(first, first + integer(pointer(m + LAYOUT.m_tendon_num), tendon)):
         kind = integer(kinds, element)
         pulleys += kind == PULLEY
         geoms += kind not in (PULLEY, SITE)
@@ -199,16 +199,16 @@ def count_wraps(layout: Layout, m: int, tendon: int) -> tuple[int, int]:
 
 
 @apart
-def mark_branches(layout: Layout, m: int, address: int) -> None:
+def mark_branches(m: int, address: int) -> None:
     """Mark the ends of branches, the divisor of each segment, and which branch feeds which.
 
     A branch that begins at the site where an earlier one ended is fed by that.
     """
     state = state_at(address)
     segments, guides, _ = unpack(address)
-    kinds = pointer(m + layout.m_wrap_type)
-    first = integer(pointer(m + layout.m_tendon_adr), int(state.tendon))
-    count = integer(pointer(m + layout.m_tendon_num), int(state.tendon))
+    kinds = pointer(m + LAYOUT.m_wrap_type)
+    first = integer(pointer(m + LAYOUT.m_tendon_adr), int(state.tendon))
+    count = integer(pointer(m + LAYOUT.m_tendon_num), int(state.tendon))
     for j in range(len(segments)):
         segments[j].divisor, segments[j].point = 1.0, -1.0
     for i in range(len(guides)):
@@ -217,9 +217,9 @@ def mark_branches(layout: Layout, m: int, address: int) -> None:
     for element in range(first, first + count):
         kind = integer(kinds, element)
         if kind == PULLEY:
-            divisor = double(pointer(m + layout.m_wrap_prm), element)
+            divisor = double(pointer(m + LAYOUT.m_wrap_prm), element)
             guides[j].is_pulley = 1.0
-            guides[j].fed_by = _fed_by(layout, m, address, element + 1)
+            guides[j].fed_by = _fed_by(m, address, element + 1)
             j += 1
         elif kind != SITE:
             for _ in range(int(state.arc_guides)):
@@ -234,11 +234,11 @@ def mark_branches(layout: Layout, m: int, address: int) -> None:
 
 
 @apart
-def _fed_by(layout: Layout, m: int, address: int, begins: int) -> int:
+def _fed_by(m: int, address: int, begins: int) -> int:
     """Last segment of the branch that ends at the site ``begins`` of another, −1 without one."""
     state = state_at(address)
-    kinds, objects = pointer(m + layout.m_wrap_type), pointer(m + layout.m_wrap_objid)
-    element = integer(pointer(m + layout.m_tendon_adr), int(state.tendon))
+    kinds, objects = pointer(m + LAYOUT.m_wrap_type), pointer(m + LAYOUT.m_wrap_objid)
+    element = integer(pointer(m + LAYOUT.m_tendon_adr), int(state.tendon))
     site, j = integer(objects, begins), int(state.inner_guides)
     last = -1
     while element < begins - 1:
@@ -251,7 +251,7 @@ def _fed_by(layout: Layout, m: int, address: int, begins: int) -> int:
             element += 1  # the site that begins a branch is not a guide
         elif kind != SITE:
             j += int(state.arc_guides)
-        elif element > integer(pointer(m + layout.m_tendon_adr), int(state.tendon)) and not ends:
+        elif element > integer(pointer(m + LAYOUT.m_tendon_adr), int(state.tendon)) and not ends:
             j += 1
         element += 1
     return last

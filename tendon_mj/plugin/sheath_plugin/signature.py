@@ -23,8 +23,8 @@ from __future__ import annotations
 
 import mujoco
 
-from tendon_mj.compilation import apart, compiled
-from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.native import apart, compiled
+from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.library import mj_id2name
 from tendon_mj.plugin.abi.memory import byte, integer, plus, pointer, size, times, word
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
@@ -123,30 +123,30 @@ def is_signature(number: float) -> bool:
 
 
 @compiled
-def _configured(layout: Layout, m: int, instance: int) -> int:
+def _configured(m: int, instance: int) -> int:
     """h of the attributes of an instance."""
-    starts = pointer(m + layout.m_plugin_attradr)
+    starts = pointer(m + LAYOUT.m_plugin_attradr)
     start = integer(starts, instance)
-    end = size(m + layout.m_npluginattr)
-    if instance + 1 < size(m + layout.m_nplugin):
+    end = size(m + LAYOUT.m_npluginattr)
+    if instance + 1 < size(m + LAYOUT.m_nplugin):
         end = integer(starts, instance + 1)
-    return hashed(pointer(m + layout.m_plugin_attr) + start, end - start)
+    return hashed(pointer(m + LAYOUT.m_plugin_attr) + start, end - start)
 
 
 @compiled
-def config_signature(layout: Layout, m: int, instance: int) -> float:
+def config_signature(m: int, instance: int) -> float:
     """Signature of the attributes of an instance, numbers and names as they are written."""
-    return as_number(_configured(layout, m, instance))
+    return as_number(_configured(m, instance))
 
 
 @compiled
-def _sizes(layout: Layout, m: int, instance: int) -> int:
+def _sizes(m: int, instance: int) -> int:
     """h of an instance's number and of the sizes that bound indices."""
-    h = mixed(instance, size(m + layout.m_nplugin))
-    h = mixed(h, size(m + layout.m_ntendon))
-    h = mixed(h, size(m + layout.m_njnt))
-    h = mixed(h, size(m + layout.m_nactuator))
-    return mixed(h, size(m + layout.m_nsensor))
+    h = mixed(instance, size(m + LAYOUT.m_nplugin))
+    h = mixed(h, size(m + LAYOUT.m_ntendon))
+    h = mixed(h, size(m + LAYOUT.m_njnt))
+    h = mixed(h, size(m + LAYOUT.m_nactuator))
+    return mixed(h, size(m + LAYOUT.m_nsensor))
 
 
 @compiled
@@ -158,25 +158,25 @@ def _owns(owners: int, index: float, count: int, instance: int) -> bool:
 
 
 @compiled
-def _attached(layout: Layout, m: int, instance: int, state: State) -> float:
+def _attached(m: int, instance: int, state: State) -> float:
     """Signature of a sheath's tendon, joints, reel and sensors, `NONE` for an index of none."""
     tendon, sensors = state.tendon, (state.first_sensor, state.last_sensor)
-    if not 0.0 <= tendon < size(m + layout.m_ntendon):
+    if not 0.0 <= tendon < size(m + LAYOUT.m_ntendon):
         return NONE
-    actuators, shown = pointer(m + layout.m_actuator_plugin), pointer(m + layout.m_sensor_plugin)
-    if not _owns(actuators, state.reel_actuator, size(m + layout.m_nactuator), instance):
+    actuators, shown = pointer(m + LAYOUT.m_actuator_plugin), pointer(m + LAYOUT.m_sensor_plugin)
+    if not _owns(actuators, state.reel_actuator, size(m + LAYOUT.m_nactuator), instance):
         return NONE
     if sensors[1] != -1.0:
-        total = size(m + layout.m_nsensor)
+        total = size(m + LAYOUT.m_nsensor)
         for sensor in sensors:
             if not _owns(shown, sensor, total, instance) or sensor == -1.0:
                 return NONE
-    h = mixed(_sizes(layout, m, instance), hashed_name(m, _TENDON, int(tendon)))
-    h = mixed(h, integer(pointer(m + layout.m_tendon_num), int(tendon)))
+    h = mixed(_sizes(m, instance), hashed_name(m, _TENDON, int(tendon)))
+    h = mixed(h, integer(pointer(m + LAYOUT.m_tendon_num), int(tendon)))
     for joint in (state.reel_joint, state.output_joint):
         named = 0
         if joint != -1.0:
-            if not 0.0 <= joint < size(m + layout.m_njnt):
+            if not 0.0 <= joint < size(m + LAYOUT.m_njnt):
                 return NONE
             named = hashed_name(m, _JOINT, int(joint))
         h = mixed(h, named)
@@ -190,13 +190,13 @@ def _with_index(h: int, index: float, count: int) -> int:
 
 
 @apart
-def binding_signature(layout: Layout, m: int, instance: int, address: int) -> float:
+def binding_signature(m: int, instance: int, address: int) -> float:
     """Signature of all that the state of a sheath is bound to, whatever it holds, or `NONE`.
 
     That is the elements it is attached to, the counts on its path, and the forces on tendons.
     """
-    state, actuators = state_at(address), size(m + layout.m_nactuator)
-    number, state_size = _attached(layout, m, instance, state), state_size_of(layout, m, instance)
+    state, actuators = state_at(address), size(m + LAYOUT.m_nactuator)
+    number, state_size = _attached(m, instance, state), state_size_of(m, instance)
     if number == NONE or not fits(address, state_size):
         return NONE
     h, tendon = int(number), int(state.tendon)
@@ -204,105 +204,103 @@ def binding_signature(layout: Layout, m: int, instance: int, address: int) -> fl
         h = _with_index(h, count, state_size)
     for flag in (state.driven, state.leads, state.own_spring, state.constrained):
         h = _with_index(h, flag, state_size)
-    first = integer(pointer(m + layout.m_tendon_adr), tendon)
-    path = 4 * integer(pointer(m + layout.m_tendon_num), tendon)
-    h = mixed(h, hashed(pointer(m + layout.m_wrap_type) + 4 * first, path))
+    first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
+    path = 4 * integer(pointer(m + LAYOUT.m_tendon_num), tendon)
+    h = mixed(h, hashed(pointer(m + LAYOUT.m_wrap_type) + 4 * first, path))
     if state.pulleys > 0.0:  # which branch feeds which follows from the sites
-        h = mixed(h, hashed(pointer(m + layout.m_wrap_objid) + 4 * first, path))
+        h = mixed(h, hashed(pointer(m + LAYOUT.m_wrap_objid) + 4 * first, path))
     if state.reel_joint == -1.0 and state.output_joint == -1.0 and state.reel_actuator == -1.0:
         ends = state.first_actuator, state.last_actuator
         for end in ends:
             if not -1.0 <= end < actuators:
                 return NONE
             h = _with_index(h, end, actuators)
-        h = mixed(h, hashed(pointer(m + layout.m_actuator_trntype), 4 * actuators))
-        h = mixed(h, hashed(pointer(m + layout.m_actuator_trnid), 8 * actuators))
+        h = mixed(h, hashed(pointer(m + LAYOUT.m_actuator_trntype), 4 * actuators))
+        h = mixed(h, hashed(pointer(m + LAYOUT.m_actuator_trnid), 8 * actuators))
         if ends[0] == -1.0:
-            h = mixed(h, int(has_spring(layout, m, tendon)))
-        h = mixed(h, int(is_constrained(layout, m, tendon)))
+            h = mixed(h, int(has_spring(m, tendon)))
+        h = mixed(h, int(is_constrained(m, tendon)))
     return as_number(h)
 
 
 @compiled
-def pair_signature(layout: Layout, m: int, instance: int, other: int) -> float:
+def pair_signature(m: int, instance: int, other: int) -> float:
     """Signature of the attributes of an instance and of another that it depends on, −1 for none."""
-    h = _configured(layout, m, instance)
-    return as_number(mixed(h, _configured(layout, m, other) if other >= 0 else 0))
+    h = _configured(m, instance)
+    return as_number(mixed(h, _configured(m, other) if other >= 0 else 0))
 
 
 @compiled
-def servo_signature(layout: Layout, m: int, instance: int, sheath: int, actuator: float) -> float:
+def servo_signature(m: int, instance: int, sheath: int, actuator: float) -> float:
     """Signature of a servo's sheath, −1 for none, and actuator, or `NONE`."""
-    actuators = pointer(m + layout.m_actuator_plugin)
-    if not _owns(actuators, actuator, size(m + layout.m_nactuator), instance):
+    actuators = pointer(m + LAYOUT.m_actuator_plugin)
+    if not _owns(actuators, actuator, size(m + LAYOUT.m_nactuator), instance):
         return NONE
-    h = mixed(_sizes(layout, m, instance), sheath)
+    h = mixed(_sizes(m, instance), sheath)
     if sheath >= 0:
         h = mixed(h, hashed_name(m, _PLUGIN, sheath))
     return as_number(h)
 
 
 @apart
-def model_signature(layout: Layout, m: int) -> float:
+def model_signature(m: int) -> float:
     """Signature of all that the binding signatures of a model's sheaths and sensors depend on."""
-    tendons, joints = size(m + layout.m_ntendon), size(m + layout.m_njnt)
-    actuators, sensors = size(m + layout.m_nactuator), size(m + layout.m_nsensor)
-    equalities = size(m + layout.m_neq)
-    instances, elements = size(m + layout.m_nplugin), size(m + layout.m_nwrap)
+    tendons, joints = size(m + LAYOUT.m_ntendon), size(m + LAYOUT.m_njnt)
+    actuators, sensors = size(m + LAYOUT.m_nactuator), size(m + LAYOUT.m_nsensor)
+    equalities = size(m + LAYOUT.m_neq)
+    instances, elements = size(m + LAYOUT.m_nplugin), size(m + LAYOUT.m_nwrap)
     h = joints
     for start, count in (
-        (m + layout.m_plugin, 4 * instances),
-        (m + layout.m_plugin_statenum, 4 * instances),
-        (m + layout.m_plugin_stateadr, 4 * instances),
-        (m + layout.m_plugin_attradr, 4 * instances),
-        (m + layout.m_plugin_attr, size(m + layout.m_npluginattr)),
-        (m + layout.m_tendon_adr, 4 * tendons),
-        (m + layout.m_tendon_num, 4 * tendons),
-        (m + layout.m_wrap_type, 4 * elements),
-        (m + layout.m_wrap_objid, 4 * elements),
-        (m + layout.m_tendon_limited, tendons),
-        (m + layout.m_eq_type, 4 * equalities),
-        (m + layout.m_eq_obj1id, 4 * equalities),
-        (m + layout.m_eq_obj2id, 4 * equalities),
-        (m + layout.m_actuator_trntype, 4 * actuators),
-        (m + layout.m_actuator_trnid, 8 * actuators),
-        (m + layout.m_actuator_plugin, 4 * actuators),
-        (m + layout.m_sensor_plugin, 4 * sensors),
-        (m + layout.m_sensor_objtype, 4 * sensors),
-        (m + layout.m_sensor_objid, 4 * sensors),
-        (m + layout.m_sensor_dim, 4 * sensors),
+        (m + LAYOUT.m_plugin, 4 * instances),
+        (m + LAYOUT.m_plugin_statenum, 4 * instances),
+        (m + LAYOUT.m_plugin_stateadr, 4 * instances),
+        (m + LAYOUT.m_plugin_attradr, 4 * instances),
+        (m + LAYOUT.m_plugin_attr, size(m + LAYOUT.m_npluginattr)),
+        (m + LAYOUT.m_tendon_adr, 4 * tendons),
+        (m + LAYOUT.m_tendon_num, 4 * tendons),
+        (m + LAYOUT.m_wrap_type, 4 * elements),
+        (m + LAYOUT.m_wrap_objid, 4 * elements),
+        (m + LAYOUT.m_tendon_limited, tendons),
+        (m + LAYOUT.m_eq_type, 4 * equalities),
+        (m + LAYOUT.m_eq_obj1id, 4 * equalities),
+        (m + LAYOUT.m_eq_obj2id, 4 * equalities),
+        (m + LAYOUT.m_actuator_trntype, 4 * actuators),
+        (m + LAYOUT.m_actuator_trnid, 8 * actuators),
+        (m + LAYOUT.m_actuator_plugin, 4 * actuators),
+        (m + LAYOUT.m_sensor_plugin, 4 * sensors),
+        (m + LAYOUT.m_sensor_objtype, 4 * sensors),
+        (m + LAYOUT.m_sensor_objid, 4 * sensors),
+        (m + LAYOUT.m_sensor_dim, 4 * sensors),
     ):
         h = mixed(h, hashed(pointer(start), count))
-    names = pointer(m + layout.m_names)
-    first = integer(pointer(m + layout.m_name_tendonadr), 0)
-    h = mixed(h, hashed(names + first, size(m + layout.m_nnames) - first))
+    names = pointer(m + LAYOUT.m_names)
+    first = integer(pointer(m + LAYOUT.m_name_tendonadr), 0)
+    h = mixed(h, hashed(names + first, size(m + LAYOUT.m_nnames) - first))
     if joints > 0:  # but for the last their names lie in a row
-        starts = pointer(m + layout.m_name_jntadr)
+        starts = pointer(m + LAYOUT.m_name_jntadr)
         first, last = integer(starts, 0), integer(starts, joints - 1)
         h = mixed(h, hashed(names + first, last - first))
         h = mixed(h, hashed_name(m, _JOINT, joints - 1))
     for tendon in range(tendons):
-        h = mixed(h, int(has_spring(layout, m, tendon)))
+        h = mixed(h, int(has_spring(m, tendon)))
     return as_number(h)
 
 
 @compiled
-def signature_by(layout: Layout, m: int, d: int, first: float, instance: int) -> float:
+def signature_by(m: int, d: int, first: float, instance: int) -> float:
     """Model signature that the first sheath keeps, `NONE` where ``first`` is not that."""
-    if not (
-        0.0 <= first < size(m + layout.m_nplugin) and is_sheath(layout, m, int(first), instance)
-    ):
+    if not (0.0 <= first < size(m + LAYOUT.m_nplugin) and is_sheath(m, int(first), instance)):
         return NONE
-    state = state_at(state_of(layout, m, d, int(first)))
+    state = state_at(state_of(m, d, int(first)))
     return state.model_signature if state.first_sheath == first else NONE
 
 
 @compiled
-def _sheath_seal(layout: Layout, m: int, d: int, instance: int) -> float:
+def _sheath_seal(m: int, d: int, instance: int) -> float:
     """Seal of a sheath's state as it is now, `NONE` where it cannot have one."""
-    address = state_of(layout, m, d, instance)
+    address = state_of(m, d, instance)
     first = state_at(address).first_sheath
-    signature = signature_by(layout, m, d, first, instance)
+    signature = signature_by(m, d, first, instance)
     if first > instance or not is_signature(signature):
         return NONE
     h = mixed(hashed(address + BOUND_BEGIN, BOUND_SIZE), int(signature))
@@ -316,12 +314,12 @@ def _is_index(number: float, count: int) -> bool:
 
 
 @compiled
-def _has_indices(layout: Layout, m: int, address: int) -> bool:
+def _has_indices(m: int, address: int) -> bool:
     """Whether the indices in a sheath's state are in range."""
     state = state_at(address)
-    joints, actuators = size(m + layout.m_njnt), size(m + layout.m_nactuator)
+    joints, actuators = size(m + LAYOUT.m_njnt), size(m + LAYOUT.m_nactuator)
     return (
-        0.0 <= state.tendon < size(m + layout.m_ntendon)
+        0.0 <= state.tendon < size(m + LAYOUT.m_ntendon)
         and _is_index(state.reel_joint, joints)
         and _is_index(state.output_joint, joints)
         and _is_index(state.reel_actuator, actuators)
@@ -331,30 +329,30 @@ def _has_indices(layout: Layout, m: int, address: int) -> bool:
 
 
 @compiled
-def is_sealed(layout: Layout, m: int, d: int, instance: int) -> bool:
+def is_sealed(m: int, d: int, instance: int) -> bool:
     """Whether the seal of a sheath is unbroken and its indices are in range."""
-    address = state_of(layout, m, d, instance)
-    seal = _sheath_seal(layout, m, d, instance)
+    address = state_of(m, d, instance)
+    seal = _sheath_seal(m, d, instance)
     if seal == NONE or seal != state_at(address).seal:
         return False
-    return fits(address, state_size_of(layout, m, instance)) and _has_indices(layout, m, address)
+    return fits(address, state_size_of(m, instance)) and _has_indices(m, address)
 
 
 @compiled
-def renew_signature(layout: Layout, m: int, d: int, instance: int) -> None:
+def renew_signature(m: int, d: int, instance: int) -> None:
     """Compute the model's signature again, if the sheath is its first."""
-    state = state_at(state_of(layout, m, d, instance))
+    state = state_at(state_of(m, d, instance))
     if state.first_sheath == instance:
-        state.model_signature = model_signature(layout, m)
+        state.model_signature = model_signature(m)
 
 
 @apart
-def seal_sheath(layout: Layout, m: int, d: int, instance: int) -> None:
+def seal_sheath(m: int, d: int, instance: int) -> None:
     """Seal the state of a sheath that is proven to be bound."""
-    state = state_at(state_of(layout, m, d, instance))
+    state = state_at(state_of(m, d, instance))
     first = 0
-    while not is_sheath(layout, m, first, instance):
+    while not is_sheath(m, first, instance):
         first += 1
     state.first_sheath = first
-    renew_signature(layout, m, d, instance)
-    state.seal = _sheath_seal(layout, m, d, instance)
+    renew_signature(m, d, instance)
+    state.seal = _sheath_seal(m, d, instance)

@@ -13,11 +13,10 @@ from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numba import carray
 
-from tendon_mj.compilation import compiled
-from tendon_mj.plugin.abi.layout import Layout
-from tendon_mj.plugin.abi.memory import doubles, integer, pointer, record_at, records_pointer
+from tendon_mj.native import Array, Record, compiled
+from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.memory import doubles, integer, pointer
 from tendon_mj.sheath import (
     ANY,
     ARC,
@@ -123,9 +122,9 @@ DAMPING_POLY: Final[int] = STATE.fields["damping_poly_1"][1]  # type: ignore[ind
 _PARAMETER_COUNT, _LAW_COUNT = len(PARAMETERS), len(LAW)
 _RATIO_LAW = _COUNT - _LAW_COUNT  # where the last member begins
 
-state_at: Callable[[int], State] = record_at(STATE)
-_segments_at, _guides_at = records_pointer(SEGMENT), records_pointer(GUIDE)
-_arcs_at = records_pointer(ARC)
+state_at: Callable[[int], State] = Record(STATE)
+_segments_at, _guides_at = Array(SEGMENT), Array(GUIDE)
+_arcs_at = Array(ARC)
 
 
 def size(guides: int, arcs: int = 0) -> int:
@@ -178,7 +177,7 @@ def unpack(address: int) -> tuple[Segments, Guides, int]:
     segments = address + 8 * _COUNT
     guides = segments + 8 * _SEGMENT_COUNT * (n + 1)
     path = guides + 8 * _GUIDE_COUNT * n
-    return carray(_segments_at(segments), n + 1), carray(_guides_at(guides), n), path
+    return _segments_at(segments, n + 1), _guides_at(guides, n), path
 
 
 @compiled
@@ -187,7 +186,7 @@ def unpack_arcs(address: int) -> Arcs:
     state = state_at(address)
     n = int(state.guides)
     before = _COUNT + _SEGMENT_COUNT * (n + 1) + _GUIDE_COUNT * n + 3 * (n + 2)
-    return carray(_arcs_at(address + 8 * before), int(state.arcs))
+    return _arcs_at(address + 8 * before, int(state.arcs))
 
 
 @compiled
@@ -204,7 +203,8 @@ def keep_ratio_law(address: int) -> bool:
     for k in range(_LAW_COUNT):
         same &= kept[k] == law[k]
     if not same:
-        kept[:] = law
+        for k in range(_LAW_COUNT):
+            kept[k] = law[k]
     return same
 
 
@@ -248,7 +248,7 @@ class SensorState:
 
 _SENSOR_STATE = record_type(SensorState)
 _SENSOR_COUNT = _SENSOR_STATE.itemsize // 8
-sensor_state_at: Callable[[int], SensorState] = record_at(_SENSOR_STATE)
+sensor_state_at: Callable[[int], SensorState] = Record(_SENSOR_STATE)
 
 
 def sensor_size(sensors: int) -> int:
@@ -263,16 +263,16 @@ def shown_at(address: int, state_size: int) -> FloatArray:
 
 
 @compiled
-def state_of(layout: Layout, m: int, d: int, instance: int) -> int:
+def state_of(m: int, d: int, instance: int) -> int:
     """Address of an instance's state."""
-    start = integer(pointer(m + layout.m_plugin_stateadr), instance)
-    return pointer(d + layout.d_plugin_state) + 8 * start
+    start = integer(pointer(m + LAYOUT.m_plugin_stateadr), instance)
+    return pointer(d + LAYOUT.d_plugin_state) + 8 * start
 
 
 @compiled
-def state_size_of(layout: Layout, m: int, instance: int) -> int:
+def state_size_of(m: int, instance: int) -> int:
     """How many numbers of state an instance has."""
-    return integer(pointer(m + layout.m_plugin_statenum), instance)
+    return integer(pointer(m + LAYOUT.m_plugin_statenum), instance)
 
 
 class View(NamedTuple):

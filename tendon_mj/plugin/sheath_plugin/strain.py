@@ -10,7 +10,7 @@ Equations: docs/theory.md, sections 4 and 7.
 
 from __future__ import annotations
 
-from tendon_mj.compilation import apart, compiled
+from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.sheath_plugin.state import LiveLaw, State
 from tendon_mj.sheath import Guides, Segments, convected, strain_at
 

@@ -25,8 +25,8 @@ from __future__ import annotations
 
 import math
 
-from tendon_mj.compilation import compiled
-from tendon_mj.plugin.abi.layout import Layout
+from tendon_mj.native import compiled
+from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.memory import coordinates, double, integer, pointer
 from tendon_mj.plugin.sheath_plugin.path import (
     PULLEY,
@@ -113,7 +113,6 @@ def _store(path: FloatArray, k: int, points: FloatArray, at: int) -> None:
 
 @compiled
 def _wrap(
-    layout: Layout,
     m: int,
     d: int,
     element: int,
@@ -133,10 +132,10 @@ def _wrap(
         Length of the arc before the first guide [m], and behind the last; whether the guides are
         where they have not slid to.
     """
-    geom = integer(pointer(m + layout.m_wrap_objid), element)
-    frame = coordinates(pointer(d + layout.d_geom_xmat) + 72 * geom)
-    centre = vector(coordinates(pointer(d + layout.d_geom_xpos) + 24 * geom), 0)
-    radius = double(pointer(m + layout.m_geom_size), 3 * geom)
+    geom = integer(pointer(m + LAYOUT.m_wrap_objid), element)
+    frame = coordinates(pointer(d + LAYOUT.d_geom_xmat) + 72 * geom)
+    centre = vector(coordinates(pointer(d + LAYOUT.d_geom_xpos) + 24 * geom), 0)
+    radius = double(pointer(m + LAYOUT.m_geom_size), 3 * geom)
     first, second = vector(points, at + step), vector(points, at + 2 * step)
     before = minus(first, vector(points, at))
     behind = minus(vector(points, at + 3 * step), second)
@@ -146,7 +145,7 @@ def _wrap(
     if norm(minus(q, p)) <= _ONE_POINT * radius:
         turn = angle_between(before, behind)  # inside the geom, or just touching
     else:
-        length, turn = _arc(integer(pointer(m + layout.m_wrap_type), element), radius, p, q, u)
+        length, turn = _arc(integer(pointer(m + LAYOUT.m_wrap_type), element), radius, p, q, u)
     there = back = 0.0
     jumped = arc.touches == 0.0 or _is_flipped(arc, p, q)
     if not jumped:
@@ -187,7 +186,6 @@ def _hand_over(segments: Segments, guides: Guides, j: int, count: int) -> None:
 
 @compiled
 def _over_geom(
-    layout: Layout,
     m: int,
     d: int,
     element: int,
@@ -208,17 +206,17 @@ def _over_geom(
     Returns:
         Direction in which the tendon goes on, and the points that it has passed.
     """
-    bodies, objects = pointer(m + layout.m_site_bodyid), pointer(m + layout.m_wrap_objid)
+    bodies, objects = pointer(m + LAYOUT.m_site_bodyid), pointer(m + LAYOUT.m_wrap_objid)
     geom, count = integer(objects, element), int(state.arc_guides)
     near = integer(bodies, integer(objects, element - step))
     far = integer(bodies, integer(objects, element + step))
-    start = integer(pointer(d + layout.d_ten_wrapadr), int(state.tendon))
+    start = integer(pointer(d + LAYOUT.d_ten_wrapadr), int(state.tendon))
     goes = minus(vector(points, at + step), vector(points, at))
     behind, passed = goes, 1
-    if integer(pointer(d + layout.d_wrap_obj), at + step) == geom:
-        drum = integer(pointer(m + layout.m_geom_bodyid), geom)
+    if integer(pointer(d + LAYOUT.d_wrap_obj), at + step) == geom:
+        drum = integer(pointer(m + LAYOUT.m_geom_bodyid), geom)
         half, jumped = _wrap(
-            layout, m, d, element, points, at, step, arc, state, segments, guides, j, stage
+            m, d, element, points, at, step, arc, state, segments, guides, j, stage
         )
         for k in range(count):
             _store(path, j + k + 1, points, at + (step if 2 * k < count else 2 * step))
@@ -246,7 +244,6 @@ def _over_geom(
 
 @compiled
 def trace_path(
-    layout: Layout,
     m: int,
     d: int,
     state: State,
@@ -263,16 +260,16 @@ def trace_path(
     """
     tendon = int(state.tendon)
     step = 1 if state.input_at_last == 0.0 else -1
-    element = integer(pointer(m + layout.m_tendon_adr), tendon)
-    end = element + integer(pointer(m + layout.m_tendon_num), tendon) - 1
-    kinds, objects = pointer(m + layout.m_wrap_type), pointer(m + layout.m_wrap_objid)
-    bodies = pointer(m + layout.m_site_bodyid)
-    start = integer(pointer(d + layout.d_ten_wrapadr), tendon)
+    element = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
+    end = element + integer(pointer(m + LAYOUT.m_tendon_num), tendon) - 1
+    kinds, objects = pointer(m + LAYOUT.m_wrap_type), pointer(m + LAYOUT.m_wrap_objid)
+    bodies = pointer(m + LAYOUT.m_site_bodyid)
+    start = integer(pointer(d + LAYOUT.d_ten_wrapadr), tendon)
     at = start
     if step < 0:
         element, end = end, element
-        at = start + integer(pointer(d + layout.d_ten_wrapnum), tendon) - 1
-    points = coordinates(pointer(d + layout.d_wrap_xpos))
+        at = start + integer(pointer(d + LAYOUT.d_ten_wrapnum), tendon) - 1
+    points = coordinates(pointer(d + LAYOUT.d_wrap_xpos))
     j, divisor, arc = 0, 1.0, 0
     bends = False  # whether the site at hand is a guide: guide j − 1
     came = (0.0, 0.0, 0.0)  # direction of the last span of the branch that has one
@@ -288,7 +285,7 @@ def trace_path(
         if kind == PULLEY:
             # the site at hand ended its branch; the next branch begins at the site that follows
             # (a path with branches is followed as it is drawn, see `validate_tendon`)
-            divisor = double(pointer(m + layout.m_wrap_prm), element + step)
+            divisor = double(pointer(m + LAYOUT.m_wrap_prm), element + step)
             guides[j].angle = 0.0
             j += 1
             element += 2 * step
@@ -309,7 +306,6 @@ def trace_path(
             at += step
         else:
             behind, passed = _over_geom(
-                layout,
                 m,
                 d,
                 element + step,

@@ -1,0 +1,20 @@
+"""Machine code of the plugins: which functions are compiled, by what, and where the result is."""
+
+from tendon_mj.native.library import Library as Library
+from tendon_mj.native.library import load as load
+from tendon_mj.native.marks import Array as Array
+from tendon_mj.native.marks import Called as Called
+from tendon_mj.native.marks import Constants as Constants
+from tendon_mj.native.marks import External as External
+from tendon_mj.native.marks import Load as Load
+from tendon_mj.native.marks import LocalDoubles as LocalDoubles
+from tendon_mj.native.marks import Pointer as Pointer
+from tendon_mj.native.marks import Record as Record
+from tendon_mj.native.marks import Shared as Shared
+from tendon_mj.native.marks import Store as Store
+from tendon_mj.native.marks import Text as Text
+from tendon_mj.native.marks import Word as Word
+from tendon_mj.native.marks import Wrapping as Wrapping
+from tendon_mj.native.marks import apart as apart
+from tendon_mj.native.marks import compiled as compiled
+from tendon_mj.native.marks import entry as entry

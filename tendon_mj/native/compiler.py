@@ -1,0 +1,426 @@
+"""Machine code of the marked functions, by Numba: one object file for one kind of processor.
+
+Numba types each function and writes its unoptimised code. All of it is linked here into one module,
+in which only the entries are visible, and LLVM optimises that once. No `fastmath`: results must not
+depend on how sums are reordered, since a resumed simulation has to repeat itself bit by bit.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import re
+from collections.abc import Callable, Iterator, Mapping
+from types import FunctionType
+from typing import Any
+from unittest import mock
+
+import llvmlite.binding as llvm
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import carray, types
+from numba.core import cgutils, codegen, cpu
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.imputils import lower_constant
+from numba.core.registry import cpu_target
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import (
+    infer_getattr,
+    intrinsic,
+    lower_getattr_generic,
+    models,
+    register_model,
+    typeof_impl,
+)
+
+from tendon_mj.native import marks
+
+_C_TYPES = {
+    "void": types.void,
+    "bool": types.boolean,
+    "i32": types.int32,
+    "i64": types.int64,
+    "f64": types.float64,
+    "ptr": types.intp,
+}
+_WORD = ir.IntType(64)
+# processors that every machine of an architecture in use is at least
+_BASELINES = {"x86_64": "x86-64-v2", "aarch64": "generic", "arm64": "apple-m1"}
+
+
+def _signature(written: str) -> Any:
+    """A signature of `marks` as Numba has it."""
+    match = re.fullmatch(r"(\w+)\((.*)\)", written)
+    assert match is not None, written
+    names = [name.strip() for name in match[2].split(",") if name.strip()]
+    return _C_TYPES[match[1]](*(_C_TYPES[name] for name in names))
+
+
+@functools.cache
+def _dispatcher(function: Any) -> Any:
+    return numba.njit(
+        error_model="numpy",
+        nogil=True,
+        forceinline=function.is_inlined,
+        no_cpython_wrapper=True,
+        no_cfunc_wrapper=True,
+    )(function)
+
+
+@typeof_impl.register(FunctionType)
+def _typeof_function(value: Any, context: Any) -> Any:
+    is_marked = "is_inlined" in value.__dict__
+    return types.Dispatcher(_dispatcher(value)) if is_marked else None
+
+
+@typeof_impl.register(marks.External)
+def _typeof_external(value: marks.External, context: Any) -> Any:
+    return types.ExternalFunction(value.symbol, _signature(value.signature))
+
+
+def _meaning_of(kind: type) -> Callable[[Callable[[Any], Any]], None]:
+    """Let a kind of marks be, in compiled functions, what the decorated function makes of each."""
+
+    def register(make: Callable[[Any], Any]) -> None:
+        made: dict[int, Any] = {}
+
+        @typeof_impl.register(kind)
+        def typeof_mark(value: Any, context: Any) -> Any:
+            if id(value) not in made:
+                made[id(value)] = make(value)
+                cpu_target.typing_context.refresh()
+                cpu_target.target_context.refresh()
+            return cpu_target.typing_context.resolve_value_type(made[id(value)])
+
+    return register
+
+
+def _at(builder: Any, address: Any, kind: Any, index: Any = None) -> Any:
+    pointer = builder.inttoptr(address, kind.as_pointer())
+    return pointer if index is None else builder.gep(pointer, [index])
+
+
+@_meaning_of(marks.Load)
+def _load(mark: marks.Load) -> Any:
+    stored = numba.from_dtype(np.dtype(mark.kind))
+    result = types.float64 if isinstance(stored, types.Float) else types.int64
+
+    @intrinsic
+    def load(typing_context: Any, address: Any, index: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            place = _at(builder, arguments[0], context.get_data_type(stored), arguments[1])
+            number = builder.load(place)
+            return context.cast(builder, number, stored, result)
+
+        return result(types.intp, types.intp), build
+
+    return load
+
+
+@_meaning_of(marks.Store)
+def _store(mark: marks.Store) -> Any:
+    stored = numba.from_dtype(np.dtype(mark.kind))
+
+    @intrinsic
+    def store(typing_context: Any, address: Any, index: Any, value: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            number = context.cast(builder, arguments[2], value, stored)
+            kind = context.get_data_type(stored)
+            builder.store(number, _at(builder, arguments[0], kind, arguments[1]))
+            return context.get_dummy_value()
+
+        return types.void(types.intp, types.intp, value), build
+
+    return store
+
+
+@_meaning_of(marks.Word)
+def _word(mark: marks.Word) -> Any:
+    @intrinsic
+    def word(typing_context: Any, address: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            value = builder.load(_at(builder, arguments[0], _WORD))
+            value.align = 1
+            return value
+
+        return types.int64(types.intp), build
+
+    return word
+
+
+@_meaning_of(marks.Wrapping)
+def _wrapping(mark: marks.Wrapping) -> Any:
+    @intrinsic
+    def operation(typing_context: Any, a: Any, b: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return getattr(builder, mark.instruction)(*arguments)
+
+        return types.int64(types.int64, types.int64), build
+
+    return operation
+
+
+@_meaning_of(marks.Text)
+def _text(mark: marks.Text) -> Any:
+    @intrinsic
+    def address(typing_context: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            constant = context.insert_const_string(builder.module, mark.content)
+            return builder.ptrtoint(constant, _WORD)
+
+        return types.intp(), build
+
+    return address
+
+
+@_meaning_of(marks.LocalDoubles)
+def _local_doubles(mark: marks.LocalDoubles) -> Any:
+    @intrinsic
+    def address(typing_context: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            numbers = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), mark.count))
+            return builder.ptrtoint(numbers, _WORD)
+
+        return types.intp(), build
+
+    return address
+
+
+def _pointer_to(kind: Any) -> Any:
+    @intrinsic
+    def cast(typing_context: Any, address: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
+
+        return types.CPointer(kind)(types.intp), build
+
+    return cast
+
+
+@_meaning_of(marks.Pointer)
+def _pointer(mark: marks.Pointer) -> Any:
+    return _pointer_to(numba.from_dtype(np.dtype(mark.kind)))
+
+
+@_meaning_of(marks.Array)
+def _array(mark: marks.Array) -> Any:
+    cast = _pointer_to(numba.from_dtype(mark.dtype))
+
+    def array(address: int, count: int) -> Any:
+        return carray(cast(address), (count,))
+
+    return _dispatcher(marks.compiled(array))
+
+
+@_meaning_of(marks.Record)
+def _record(mark: marks.Record) -> Any:
+    kind = numba.from_dtype(mark.dtype)
+
+    @intrinsic
+    def record(typing_context: Any, address: Any) -> Any:
+        # a compiled function would return a copy of the record
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.inttoptr(arguments[0], context.get_value_type(kind))
+
+        return kind(types.intp), build
+
+    return record
+
+
+@_meaning_of(marks.Called)
+def _called(mark: marks.Called) -> Any:
+    wanted = _signature(mark.signature)
+
+    @intrinsic
+    def call(typing_context: Any, function: Any, *arguments: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            function_type = ir.FunctionType(
+                context.get_value_type(wanted.return_type)
+                if wanted.return_type != types.void
+                else ir.VoidType(),
+                [context.get_value_type(kind) for kind in wanted.args],
+            )
+            address = builder.inttoptr(values[0], function_type.as_pointer())
+            packed = cgutils.unpack_tuple(builder, values[1])
+            given = [
+                context.cast(builder, value, kind, want)
+                for value, kind, want in zip(packed, signature.args[1], wanted.args, strict=True)
+            ]
+            result = builder.call(address, given)
+            return context.get_dummy_value() if wanted.return_type == types.void else result
+
+        return wanted.return_type(types.intp, types.StarArgTuple(arguments)), build
+
+    return call
+
+
+def _shared(module: Any, symbol: str, count: int) -> Any:
+    """The array of int64s of a symbol, in a module that uses it."""
+    with contextlib.suppress(KeyError):
+        return module.get_global(symbol)
+    return ir.GlobalVariable(module, ir.ArrayType(_WORD, count), symbol)
+
+
+@_meaning_of(marks.Shared)
+def _shared_numbers(mark: marks.Shared) -> Any:
+    _arrays[mark.symbol] = mark.count
+
+    @intrinsic
+    def address(typing_context: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.ptrtoint(_shared(builder.module, mark.symbol, mark.count), _WORD)
+
+        return types.intp(), build
+
+    return address
+
+
+_arrays: dict[str, int] = {}  # symbol of int64s in the library → how many
+
+
+class _Constants(types.Opaque):
+    def __init__(self, mark: marks.Constants) -> None:
+        self.mark = mark
+        super().__init__(mark.symbol)
+
+
+register_model(_Constants)(models.OpaqueModel)
+_constants: dict[str, _Constants] = {}
+
+
+@typeof_impl.register(marks.Constants)
+def _typeof_constants(value: marks.Constants, context: Any) -> Any:
+    _arrays[value.symbol] = len(value.names)
+    return _constants.setdefault(value.symbol, _Constants(value))
+
+
+@lower_constant(_Constants)
+def _lower_constants(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    return context.get_dummy_value()
+
+
+@infer_getattr
+class _ConstantsAttribute(AttributeTemplate):
+    key = _Constants
+
+    def generic_resolve(self, kind: Any, name: str) -> Any:
+        return types.int64 if name in kind.mark.names else None
+
+
+@lower_getattr_generic(_Constants)
+def _lower_constant(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
+    numbers = _shared(builder.module, kind.mark.symbol, len(kind.mark.names))
+    index = kind.mark.names.index(name)
+    place = builder.gep(numbers, [ir.IntType(32)(0), ir.IntType(32)(index)], inbounds=True)
+    number = builder.load(place)
+    # written before any function runs, so that it may be read once for many uses
+    number.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return number
+
+
+@contextlib.contextmanager
+def _unoptimised() -> Iterator[None]:
+    """Let Numba write the code of functions without optimising, linking or loading it."""
+
+    def finalize(library: Any) -> None:
+        library._finalized = True
+
+    def executable(context: Any, library: Any, descriptor: Any, environment: Any) -> Any:
+        return cpu._dynfunc.make_function(
+            descriptor.lookup_module(), descriptor.qualname, "", 1, environment, (library,)
+        )
+
+    library = codegen.CPUCodeLibrary
+    with (
+        mock.patch.object(library, "_optimize_functions"),
+        mock.patch.object(library, "finalize", finalize),
+        mock.patch.object(cpu.CPUContext, "get_executable", executable),
+    ):
+        yield
+
+
+def _entry_module(symbol: str, signature: Any, result: Any) -> Any:
+    """A module with a C function that calls a compiled function."""
+    context = cpu_target.target_context
+    module = ir.Module(f"entry {symbol}")
+    returned = signature.return_type
+    c_types = [context.get_data_type(kind) for kind in signature.args]
+    c_result = ir.VoidType() if returned == types.void else context.get_data_type(returned)
+    function = ir.Function(module, ir.FunctionType(c_result, c_types), symbol)
+    builder = ir.IRBuilder(function.append_basic_block())
+    callee = context.declare_function(module, result.fndesc)
+    arguments = [
+        context.data_model_manager[kind].from_data(builder, value)
+        for kind, value in zip(signature.args, function.args, strict=True)
+    ]
+    _, value = context.call_conv.call_function(
+        builder, callee, result.fndesc.restype, signature.args, arguments
+    )
+    if returned == types.void:
+        builder.ret_void()
+    else:
+        value = context.cast(builder, value, result.fndesc.restype, returned)
+        builder.ret(context.data_model_manager[returned].as_data(builder, value))
+    return module
+
+
+# Numba counts references to arrays; all of these share memory that is not Python's
+_UNCOUNTED = """
+define void @NRT_incref(ptr %0) alwaysinline { ret void }
+define void @NRT_decref(ptr %0) alwaysinline { ret void }
+"""
+
+
+def _linked(entries: Mapping[str, marks.Entry], empty: str) -> Any:
+    """Unoptimised module of the entries and all that they call, in which only they are visible."""
+    whole = llvm.parse_assembly(empty + _UNCOUNTED)
+    libraries: dict[Any, None] = {}  # in the order in which they were met
+
+    def add(library: Any) -> None:
+        if library not in libraries and library.name != "nrt":
+            libraries[library] = None
+            for other in library._linking_libraries:
+                add(other)
+
+    for symbol, entry in entries.items():
+        signature = _signature(entry.signature)
+        dispatcher = _dispatcher(marks.compiled(entry.function))
+        dispatcher.compile(signature.args)
+        result = dispatcher.overloads[signature.args]
+        add(result.library)
+        whole.link_in(llvm.parse_assembly(str(_entry_module(symbol, signature, result))))
+    for library in libraries:
+        whole.link_in(library._final_module)
+    numbers = "".join(f"@{k} = global [{n} x i64] zeroinitializer\n" for k, n in _arrays.items())
+    whole.link_in(llvm.parse_assembly(numbers))
+    for value in (*whole.functions, *whole.global_variables):
+        if not value.is_declaration and value.name not in entries and value.name not in _arrays:
+            value.linkage = "internal"
+    return whole
+
+
+@global_compiler_lock
+def compile_object(
+    entries: Mapping[str, marks.Entry], triple: str = "", cpu_name: str = ""
+) -> bytes:
+    """Object file with the entries and all that they call.
+
+    Args:
+        entries: symbol → function.
+        triple: of the machine; empty: this one.
+        cpu_name: LLVM's name of the least processor that it has to run on; empty: the baseline of
+            the architecture.
+    """
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    triple = triple or llvm.get_process_triple()
+    machine = llvm.Target.from_triple(triple).create_target_machine(
+        cpu=cpu_name or _BASELINES.get(triple.split("-")[0], ""), opt=3, reloc="pic"
+    )
+    empty = f'target triple = "{triple}"\ntarget datalayout = "{machine.target_data}"\n'
+    with _unoptimised():
+        whole = _linked(entries, empty)
+    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=3))
+    builder.getModulePassManager().run(whole, builder)
+    return machine.emit_object(whole)

@@ -1,0 +1,178 @@
+"""Marks of what is compiled: functions, and values that have a meaning in machine code only.
+
+Nothing here imports Numba. To Python, a marked function is a plain function; `compiler` makes
+machine code of the functions with `entry` and of all that they call.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple, TypeVar
+
+import numpy as np
+
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+def compiled(function: _F) -> _F:
+    """Mark a function of numbers and arrays that is compiled into each function that calls it.
+
+    Arrays and offsets would otherwise travel to it as dozens of arguments, a fifth of the time that
+    a sheath takes in a step.
+    """
+    function.__dict__["is_inlined"] = True
+    return function
+
+
+def apart(function: _F) -> _F:
+    """Mark a function that most steps do without, and that is compiled once, on its own.
+
+    The loops that every step runs through stay short then.
+    """
+    function.__dict__["is_inlined"] = False
+    return function
+
+
+class Entry(NamedTuple):
+    """A function of the library that C can call."""
+
+    function: Callable[..., Any]
+    signature: str
+
+
+ENTRIES: Final[dict[str, Entry]] = {}  # symbol → function
+
+
+def entry(symbol: str, signature: str) -> Callable[[_F], _F]:
+    """Mark a function as one of the library's, with a symbol and a signature in C.
+
+    Args:
+        symbol: name in the library.
+        signature: result and arguments, each ``void``, ``i32``, ``i64``, ``f64``, ``bool`` or
+            ``ptr``, such as ``"i32(ptr, i32)"``.
+    """
+
+    def mark(function: _F) -> _F:
+        ENTRIES[symbol] = Entry(function, signature)
+        return function
+
+    return mark
+
+
+class _Mark:
+    """A value that only compiled functions can use."""
+
+    def __call__(self, *arguments: Any) -> Any:
+        raise TypeError(f"{self} exists in machine code only")
+
+
+class External(_Mark):
+    """A function of the C library or of MuJoCo, by its symbol; pointers travel as integers."""
+
+    def __init__(self, symbol: str, signature: str) -> None:
+        self.symbol = symbol
+        self.signature = signature
+
+
+class Load(_Mark):
+    """Function of an address and an index: the number there, as int64 or float64."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind  # of NumPy
+
+
+class Store(_Mark):
+    """Procedure of an address, an index and a number that is written there."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+
+
+class Word(_Mark):
+    """Function of an address: the eight bytes there as int64; they may begin anywhere."""
+
+
+class Wrapping(_Mark):
+    """An operation of int64s mod 2⁶⁴, ``add`` or ``mul``.
+
+    Where Numba's `*` and `+` of whole numbers overflow, the compiler may take any result.
+    """
+
+    def __init__(self, instruction: str) -> None:
+        self.instruction = instruction
+
+
+class Text(_Mark):
+    """Function without arguments: the address of a constant string that ends with a zero."""
+
+    def __init__(self, content: str) -> None:
+        self.content = content
+
+
+class LocalDoubles(_Mark):
+    """Function without arguments: the address of so many float64 on the stack.
+
+    They are there until the function that asks for them returns.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+
+
+class Pointer(_Mark):
+    """Function of an address: a C pointer to numbers, whose indices do not wrap around."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+
+
+class Record(_Mark):
+    """Function of an address: the record there, sharing the memory."""
+
+    def __init__(self, dtype: np.dtype[Any]) -> None:
+        self.dtype = dtype
+
+
+class Array(_Mark):
+    """Function of an address and a count: an array of numbers or records, sharing the memory."""
+
+    def __init__(self, dtype: Any) -> None:
+        self.dtype = np.dtype(dtype)
+
+
+class Called(_Mark):
+    """Function of the address of a C function, and of its arguments."""
+
+    def __init__(self, signature: str) -> None:
+        self.signature = signature
+
+
+class Shared(_Mark):
+    """Function without arguments: the address of int64s of the library, whose loader writes them.
+
+    Args:
+        symbol: name in the library.
+        count: how many there are.
+    """
+
+    def __init__(self, symbol: str, count: int) -> None:
+        self.symbol = symbol
+        self.count = count
+
+
+class Constants:
+    """Numbers that a loader writes once, before any function runs: read as attributes.
+
+    Args:
+        symbol: of their array in the library.
+        names: of the numbers, in order.
+    """
+
+    def __init__(self, symbol: str, names: str) -> None:
+        self.symbol = symbol
+        self.names = names.split()
+
+    def __getattr__(self, name: str) -> int:
+        if name in self.names:
+            raise TypeError(f"{name} is known in machine code only")
+        raise AttributeError(name)
