@@ -2,6 +2,8 @@
 
 from tendon_mj.native.library import Library as Library
 from tendon_mj.native.library import load as load
+from tendon_mj.native.marks import CONSTRUCTOR as CONSTRUCTOR
+from tendon_mj.native.marks import AddressOf as AddressOf
 from tendon_mj.native.marks import Array as Array
 from tendon_mj.native.marks import Called as Called
 from tendon_mj.native.marks import Constants as Constants

@@ -187,6 +187,20 @@ def _local_doubles(mark: marks.LocalDoubles) -> Any:
     return address
 
 
+@_meaning_of(marks.AddressOf)
+def _address_of(mark: marks.AddressOf) -> Any:
+    @intrinsic
+    def address(typing_context: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            kind = ir.FunctionType(ir.VoidType(), [])
+            function = cgutils.get_or_insert_function(builder.module, kind, mark.symbol)
+            return builder.ptrtoint(function, _WORD)
+
+        return types.intp(), build
+
+    return address
+
+
 def _pointer_to(kind: Any) -> Any:
     @intrinsic
     def cast(typing_context: Any, address: Any) -> Any:
@@ -372,6 +386,13 @@ define void @NRT_decref(ptr %0) alwaysinline { ret void }
 """
 
 
+_CONSTRUCTED = f"""
+@llvm.global_ctors = appending global [1 x {{ i32, ptr, ptr }}]
+    [{{ i32, ptr, ptr }} {{ i32 65535, ptr @{marks.CONSTRUCTOR}, ptr null }}]
+declare void @{marks.CONSTRUCTOR}()
+"""
+
+
 def _linked(entries: Mapping[str, marks.Entry], empty: str) -> Any:
     """Unoptimised module of the entries and all that they call, in which only they are visible."""
     whole = llvm.parse_assembly(empty + _UNCOUNTED)
@@ -392,10 +413,15 @@ def _linked(entries: Mapping[str, marks.Entry], empty: str) -> Any:
         whole.link_in(llvm.parse_assembly(str(_entry_module(symbol, signature, result))))
     for library in libraries:
         whole.link_in(library._final_module)
+    if marks.CONSTRUCTOR in entries:  # which runs when the library is loaded
+        whole.link_in(llvm.parse_assembly(_CONSTRUCTED))
     numbers = "".join(f"@{k} = global [{n} x i64] zeroinitializer\n" for k, n in _arrays.items())
     whole.link_in(llvm.parse_assembly(numbers))
     for value in (*whole.functions, *whole.global_variables):
-        if not value.is_declaration and value.name not in entries and value.name not in _arrays:
+        is_visible = (
+            value.name in entries or value.name in _arrays or value.name.startswith("llvm.")
+        )
+        if not value.is_declaration and not is_visible:
             value.linkage = "internal"
     return whole
 

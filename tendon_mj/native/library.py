@@ -35,7 +35,8 @@ _PATIENCE = 300.0  # [s] that a process waits for another that builds the same
 def digest() -> str:
     """Digest of the sources of the machine code."""
     whole = hashlib.sha256()
-    for path in sorted(path for name in _SOURCES for path in (_PACKAGE / name).rglob("*.py")):
+    files = [path for name in _SOURCES for path in (_PACKAGE / name).rglob("*")]
+    for path in sorted(path for path in files if path.suffix in (".py", ".csv")):
         whole.update(path.relative_to(_PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
     return whole.hexdigest()[:16]
 

@@ -41,6 +41,7 @@ class Entry(NamedTuple):
 
 
 ENTRIES: Final[dict[str, Entry]] = {}  # symbol → function
+CONSTRUCTOR: Final = "tendon_mj_load"  # entry that runs when the library is loaded
 
 
 def entry(symbol: str, signature: str) -> Callable[[_F], _F]:
@@ -147,8 +148,15 @@ class Called(_Mark):
         self.signature = signature
 
 
+class AddressOf(_Mark):
+    """Function without arguments: the address of an entry, by its symbol."""
+
+    def __init__(self, symbol: str) -> None:
+        self.symbol = symbol
+
+
 class Shared(_Mark):
-    """Function without arguments: the address of int64s of the library, whose loader writes them.
+    """Function without arguments: the address of int64s of the library, which begin as 0.
 
     Args:
         symbol: name in the library.

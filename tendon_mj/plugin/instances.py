@@ -15,7 +15,7 @@ from tendon_mj.plugin.abi.library import C
 from tendon_mj.plugin.servo_plugin.state import view as servo_view
 from tendon_mj.plugin.servo_plugin.validate import SERVO
 from tendon_mj.plugin.sheath_plugin.names import own_config
-from tendon_mj.plugin.sheath_plugin.state import STATE, View, size
+from tendon_mj.plugin.sheath_plugin.state import STATE, View, size_of
 from tendon_mj.plugin.sheath_plugin.state import view as sheath_view
 from tendon_mj.plugin.sheath_plugin.validate import NAME
 
@@ -126,8 +126,8 @@ def sheath_arrays(
     counts: NDArray[np.float64] = scalars["guides"]
     n = int(counts.flat[0]) if counts.size and np.isfinite(counts).all() else -1
     state_size = int(model.plugin_statenum[np.flatnonzero(model.plugin_stateadr == start)].max())
-    bound = (scalars["sheath_signature"] != 0.0).all()  # as a reset leaves it
-    if not bound or n < 0 or (counts != n).any() or size(n) > state_size:
+    bound = (scalars["config_signature"] != 0.0).all()  # as a reset leaves it
+    if not bound or n < 0 or (counts != n).any() or size_of(n, 0) > state_size:
         raise InvalidValueError(
             f"sheath {sheath!r}: these are no plugin states of this model, or none at all"
         )

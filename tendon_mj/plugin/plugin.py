@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import functools
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -13,7 +12,8 @@ import mujoco
 
 from tendon_mj.errors import EngineError
 from tendon_mj.native import Library, load
-from tendon_mj.plugin.abi.checks import CHECKS, Draft, asking
+from tendon_mj.plugin import registration  # noqa: F401, with all that the library has
+from tendon_mj.plugin.abi.checks import Draft, asking
 from tendon_mj.plugin.abi.layout import (
     LAYOUT,
     SCENE,
@@ -22,36 +22,9 @@ from tendon_mj.plugin.abi.layout import (
     verify_scene,
     verify_state,
 )
-from tendon_mj.plugin.abi.library import PATH, C
 from tendon_mj.plugin.elsewhere import guard_engines, register_pickles
-from tendon_mj.plugin.servo_plugin import callbacks as _servo  # noqa: F401, whose functions the library has
 from tendon_mj.plugin.servo_plugin import validate as servo_validate
-from tendon_mj.plugin.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
-from tendon_mj.plugin.sheath_plugin import callbacks as _sheath  # noqa: F401
 from tendon_mj.plugin.sheath_plugin import validate
-from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES
-
-_ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
-
-
-_FUNCTIONS = (
-    "nstate nsensordata init destroy copy reset compute advance visualize actuator_act_dot"
-    " sdf_distance sdf_gradient sdf_staticdistance sdf_attribute sdf_aabb"
-)
-
-
-class _Plugin(ctypes.Structure):
-    """`mjpPlugin` of mjplugin.h."""
-
-    _fields_ = (
-        ("name", ctypes.c_char_p),
-        ("nattribute", ctypes.c_int),
-        ("attributes", ctypes.POINTER(ctypes.c_char_p)),
-        ("capabilityflags", ctypes.c_int),
-        ("needstage", ctypes.c_int),
-        *((name, ctypes.c_void_p) for name in _FUNCTIONS.split()),
-    )
-
 
 _OLDEST = (3, 11)  # MuJoCo, the first with several outputs of an actuator
 
@@ -70,11 +43,19 @@ def _verify_version() -> None:
         )
 
 
+# members of `mjpPlugin`, as `registration` fills them
+_MEMBERS = (
+    "name nattribute attributes capabilityflags needstage nstate nsensordata init destroy copy"
+    " reset compute advance visualize actuator_act_dot sdf_distance sdf_gradient sdf_staticdistance"
+    " sdf_attribute sdf_aabb"
+)
+
+
 def _verify_struct() -> None:
-    """Compare `_Plugin` with the header that MuJoCo ships.
+    """Compare the members of `mjpPlugin` with the header that MuJoCo ships.
 
     Raises:
-        EngineError: the fields or their order differ.
+        EngineError: they or their order differ.
     """
     header = Path(mujoco.__file__).parent / "include" / "mujoco" / "mjplugin.h"
     if not header.exists():
@@ -86,60 +67,25 @@ def _verify_struct() -> None:
         for part in code.split(";")
         if part.strip()
     ]
-    ours = [field[0] for field in _Plugin._fields_]
-    if declared != ours:
+    if declared != _MEMBERS.split():
         raise EngineError(
-            f"mujoco {mujoco.__version__} declares mjpPlugin as {declared}, not as {ours}"
+            f"mujoco {mujoco.__version__} declares mjpPlugin as {declared}, not as "
+            f"{_MEMBERS.split()}"
         )
 
 
-class Definition(NamedTuple):
-    """Definition of a plugin.
+class _Checks(NamedTuple):
+    """Checks of a plugin's instances in Python."""
 
-    Attributes:
-        name: in MJCF.
-        symbol: of its functions in the library, between ``tendon_mj_`` and the name of each.
-        attributes: of its configuration.
-        capabilities: sum of `mjtPluginCapabilityBit`.
-        functions: of `mjpPlugin`, that the library has.
-        state_size: checks an instance, returns its numbers of state, ≥ 1.
-        complete: checks an instance once the model is complete.
-        sensor_size: numbers of a sensor.
-    """
-
-    name: str
-    symbol: str
-    attributes: tuple[str, ...]
-    capabilities: int
-    functions: str
-    state_size: Callable[[int, int], int]
-    complete: Callable[[int, int], int]
-    sensor_size: Callable[[int, int, int], int] | None = None
+    state_size: Callable[[int, int], int]  # returns the numbers of state of an instance, ≥ 1
+    complete: Callable[[int, int], int]  # once the model is complete
 
 
-DEFINITIONS = (
-    Definition(
-        validate.NAME,
-        "sheath",
-        ATTRIBUTES,
-        _ACTUATOR | _SENSOR | _PASSIVE,
-        "nstate nsensordata init reset compute advance visualize",
-        validate.state_size,
-        validate.check_tendon,
-        validate.reading_size,
-    ),
-    Definition(
-        servo_validate.SERVO,
-        "servo",
-        SERVO_ATTRIBUTES,
-        _ACTUATOR,
-        "nstate init reset compute advance",
-        servo_validate.state_size,
-        servo_validate.check_joint,
-    ),
-)
-
-NAMES = tuple(definition.name for definition in DEFINITIONS)
+_CHECKS = {
+    validate.NAME: _Checks(validate.state_size, validate.check_tendon),
+    servo_validate.SERVO: _Checks(servo_validate.state_size, servo_validate.check_joint),
+}
+NAMES = tuple(_CHECKS)
 
 # Not stepped: MuJoCo hands the plugin its state directly, before the offsets are verified.
 _SMALLEST = f"""
@@ -161,57 +107,40 @@ _SMALLEST = f"""
 
 def _raise_refusals(model: Draft) -> None:
     """Raise the first refusal of those that were a state of size 0."""
-    sizes = {definition.name: definition.state_size for definition in DEFINITIONS}
     for k in filter(model.is_refused, range(model.fields.nplugin)):
-        if model.plugin(k) in sizes:
-            sizes[model.plugin(k)](model.address, k)
+        if model.plugin(k) in _CHECKS:
+            _CHECKS[model.plugin(k)].state_size(model.address, k)
             raise EngineError(f"{model.where(k)}: refused at first, and then not")
 
 
-def _complete(plugin: Definition) -> Callable[[int, int], int]:
+def _complete(plugin: str) -> Callable[[int, int], int]:
     """The check of `init`, after the refusals of `nstate`."""
 
-    @functools.wraps(plugin.complete)
     def complete(address: int, instance: int) -> int:
         model = Draft(address, ())
         if model.first(instance) == instance:
             _raise_refusals(model)
-        return plugin.complete(address, instance)
+        return _CHECKS[plugin].complete(address, instance)
 
     return complete
 
 
-_registered: list[object] = []  # C holds pointers to these, so they are never freed
-
-
-def _register(plugin: Definition, library: Library) -> None:
-    names = (ctypes.c_char_p * len(plugin.attributes))(*(a.encode() for a in plugin.attributes))
-    struct = _Plugin(
-        name=plugin.name.encode(),
-        nattribute=len(plugin.attributes),
-        attributes=names,
-        capabilityflags=plugin.capabilities,
-        needstage=mujoco.mjtStage.mjSTAGE_ACC.value,
-        **{k: library.address(f"tendon_mj_{plugin.symbol}_{k}") for k in plugin.functions.split()},
-    )
-    _registered.extend([names, struct])
-    if C.mjp_registerPlugin(ctypes.byref(struct)) < 0:
-        raise EngineError(f"{PATH.name} refused the plugin {plugin.name}")
+_asked: list[object] = []  # functions that C calls, so they are never freed
 
 
 def _set_checks(library: Library) -> None:
     """Let the library ask Python when MuJoCo compiles a model."""
-    addresses = library.numbers("tendon_mj_checks", len(CHECKS))
-    for plugin in DEFINITIONS:
-        asked = {
-            f"{plugin.symbol}_nstate": asking(plugin.name, plugin.state_size),
-            f"{plugin.symbol}_init": asking(plugin.name, _complete(plugin), data=True),
-        }
-        if plugin.sensor_size:
-            asked[f"{plugin.symbol}_nsensordata"] = asking(plugin.name, plugin.sensor_size, 2)
-        for check, function in asked.items():
-            addresses[CHECKS.index(check)] = ctypes.cast(function, ctypes.c_void_p).value or 0
-            _registered.append(function)
+    sheath, servo = _CHECKS
+    _asked[:] = [
+        asking(sheath, _CHECKS[sheath].state_size),
+        asking(sheath, validate.reading_size, 2),
+        asking(sheath, _complete(sheath), data=True),
+        asking(servo, _CHECKS[servo].state_size),
+        asking(servo, _complete(servo), data=True),
+    ]
+    library.numbers("tendon_mj_checks", len(_asked))[:] = [
+        ctypes.cast(function, ctypes.c_void_p).value for function in _asked
+    ]
 
 
 def _set_layout(library: Library) -> dict[str, int]:
@@ -233,14 +162,13 @@ def register() -> tuple[str, ...]:
     Raises:
         EngineError: the running MuJoCo does not have the layout that the plugins would read.
     """
-    if not _registered:
+    if not _asked:
         _verify_version()
         _verify_struct()
         library = load()
         layout = _set_layout(library)
         _set_checks(library)
-        for definition in DEFINITIONS:
-            _register(definition, library)
+        ctypes.CFUNCTYPE(None)(library.address("tendon_mj_register"))()
         register_pickles(NAMES)
         guard_engines(NAMES)
         verify_state(layout, mujoco.MjData(mujoco.MjModel.from_xml_string(_SMALLEST)))

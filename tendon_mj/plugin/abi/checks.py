@@ -22,7 +22,7 @@ from typing import Any, Final
 import mujoco
 
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
-from tendon_mj.native import Called, LocalDoubles, Shared, Text, compiled, entry
+from tendon_mj.native import Called, LocalDoubles, Shared, Text, compiled
 from tendon_mj.plugin.abi.layout import mirror
 from tendon_mj.plugin.abi.library import C, mju_error
 from tendon_mj.plugin.abi.memory import integer, set_integer, word
@@ -166,6 +166,7 @@ _REFUSED, _SILENT = -1, -2  # counts
 _reply = LocalDoubles((_HEAD + _SIZE) // 8)
 _interrupted = Text("tendon_mj: interrupted while the model was compiled")
 CHECKS: Final = ("sheath_nstate", "sheath_nsensordata", "sheath_init", "servo_nstate", "servo_init")
+SHEATH_NSTATE, SHEATH_NSENSORDATA, SHEATH_INIT, SERVO_NSTATE, SERVO_INIT = range(len(CHECKS))
 _checks = Shared("tendon_mj_checks", len(CHECKS))  # addresses of the functions that ask Python
 
 
@@ -217,7 +218,13 @@ _ask_of_data = Called("void(ptr, ptr, ptr, i32)")
 
 
 @compiled
-def _nstate(which: int, m: int, instance: int) -> int:
+def asks(which: int) -> bool:
+    """Whether a check is one in Python."""
+    return word(_checks() + 8 * which) != 0
+
+
+@compiled
+def ask_size(which: int, m: int, instance: int) -> int:
     """Numbers of state of an instance, 0 where it was refused."""
     reply = _reply()
     set_integer(reply, _SILENT)
@@ -226,45 +233,21 @@ def _nstate(which: int, m: int, instance: int) -> int:
 
 
 @compiled
-def _init(which: int, m: int, d: int, instance: int) -> int:
+def ask_complete(which: int, m: int, d: int, instance: int) -> None:
+    """Raise what `init` refuses."""
     reply = _reply()
     set_integer(reply, _SILENT)
     _ask_of_data(word(_checks() + 8 * which), reply, m, d, instance)
     _count_at(reply)
-    return 0
 
 
-@entry("tendon_mj_sheath_nstate", "i32(ptr, i32)")
-def sheath_nstate(m: int, instance: int) -> int:
-    """`nstate` of `mjpPlugin`."""
-    return _nstate(0, m, instance)
-
-
-@entry("tendon_mj_sheath_nsensordata", "i32(ptr, i32, i32)")
-def sheath_nsensordata(m: int, instance: int, sensor: int) -> int:
-    """`nsensordata` of `mjpPlugin`."""
+@compiled
+def ask_sensor_size(which: int, m: int, instance: int, sensor: int) -> int:
+    """Numbers of a sensor."""
     reply = _reply()
     set_integer(reply, _SILENT)
-    _ask_of_sensor(word(_checks() + 8), reply, m, instance, sensor)
+    _ask_of_sensor(word(_checks() + 8 * which), reply, m, instance, sensor)
     return _count_at(reply)
-
-
-@entry("tendon_mj_sheath_init", "i32(ptr, ptr, i32)")
-def sheath_init(m: int, d: int, instance: int) -> int:
-    """`init` of `mjpPlugin`."""
-    return _init(2, m, d, instance)
-
-
-@entry("tendon_mj_servo_nstate", "i32(ptr, i32)")
-def servo_nstate(m: int, instance: int) -> int:
-    """`nstate` of `mjpPlugin`."""
-    return _nstate(3, m, instance)
-
-
-@entry("tendon_mj_servo_init", "i32(ptr, ptr, i32)")
-def servo_init(m: int, d: int, instance: int) -> int:
-    """`init` of `mjpPlugin`."""
-    return _init(4, m, d, instance)
 
 
 def asking(plugin: str, function: Callable[..., int], integers: int = 1, data: bool = False) -> Any:

@@ -11,7 +11,7 @@ from pathlib import Path
 import mujoco
 
 from tendon_mj.errors import EngineError
-from tendon_mj.native import External, LocalDoubles, compiled
+from tendon_mj.native import External, LocalDoubles, apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.memory import (
     byte,
@@ -73,6 +73,9 @@ mju_warning = External("mju_warning", "void(ptr)")
 mju_error = External("mju_error", "void(ptr)")
 malloc = External("malloc", "ptr(i64)")
 free = External("free", "void(ptr)")
+mj_version = External("mj_version", "i32()")
+mjp_getPlugin = External("mjp_getPlugin", "ptr(ptr, ptr)")
+mjp_registerPlugin = External("mjp_registerPlugin", "i32(ptr)")
 strtod = External("strtod", "f64(ptr, ptr)")
 
 
@@ -108,8 +111,8 @@ _INNER, _FIRST = 128, 192  # of a letter's bytes in UTF-8, all but the first lie
 _buffer = LocalDoubles(_SIZE // 8)
 
 
-@compiled
-def _append(message: int, used: int, text: int, limit: int) -> int:
+@apart
+def append(message: int, used: int, text: int, limit: int) -> int:
     """Copy a text, or what fits of it, behind the first ``used`` bytes; return how many there are.
 
     `mju_warning` takes a format as `printf` does: a percent sign in a name is doubled.
@@ -135,8 +138,8 @@ def _append(message: int, used: int, text: int, limit: int) -> int:
 def warn(before: int, name: int, after: int) -> None:
     """Warn by `mju_warning` with a text, a name and a text, at addresses of C strings."""
     message = _buffer()
-    used = _append(message, 0, before, _SIZE // 4)
-    used = _append(message, used, name, _SIZE // 2)
-    used = _append(message, used, after, _SIZE - 1)
+    used = append(message, 0, before, _SIZE // 4)
+    used = append(message, used, name, _SIZE // 2)
+    used = append(message, used, after, _SIZE - 1)
     set_byte(message + used, 0)
     mju_warning(message)

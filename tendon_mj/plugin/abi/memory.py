@@ -14,6 +14,7 @@ integer: Callable[[int, int], int] = Load("int32")
 byte: Callable[[int, int], int] = Load("uint8")
 _int64: Callable[[int, int], int] = Load("int64")
 set_single: Callable[[int, int, float], None] = Store("float32")
+_set_int64: Callable[[int, int, int], None] = Store("int64")
 _set_int32: Callable[[int, int, int], None] = Store("int32")
 _set_uint8: Callable[[int, int, int], None] = Store("uint8")
 
@@ -49,3 +50,9 @@ def set_integer(address: int, value: int) -> None:
 def set_byte(address: int, value: int) -> None:
     """Write the byte at ``address``."""
     _set_uint8(address, 0, value)
+
+
+@compiled
+def set_pointer(address: int, value: int) -> None:
+    """Write the pointer at ``address``."""
+    _set_int64(address, 0, value)

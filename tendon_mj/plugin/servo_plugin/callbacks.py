@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 from tendon_mj.native import apart, compiled, entry
+from tendon_mj.plugin.abi.checks import SERVO_INIT, SERVO_NSTATE, ask_complete, ask_size, asks
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import mjp_getPluginAtSlot
-from tendon_mj.plugin.abi.memory import double, doubles, integer, pointer, size
+from tendon_mj.plugin.abi.library import malloc, mjp_getPluginAtSlot
+from tendon_mj.plugin.abi.memory import double, doubles, integer, pointer, set_pointer, size
+from tendon_mj.plugin.compiled_checks import servo_state
 from tendon_mj.plugin.servo_plugin import state as sv
 from tendon_mj.plugin.servo_plugin.law import commit, evaluate
 from tendon_mj.plugin.servo_plugin.state import GAINS
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES
-from tendon_mj.plugin.sheath_plugin.bind import is_bound, range_of
-from tendon_mj.plugin.sheath_plugin.names import resolve, resolve_from
-from tendon_mj.plugin.sheath_plugin.signature import (
-    NONE,
-    is_signature,
-    pair_signature,
-    servo_signature,
+from tendon_mj.plugin.sheath_plugin.bind import (
+    is_bound,
+    present_signature,
+    range_of,
+    release,
 )
-from tendon_mj.plugin.sheath_plugin.state import state_of, state_size_of
+from tendon_mj.plugin.sheath_plugin.names import resolve, resolve_from
+from tendon_mj.plugin.sheath_plugin.signature import pair_signature
+from tendon_mj.plugin.sheath_plugin.state import binding_at as sheath_binding_at
+from tendon_mj.plugin.sheath_plugin.state import binding_of, state_of, state_size_of
 
 _JOINT, _TENDON = 3, 18  # mjtObj
+_BINDING_COUNT = sv.BINDING.itemsize // 8
 _SHEATH_PLUGIN = at.as_rows(("tendon_mj.sheath",))
 _FEEDBACKS, _SWITCH = at.as_rows(sv.FEEDBACKS), at.as_rows(sv.SWITCH)
 _DEFAULTS = tuple(gain.default or 0.0 for gain in GAINS.values())
@@ -59,45 +63,33 @@ def _given(m: int, instance: int, gain: int, otherwise: float) -> float:
     return at.number(m, instance, gain) if given else otherwise
 
 
-@compiled
-def _bind(m: int, address: int, instance: int) -> None:
+@apart
+def _bind(m: int, instance: int, address: int, signature: float) -> None:
     """Find the actuator and the sheath."""
-    state = sv.state_at(address)
-    state.capacity = sv.capacity_of(state_size_of(m, instance))
+    bound = sv.binding_at(address)
+    bound.signature = signature
+    bound.capacity = sv.capacity_of(state_size_of(m, instance))
     actuators = pointer(m + LAYOUT.m_actuator_plugin)
-    state.actuator = range_of(actuators, size(m + LAYOUT.m_nactuator), instance)[1]
+    bound.actuator = range_of(actuators, size(m + LAYOUT.m_nactuator), instance)[1]
     sheath = _find_sheath(m, instance)
-    state.sheath, state.instance = -1.0, -1.0
+    bound.sheath, bound.instance = -1.0, -1.0
     if sheath >= 0 and resolve(m, sheath, at.REEL_JOINT, _JOINT) >= 0:
-        state.sheath = integer(pointer(m + LAYOUT.m_plugin_stateadr), sheath)
-        state.instance = sheath
-    state.has_trial = 0.0
-    state.servo_signature = _servo_signature(m, address, instance)
+        bound.sheath = integer(pointer(m + LAYOUT.m_plugin_stateadr), sheath)
+        bound.instance = sheath
+    bound.config_signature = pair_signature(m, instance, int(bound.instance))
+
+
+@compiled
+def _present(d: int, binding: int) -> float:
+    """Signature of the model as its first sheath has seen it last, 0 without a sheath."""
+    sheath = sv.binding_at(binding).instance
+    if sheath < 0.0:
+        return 0.0
+    return present_signature(d, sheath_binding_at(binding_of(d, int(sheath))))
 
 
 @apart
-def _servo_signature(m: int, address: int, instance: int) -> float:
-    """Signature of a servo's sheath and actuator, `NONE` where an index is out of range."""
-    state = sv.state_at(address)
-    if state.capacity != sv.capacity_of(state_size_of(m, instance)):
-        return NONE
-    if not (0.0 <= state.count <= state.capacity and 0.0 <= state.head <= state.capacity):
-        return NONE
-    sheath = -1
-    if state.instance != -1.0:
-        if not 0.0 <= state.instance < size(m + LAYOUT.m_nplugin):
-            return NONE
-        sheath = int(state.instance)
-        if state.sheath != integer(pointer(m + LAYOUT.m_plugin_stateadr), sheath):
-            return NONE
-        slot = integer(pointer(m + LAYOUT.m_plugin), sheath)
-        if at.index_of(pointer(mjp_getPluginAtSlot(slot)), _SHEATH_PLUGIN) != 0:
-            return NONE
-    return servo_signature(m, instance, sheath, state.actuator)
-
-
-@apart
-def _reset(m: int, address: int, instance: int) -> None:
+def _reset(m: int, address: int, binding: int, instance: int) -> None:
     """Write the configured gains, and those that follow from them and from the sheath."""
     doubles(address, state_size_of(m, instance))[:] = 0.0
     values = sv.gains_at(address)
@@ -117,64 +109,91 @@ def _reset(m: int, address: int, instance: int) -> None:
             dof = integer(pointer(m + LAYOUT.m_jnt_dofadr), joint)
             armature = double(pointer(m + LAYOUT.m_dof_armature), dof)
             values[_INERTIA] = _given(m, instance, _INERTIA, armature)
-    _bind(m, address, instance)
-    state.config_signature = pair_signature(m, instance, int(state.instance))
-
-
-@apart
-def _is_bound(m: int, address: int, instance: int) -> bool:
-    """Whether a state is one of this model and this servo, and so is that of its sheath."""
-    state = sv.state_at(address)
-    return (
-        is_signature(state.servo_signature)
-        and _servo_signature(m, address, instance) == state.servo_signature
-        and pair_signature(m, instance, int(state.instance)) == state.config_signature
-    )
-
-
-@apart
-def _rebind(m: int, address: int, instance: int) -> None:
-    """Bind a servo again, and read its configuration again where that has changed."""
-    state = sv.state_at(address)
-    known = is_signature(state.config_signature)
-    known &= state.capacity == sv.capacity_of(state_size_of(m, instance))
-    known &= 0.0 <= state.count <= state.capacity and 0.0 <= state.head <= state.capacity
-    if known:
-        _bind(m, address, instance)
-        known = pair_signature(m, instance, int(state.instance)) == state.config_signature
-    if not known:
-        _reset(m, address, instance)
+    sv.adopt_binding(address, binding)
+    state.config_signature = sv.binding_at(binding).config_signature
 
 
 @compiled
-def _evaluate(m: int, d: int, instance: int) -> None:
-    address = state_of(m, d, instance)
-    if not _is_bound(m, address, instance):
-        _rebind(m, address, instance)
-    state = sv.state_at(address)
-    if state.instance < 0.0 or not is_bound(m, d, int(state.instance)):
-        state.has_trial = 0.0
+def _is_bound(m: int, d: int, instance: int) -> bool:
+    """Whether a servo is bound to the model as it is, and its state is one of this servo.
+
+    The indices in its state are then those of the binding.
+    """
+    binding, address = binding_of(d, instance), state_of(m, d, instance)
+    if binding == 0:
+        return False
+    bound, state = sv.binding_at(binding), sv.state_at(address)
+    if bound.signature != _present(d, binding):
+        return False
+    if state.config_signature != bound.config_signature:
+        return False
+    if not (0.0 <= state.count <= bound.capacity and 0.0 <= state.head <= bound.capacity):
+        return False
+    sv.adopt_binding(address, binding)
+    return True
+
+
+@apart
+def _rebind(m: int, d: int, instance: int) -> None:
+    """Bind a servo again, and begin as after a reset where its state is not one of it."""
+    binding, address = binding_of(d, instance), state_of(m, d, instance)
+    if binding == 0:
         return
-    evaluate(m, d, address)
+    _bind(m, instance, binding, 0.0)
+    sv.binding_at(binding).signature = _present(d, binding)
+    if not _is_bound(m, d, instance):
+        _reset(m, address, binding, instance)
 
 
-@compiled
-def _advance(m: int, d: int, instance: int) -> None:
-    address = state_of(m, d, instance)
-    if sv.state_at(address).has_trial != 0.0 and _is_bound(m, address, instance):
-        commit(address)
+@entry("tendon_mj_servo_nstate", "i32(ptr, i32)")
+def nstate(m: int, instance: int) -> int:
+    """`nstate` of `mjpPlugin`."""
+    if asks(SERVO_NSTATE):
+        return ask_size(SERVO_NSTATE, m, instance)
+    return servo_state(m, instance)
+
+
+@entry("tendon_mj_servo_init", "i32(ptr, ptr, i32)")
+def init(m: int, d: int, instance: int) -> int:
+    """`init` of `mjpPlugin`."""
+    if asks(SERVO_INIT):
+        ask_complete(SERVO_INIT, m, d, instance)
+    address = malloc(8 * _BINDING_COUNT)
+    set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, address)
+    _bind(m, instance, address, 0.0)  # its sheath may follow
+    return 0
+
+
+@entry("tendon_mj_servo_destroy", "void(ptr, i32)")
+def destroy(d: int, instance: int) -> None:
+    """`destroy` of `mjpPlugin`."""
+    release(d, instance)
 
 
 @entry("tendon_mj_servo_reset", "void(ptr, ptr, ptr, i32)")
-def reset(m: int, state: int, unused: int, instance: int) -> None:
-    _reset(m, state, instance)
+def reset(m: int, state: int, binding: int, instance: int) -> None:
+    """`reset` of `mjpPlugin`."""
+    if binding != 0:
+        _reset(m, state, binding, instance)
 
 
 @entry("tendon_mj_servo_compute", "void(ptr, ptr, i32, i32)")
 def compute(m: int, d: int, instance: int, capability: int) -> None:
-    _evaluate(m, d, instance)
+    """`compute` of `mjpPlugin`."""
+    if not _is_bound(m, d, instance):
+        _rebind(m, d, instance)
+    address = state_of(m, d, instance)
+    state = sv.state_at(address)
+    bound = _is_bound(m, d, instance) and state.instance >= 0.0
+    if bound and is_bound(m, d, int(state.instance)):
+        evaluate(m, d, address)
+    else:
+        state.has_trial = 0.0
 
 
 @entry("tendon_mj_servo_advance", "void(ptr, ptr, i32)")
 def advance(m: int, d: int, instance: int) -> None:
-    _advance(m, d, instance)
+    """`advance` of `mjpPlugin`."""
+    address = state_of(m, d, instance)
+    if sv.state_at(address).has_trial != 0.0 and _is_bound(m, d, instance):
+        commit(address)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Final, Protocol, SupportsFloat, TypedDict
+from typing import Any, Final, Protocol, SupportsFloat, TypedDict, get_type_hints
 
 import numpy as np
 
@@ -139,19 +139,34 @@ class Memory:
     time: float  # when that was [s]
 
 
-class State:
-    """Scalars of a servo; indices are −1 for none, flags 0 or 1."""
+class Live:
+    """What may be changed while a simulation runs."""
 
     gains: LiveGains
-    # elements that it is attached to
-    config_signature: float  # of its attributes and of its sheath's
-    servo_signature: float  # of the model that the following index, 0 where that failed
+
+
+class Bound:
+    """What a servo is attached to; indices are −1 for none."""
+
     instance: float  # of the sheath, −1 for none
     sheath: float  # where the sheath's state begins in plugin_state
     actuator: float
+    capacity: float  # of the ring
+
+
+class Binding(Bound):
+    """What a servo is attached to, in memory of its own for each `mjData`, like a sheath's."""
+
+    signature: float  # of the model for which this holds
+    config_signature: float  # of its attributes and of its sheath's
+
+
+class State(Bound, Live):
+    """Scalars of a servo: gains, a copy of what it is attached to, and the rest."""
+
+    config_signature: float  # of the attributes that the gains were read from
     observes: float  # whether the feedback is the observer's
     backdriven: float  # whether the tendon can turn the motor
-    capacity: float  # of the ring
     # committed
     started: float
     sample: float  # index of the last sample on the grid of periods
@@ -189,11 +204,15 @@ class Commands(Protocol):
 
 
 STATE, MEMORY, COMMAND = record_type(State), record_type(Memory), record_type(Command)
+BINDING = record_type(Binding)
+_BOUND_COUNT: Final = len(get_type_hints(Bound))
+_BOUND: Final[int] = STATE.fields["instance"][1]  # type: ignore[index]
 _COUNT, _MEMORY_COUNT, _COMMAND_COUNT = (t.itemsize // 8 for t in (STATE, MEMORY, COMMAND))
 _TRIAL = _COUNT - _MEMORY_COUNT  # where the last member begins
 _COMMITTED = _TRIAL - _MEMORY_COUNT
 _GAIN_COUNT = len(GAINS)
 state_at: Callable[[int], State] = Record(STATE)
+binding_at: Callable[[int], Binding] = Record(BINDING)
 _memories_at, _commands_at = Array(MEMORY), Array(COMMAND)
 
 
@@ -204,7 +223,8 @@ def capacity(period: float, delay: float, timestep: float) -> int:
     return math.ceil(delay / max(period, timestep) - 1e-9) + 2
 
 
-def size(commands: int) -> int:
+@compiled
+def size_of(commands: int) -> int:
     """Numbers that a servo keeps with memory for so many commands."""
     return _COUNT + _COMMAND_COUNT * commands
 
@@ -220,6 +240,14 @@ def commands_at(address: int) -> Commands:
     """Ring of commands of the servo whose state is at ``address``."""
     ring: Commands = _commands_at(address + 8 * _COUNT, int(state_at(address).capacity))
     return ring
+
+
+@compiled
+def adopt_binding(address: int, binding: int) -> None:
+    """Copy what a servo is attached to into its state."""
+    copied, kept = doubles(address + _BOUND, _BOUND_COUNT), doubles(binding, _BOUND_COUNT)
+    for k in range(_BOUND_COUNT):
+        copied[k] = kept[k]
 
 
 @compiled

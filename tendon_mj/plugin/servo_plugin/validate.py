@@ -108,7 +108,7 @@ def state_size(address: int, instance: int) -> int:
             f"{where}: delay = {values['delay']:g} [s] is {samples} samples to remember, more than "
             f"{_MOST_SAMPLES}"
         )
-    return sv.size(samples)
+    return sv.size_of(samples)
 
 
 def check_joint(address: int, instance: int) -> int:

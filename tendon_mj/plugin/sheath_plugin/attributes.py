@@ -94,7 +94,7 @@ ATTRIBUTES: Final = (*ATTACHMENT, *PARAMETERS)
     TENDON,
     REEL_JOINT,
     OUTPUT_JOINT,
-    _GUIDES,
+    GUIDES,
     ARC_GUIDES,
     INNER_GUIDES,
     INPUT_END,
@@ -109,15 +109,15 @@ INPUT_ENDS: Final = ("first", "last")  # sites of the path as it is drawn
 SPRINGS: Final = ("input", "cable")
 
 
-def as_rows(known: Iterable[str]) -> NDArray[np.uint8]:
+def as_rows(known: Iterable[str], width: int = 32) -> NDArray[np.uint8]:
     """Words as zero-terminated rows, for ``index_of``."""
-    rows = [word.encode().ljust(32, b"\0") for word in known]
-    return np.frombuffer(b"".join(rows), np.uint8).reshape(-1, 32)
+    rows = [word.encode().ljust(width, b"\0") for word in known]
+    return np.frombuffer(b"".join(rows), np.uint8).reshape(-1, width)
 
 
-_KIND_NAMES = as_rows(KINDS)
-_END_NAMES = as_rows(INPUT_ENDS)
-_SPRING_NAMES = as_rows(SPRINGS)
+KIND_NAMES = as_rows(KINDS)
+END_NAMES = as_rows(INPUT_ENDS)
+SPRING_NAMES = as_rows(SPRINGS)
 
 
 @compiled
@@ -172,19 +172,19 @@ def index_of(address: int, known: NDArray[np.uint8]) -> int:
 @compiled
 def sensor_kind(m: int, instance: int) -> int:
     """Index of an instance's kind of sensor, −1 for none."""
-    return index_of(text_at(m, instance, SENSOR), _KIND_NAMES)
+    return index_of(text_at(m, instance, SENSOR), KIND_NAMES)
 
 
 @compiled
 def is_input_at_last(m: int, instance: int) -> bool:
     """Whether the input end is the last site of the path."""
-    return index_of(text_at(m, instance, INPUT_END), _END_NAMES) == 1
+    return index_of(text_at(m, instance, INPUT_END), END_NAMES) == 1
 
 
 @compiled
 def is_cable_spring(m: int, instance: int) -> bool:
     """Whether the tendon's own spring is the cable's elasticity."""
-    return index_of(text_at(m, instance, SPRING), _SPRING_NAMES) == 1
+    return index_of(text_at(m, instance, SPRING), SPRING_NAMES) == 1
 
 
 @compiled

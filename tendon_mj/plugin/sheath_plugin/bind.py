@@ -1,10 +1,14 @@
-"""Binding of a sheath's state to the model that it is used with, and the proof that it still is.
+"""Binding of a sheath to its model: which tendon, joints, actuators and sensors it acts on.
 
-A state outlives its model and may hold anything: `mj_setState`, `mujoco.rollout` and
-`MjSpec.recompile` write it without asking the plugin. Nothing in it is used as an index before its
-two signatures are found to be those of this model. Where only that of the binding differs, the
-indices are resolved again and the tendon stays; where that of the configuration does, or the
-numbers are none of ours, the state begins as after a reset.
+As MuJoCo's own plugins do, a sheath looks these up in `init`, which `mj_makeData` calls, and keeps
+them in `mjData.plugin_data`, which no state overwrites. They are looked up again when the model is
+another one, or when in the model itself something has changed that they depend on: the first sheath
+of a model computes its signature (`signature`) in each evaluation, the others compare.
+
+A *state* may be that of another model: `mj_setState`, `mujoco.rollout` and `MjSpec.recompile` write
+it without asking the plugin. Where the signature of the configuration that it was made with is not
+that of this sheath, it begins as after a reset; where the tendon now runs over another number of
+guides, it is laid anew.
 """
 
 from __future__ import annotations
@@ -13,7 +17,8 @@ import mujoco
 
 from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.memory import doubles, integer, pointer, size
+from tendon_mj.plugin.abi.library import free, malloc
+from tendon_mj.plugin.abi.memory import doubles, integer, pointer, set_pointer, size
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.input_force import (
     acts_on,
@@ -24,16 +29,16 @@ from tendon_mj.plugin.sheath_plugin.input_force import (
 from tendon_mj.plugin.sheath_plugin.names import resolve
 from tendon_mj.plugin.sheath_plugin.path import count_wraps, mark_branches
 from tendon_mj.plugin.sheath_plugin.signature import (
-    NONE,
-    binding_signature,
     config_signature,
-    is_sealed,
     is_signature,
-    renew_signature,
-    seal_sheath,
+    model_signature,
 )
 from tendon_mj.plugin.sheath_plugin.state import (
-    State,
+    BINDING,
+    Binding,
+    adopt_binding,
+    binding_at,
+    binding_of,
     clear_step,
     fits,
     is_wound,
@@ -45,6 +50,7 @@ from tendon_mj.plugin.sheath_plugin.state import (
 )
 
 _JOINT, _TENDON = mujoco.mjtObj.mjOBJ_JOINT.value, mujoco.mjtObj.mjOBJ_TENDON.value
+_COUNT = BINDING.itemsize // 8
 _MOST = 2.0**53  # up to which doubles hold every whole number
 
 
@@ -60,38 +66,47 @@ def range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
 
 
 @compiled
-def _count_guides(m: int, instance: int, state: State) -> None:
-    """Count the guides, arcs and pulleys of the path."""
-    tendon = int(state.tendon)
-    state.inner_guides = at.number(m, instance, at.INNER_GUIDES)
-    state.arc_guides = max(1.0, at.number(m, instance, at.ARC_GUIDES))
-    state.input_at_last = at.is_input_at_last(m, instance)
-    state.arcs, state.pulleys = count_wraps(m, tendon)
-    elements = integer(pointer(m + LAYOUT.m_tendon_num), tendon)
-    sites = elements - state.arcs - state.pulleys - 2 * (1 + state.pulleys)  # within branches
-    state.guides = state.inner_guides + sites + state.arcs * state.arc_guides + state.pulleys
+def first_sheath(m: int, instance: int) -> int:
+    """First sheath of a model, of the plugin of ``instance``; −1 for none."""
+    for other in range(size(m + LAYOUT.m_nplugin)):
+        if at.is_sheath(m, other, instance):
+            return other
+    return -1
 
 
 @compiled
-def _bind_drive(m: int, instance: int, state: State) -> None:
+def _count_guides(m: int, instance: int, bound: Binding) -> None:
+    """Count the guides, arcs and pulleys of the path."""
+    tendon = int(bound.tendon)
+    bound.inner_guides = at.number(m, instance, at.INNER_GUIDES)
+    bound.arc_guides = max(1.0, at.number(m, instance, at.ARC_GUIDES))
+    bound.input_at_last = at.is_input_at_last(m, instance)
+    bound.arcs, bound.pulleys = count_wraps(m, tendon)
+    elements = integer(pointer(m + LAYOUT.m_tendon_num), tendon)
+    sites = elements - bound.arcs - bound.pulleys - 2 * (1 + bound.pulleys)  # within branches
+    bound.guides = bound.inner_guides + sites + bound.arcs * bound.arc_guides + bound.pulleys
+
+
+@compiled
+def _bind_drive(m: int, instance: int, bound: Binding) -> None:
     """Find the forces along the tendon, for a sheath without a reel or spools."""
-    tendon = int(state.tendon)
-    state.first_actuator, state.last_actuator = -1.0, -1.0
-    state.driven, state.leads, state.constrained = 0.0, 0.0, 0.0
+    tendon = int(bound.tendon)
+    bound.first_actuator, bound.last_actuator = -1.0, -1.0
+    bound.driven, bound.leads, bound.constrained = 0.0, 0.0, 0.0
     cable = at.is_cable_spring(m, instance)
-    state.own_spring = cable
-    if cable or is_wound(state):
+    bound.own_spring = cable
+    if cable or is_wound(bound):
         return
     for actuator in range(size(m + LAYOUT.m_nactuator)):
         if acts_on(m, actuator, tendon):
-            if state.first_actuator < 0.0:
-                state.first_actuator = actuator
-            state.last_actuator = actuator
-    if state.first_actuator < 0.0 and not _is_pulled(m, instance, tendon):
+            if bound.first_actuator < 0.0:
+                bound.first_actuator = actuator
+            bound.last_actuator = actuator
+    if bound.first_actuator < 0.0 and not _is_pulled(m, instance, tendon):
         return
-    state.driven = 1.0
-    state.constrained = is_constrained(m, tendon)
-    state.leads = not _is_led(m, instance)
+    bound.driven = 1.0
+    bound.constrained = is_constrained(m, tendon)
+    bound.leads = not _is_led(m, instance)
 
 
 @compiled
@@ -122,71 +137,103 @@ def _is_led(m: int, instance: int) -> bool:
 
 
 @apart
-def _bind(m: int, instance: int, address: int, keep: bool) -> None:
-    """Resolve the elements that a sheath is attached to, and sign it.
-
-    With ``keep`` the tendon stays as it lies, where the path has as many guides and arcs as before.
-    """
-    state = state_at(address)
-    before = path_counts(state)
-    was_driven = state.driven
+def _bind(m: int, instance: int, address: int, signature: float) -> None:
+    """Look up what a sheath is attached to; its tendon is −1 where that cannot be."""
+    bound = binding_at(address)
     sensors, reels = pointer(m + LAYOUT.m_sensor_plugin), pointer(m + LAYOUT.m_actuator_plugin)
-    state.sheath_signature = NONE
-    state.tendon = resolve(m, instance, at.TENDON, _TENDON)
-    state.reel_joint = resolve(m, instance, at.REEL_JOINT, _JOINT)
-    state.output_joint = resolve(m, instance, at.OUTPUT_JOINT, _JOINT)
+    bound.signature = signature
+    bound.config_signature = config_signature(m, instance)
+    bound.first_sheath = first_sheath(m, instance)
+    bound.guides, bound.arcs = 0.0, 0.0
+    bound.tendon = resolve(m, instance, at.TENDON, _TENDON)
+    bound.reel_joint = resolve(m, instance, at.REEL_JOINT, _JOINT)
+    bound.output_joint = resolve(m, instance, at.OUTPUT_JOINT, _JOINT)
     first, last = range_of(sensors, size(m + LAYOUT.m_nsensor), instance)
-    state.first_sensor, state.last_sensor = first, last
-    state.reel_actuator = range_of(reels, size(m + LAYOUT.m_nactuator), instance)[1]
-    if state.tendon < 0.0:
+    bound.first_sensor, bound.last_sensor = first, last
+    bound.reel_actuator = range_of(reels, size(m + LAYOUT.m_nactuator), instance)[1]
+    if bound.tendon < 0.0:
         return
-    _count_guides(m, instance, state)
-    state_size = state_size_of(m, instance)
-    if not fits(address, state_size):
-        state.guides, state.arcs = 0.0, 0.0
-        return
-    _bind_drive(m, instance, state)
-    given = at.is_given(m, instance, at.AXIAL_STIFFNESS)
-    if not given and state.driven == 0.0 and state.own_spring == 0.0:
-        state.law.axial_stiffness = 0.0  # it was driven, and what drove it is gone
-    if not keep or path_counts(state) != before or was_driven != state.driven:
-        clear_step(address, state_size)
-    state.has_trial = 0.0
-    mark_branches(m, address)
-    state.sheath_signature = binding_signature(m, instance, address)
+    _count_guides(m, instance, bound)
+    _bind_drive(m, instance, bound)
+    if not fits(bound, state_size_of(m, instance)):
+        bound.tendon, bound.guides, bound.arcs = -1.0, 0.0, 0.0
 
 
 @apart
-def reset_sheath(m: int, address: int, instance: int) -> None:
+def bind_sheath(m: int, d: int, instance: int) -> None:
+    """Make what a sheath is bound to, for new data."""
+    address = malloc(8 * _COUNT)
+    doubles(address, _COUNT)[:] = 0.0
+    set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, address)
+    first = first_sheath(m, instance)
+    if first == instance:
+        binding_at(address).present = model_signature(m)
+    _bind(m, instance, address, binding_at(binding_of(d, first)).present)
+
+
+@apart
+def reset_sheath(m: int, address: int, binding: int, instance: int) -> None:
     """Write the configured parameters; the segments are initialised at the first evaluation."""
     doubles(address, state_size_of(m, instance))[:] = 0.0
+    bound, state = binding_at(binding), state_at(address)
+    signature = model_signature(m)
+    if bound.signature != signature:
+        _bind(m, instance, binding, signature)
+    if bound.tendon < 0.0:
+        return
     values = parameters_at(address)
     for parameter in range(len(values)):
         values[parameter] = at.number(m, instance, at.FIRST_PARAMETER + parameter)
-    _bind(m, instance, address, False)
-    state = state_at(address)
-    if state.own_spring != 0.0 and state.sheath_signature != NONE:
+    adopt_binding(address, binding)
+    mark_branches(m, address)
+    _forget_drive(m, instance, address)
+    if state.own_spring != 0.0:
         note_spring(m, state, at.has_length(m, instance))
-    state.config_signature = config_signature(m, instance)
+    state.config_signature = bound.config_signature
 
 
-@apart
-def _is_proven(m: int, d: int, instance: int) -> bool:
-    """Whether the signatures of a sheath's state are those of this model and this sheath."""
-    address = state_of(m, d, instance)
+@compiled
+def _forget_drive(m: int, instance: int, address: int) -> None:
+    """A sheath that was driven has no axial stiffness once what drove it is gone."""
     state = state_at(address)
+    given = at.is_given(m, instance, at.AXIAL_STIFFNESS)
+    if not given and state.driven == 0.0 and state.own_spring == 0.0:
+        state.law.axial_stiffness = 0.0
+
+
+@compiled
+def _is_laid_as(address: int, binding: int) -> bool:
+    """Whether a state is one of this sheath, whose tendon lies on the path that it is bound to."""
+    state, bound = state_at(address), binding_at(binding)
     return (
-        is_signature(state.sheath_signature)
-        and config_signature(m, instance) == state.config_signature
-        and binding_signature(m, instance, address) == state.sheath_signature
-        and (state.driven == 0.0 or (state.leads == 0.0) == _is_led(m, instance))
+        state.config_signature == bound.config_signature
+        and path_counts(state) == path_counts(bound)
+        and state.driven == bound.driven
     )
 
 
 @compiled
 def is_bound(m: int, d: int, instance: int) -> bool:
-    """Whether a sheath's state is one of this model and this sheath."""
-    return is_sealed(m, d, instance) or _is_proven(m, d, instance)
+    """Whether a sheath is bound to the model as it is, and its state is one of this sheath.
+
+    The indices in its state are then those of the binding.
+    """
+    binding = binding_of(d, instance)
+    if binding == 0:
+        return False
+    bound, address = binding_at(binding), state_of(m, d, instance)
+    if bound.tendon < 0.0 or bound.signature != present_signature(d, bound):
+        return False
+    if not _is_laid_as(address, binding):
+        return False
+    adopt_binding(address, binding)
+    return True
+
+
+@compiled
+def present_signature(d: int, bound: Binding) -> float:
+    """Signature of the model as the first sheath has seen it last."""
+    return binding_at(binding_of(d, int(bound.first_sheath))).present
 
 
 @compiled
@@ -196,37 +243,53 @@ def _count(number: float) -> float:
 
 
 @apart
-def _rebind(m: int, d: int, instance: int) -> None:
-    address = state_of(m, d, instance)
-    state = state_at(address)
+def _take_over(m: int, d: int, instance: int) -> bool:
+    """Make a state that is not one of this sheath, as it is bound, one of it."""
+    binding, address = binding_of(d, instance), state_of(m, d, instance)
+    state, bound = state_at(address), binding_at(binding)
+    if bound.tendon < 0.0:
+        state.unsolved = _count(state.unsolved) + 1.0
+        return False
     unsolved = rebound = 0.0
     if is_signature(state.config_signature):
         unsolved, rebound = _count(state.unsolved), _count(state.rebound)
-    if config_signature(m, instance) == state.config_signature:
-        _bind(m, instance, address, state.started == 1.0)
+    if state.config_signature != bound.config_signature:
+        reset_sheath(m, address, binding, instance)
     else:
-        reset_sheath(m, address, instance)
+        adopt_binding(address, binding)
+        clear_step(address, state_size_of(m, instance))
+        mark_branches(m, address)
+        _forget_drive(m, instance, address)
     state.unsolved, state.rebound = unsolved, rebound + 1.0
-
-
-@apart
-def _prove(m: int, d: int, instance: int) -> bool:
-    """Prove that a sheath's state is bound, or bind it; seal it; return whether it now is bound."""
-    if not _is_proven(m, d, instance):
-        _rebind(m, d, instance)
-        state = state_at(state_of(m, d, instance))
-        if state.sheath_signature == NONE:
-            state.first_sheath = -1.0  # so that no other trusts what it has
-            state.unsolved += 1.0
-            return False
-    seal_sheath(m, d, instance)
     return True
 
 
 @compiled
 def ensure_bound(m: int, d: int, instance: int) -> bool:
-    """Bind a sheath's state to the model unless it is; return whether it now is."""
-    renew_signature(m, d, instance)
-    if is_sealed(m, d, instance):
-        return True
-    return _prove(m, d, instance)
+    """Bind a sheath to the model, and its state to the sheath; return whether they are."""
+    binding = binding_of(d, instance)
+    if binding == 0:
+        return False
+    bound = binding_at(binding)
+    if bound.first_sheath == instance:
+        bound.present = model_signature(m)
+    if bound.signature != present_signature(d, bound):
+        rebind(m, d, instance)
+    return is_bound(m, d, instance) or _take_over(m, d, instance)
+
+
+@apart
+def rebind(m: int, d: int, instance: int) -> None:
+    """Look up again what a sheath is attached to."""
+    first, binding = first_sheath(m, instance), binding_of(d, instance)
+    leader = binding_at(binding_of(d, first))
+    leader.present = model_signature(m)
+    _bind(m, instance, binding, leader.present)
+
+
+@compiled
+def release(d: int, instance: int) -> None:
+    """Free what `init` made."""
+    place = pointer(d + LAYOUT.d_plugin_data) + 8 * instance
+    free(pointer(place))
+    set_pointer(place, 0)

@@ -9,17 +9,33 @@ from __future__ import annotations
 import mujoco
 
 from tendon_mj.native import Text, apart, compiled, entry
+from tendon_mj.plugin.abi.checks import (
+    SHEATH_INIT,
+    SHEATH_NSENSORDATA,
+    SHEATH_NSTATE,
+    ask_complete,
+    ask_sensor_size,
+    ask_size,
+    asks,
+)
 from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.library import warn
 from tendon_mj.plugin.abi.memory import doubles, integer, pointer, size
+from tendon_mj.plugin.compiled_checks import check_bound, sensor_width, sheath_state
 from tendon_mj.plugin.sheath_plugin.attributes import is_sensor
-from tendon_mj.plugin.sheath_plugin.bind import ensure_bound, is_bound, reset_sheath
+from tendon_mj.plugin.sheath_plugin.bind import (
+    bind_sheath,
+    ensure_bound,
+    is_bound,
+    release,
+    reset_sheath,
+)
 from tendon_mj.plugin.sheath_plugin.evaluate import commit, evaluate
 from tendon_mj.plugin.sheath_plugin.forces import add_reactions
 from tendon_mj.plugin.sheath_plugin.input_force import follow_constraint
 from tendon_mj.plugin.sheath_plugin.names import own_name
-from tendon_mj.plugin.sheath_plugin.sensors import reset_sensor, show, show_ends
-from tendon_mj.plugin.sheath_plugin.state import state_at, state_of
+from tendon_mj.plugin.sheath_plugin.sensors import bind_sensors, show, show_ends
+from tendon_mj.plugin.sheath_plugin.state import binding_at, binding_of, state_at, state_of
 
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
 _PASSIVE_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value | mujoco.mjtDisableBit.mjDSBL_DAMPER.value
@@ -58,6 +74,7 @@ def _quiet_reel(m: int, d: int, instance: int) -> None:
 
 @entry("tendon_mj_sheath_advance", "void(ptr, ptr, i32)")
 def advance(m: int, d: int, instance: int) -> None:
+    """`advance` of `mjpPlugin`."""
     if is_sensor(m, instance):
         return
     address = state_of(m, d, instance)
@@ -72,15 +89,51 @@ def advance(m: int, d: int, instance: int) -> None:
 
 
 @entry("tendon_mj_sheath_reset", "void(ptr, ptr, ptr, i32)")
-def reset(m: int, state: int, unused: int, instance: int) -> None:
+def reset(m: int, state: int, binding: int, instance: int) -> None:
+    """`reset` of `mjpPlugin`."""
+    if binding != 0 and not is_sensor(m, instance):
+        reset_sheath(m, state, binding, instance)
+
+
+@entry("tendon_mj_sheath_nstate", "i32(ptr, i32)")
+def nstate(m: int, instance: int) -> int:
+    """`nstate` of `mjpPlugin`."""
+    if asks(SHEATH_NSTATE):
+        return ask_size(SHEATH_NSTATE, m, instance)
+    return sheath_state(m, instance)
+
+
+@entry("tendon_mj_sheath_nsensordata", "i32(ptr, i32, i32)")
+def nsensordata(m: int, instance: int, sensor: int) -> int:
+    """`nsensordata` of `mjpPlugin`."""
+    if asks(SHEATH_NSENSORDATA):
+        return ask_sensor_size(SHEATH_NSENSORDATA, m, instance, sensor)
+    return sensor_width(m, instance)
+
+
+@entry("tendon_mj_sheath_init", "i32(ptr, ptr, i32)")
+def init(m: int, d: int, instance: int) -> int:
+    """`init` of `mjpPlugin`."""
+    if asks(SHEATH_INIT):
+        ask_complete(SHEATH_INIT, m, d, instance)
     if is_sensor(m, instance):
-        reset_sensor(m, state, instance)
-    else:
-        reset_sheath(m, state, instance)
+        bind_sensors(m, d, instance)
+        return 0
+    bind_sheath(m, d, instance)
+    if not asks(SHEATH_INIT):
+        check_bound(m, instance, binding_at(binding_of(d, instance)))
+    return 0
+
+
+@entry("tendon_mj_sheath_destroy", "void(ptr, i32)")
+def destroy(d: int, instance: int) -> None:
+    """`destroy` of `mjpPlugin`."""
+    release(d, instance)
 
 
 @entry("tendon_mj_sheath_compute", "void(ptr, ptr, i32, i32)")
 def compute(m: int, d: int, instance: int, capability: int) -> None:
+    """`compute` of `mjpPlugin`."""
     sensor = is_sensor(m, instance)
     # where MuJoCo leaves passive forces out, a sheath acts after the actuators
     late = capability == _ACTUATOR and not sensor and _is_skipped(m)
@@ -97,7 +150,8 @@ def compute(m: int, d: int, instance: int, capability: int) -> None:
         show(m, d, instance)
     elif capability == _SENSOR:
         show_ends(m, d, instance)
-        if state_at(state_of(m, d, instance)).first_sheath == instance:
+        binding = binding_of(d, instance)
+        if binding != 0 and binding_at(binding).first_sheath == instance:
             add_reactions(m, d, instance, _is_skipped(m))
     elif capability == _ACTUATOR and not sensor:
         _quiet_reel(m, d, instance)

@@ -40,14 +40,13 @@ from tendon_mj.plugin.abi.memory import (
     size,
 )
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
+from tendon_mj.plugin.sheath_plugin.bind import is_bound
 from tendon_mj.plugin.sheath_plugin.path import Vector
 from tendon_mj.plugin.sheath_plugin.state import (
     State,
     counted_strain,
-    fits,
     state_at,
     state_of,
-    state_size_of,
     unpack,
 )
 from tendon_mj.plugin.sheath_plugin.strain import spool_torque
@@ -172,14 +171,10 @@ _vector6 = LocalDoubles(6)
 @compiled
 def _is_applied(m: int, d: int, instance: int, skipped: bool) -> bool:
     """Whether the state of a sheath holds the forces that act in this step."""
-    address = state_of(m, d, instance)
-    state = state_at(address)
-    return (
-        state.applied != 0.0
-        and not (skipped and state.driven != 0.0)
-        and fits(address, state_size_of(m, instance))
-        and 0.0 <= state.tendon < size(m + LAYOUT.m_ntendon)
-    )
+    if not is_bound(m, d, instance):
+        return False
+    state = state_at(state_of(m, d, instance))
+    return state.applied != 0.0 and not (skipped and state.driven != 0.0)
 
 
 @compiled

@@ -1,17 +1,19 @@
 """Sensors of the plugin: which sheaths they show, and of these which numbers.
 
 An instance with `sensor` whose configuration names a tendon shows the sheath on that; of another
-each sensor has the tendon as its object. The state holds only what is in the model and in the
-states of the sheaths, so where its seal is broken it is computed again.
+each sensor has the tendon as its object. Which sheaths these are is kept in `mjData.plugin_data`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import mujoco
 
-from tendon_mj.native import apart, compiled
+from tendon_mj.native import Record, apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.memory import doubles, integer, pointer, size
+from tendon_mj.plugin.abi.library import malloc
+from tendon_mj.plugin.abi.memory import doubles, integer, pointer, set_pointer, size
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.attributes import (
     BEND_ANGLE,
@@ -23,25 +25,22 @@ from tendon_mj.plugin.sheath_plugin.attributes import (
     UNSOLVED,
     numbers_of,
 )
-from tendon_mj.plugin.sheath_plugin.bind import is_bound, range_of
-from tendon_mj.plugin.sheath_plugin.names import resolve
-from tendon_mj.plugin.sheath_plugin.signature import (
-    NONE,
-    as_number,
-    hashed,
-    is_signature,
-    mixed,
-    signature_by,
+from tendon_mj.plugin.sheath_plugin.bind import (
+    first_sheath,
+    is_bound,
+    range_of,
+    release,
 )
+from tendon_mj.plugin.sheath_plugin.names import resolve
 from tendon_mj.plugin.sheath_plugin.state import (
-    fits,
-    sensor_state_at,
-    shown_at,
+    binding_at,
+    binding_of,
     state_at,
     state_of,
-    state_size_of,
     unpack,
 )
+from tendon_mj.sheath import record_type
+from tendon_mj.typing import FloatArray
 
 _TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
 
@@ -74,47 +73,70 @@ def _measure(address: int, kind: int, out: int) -> None:
                 shown[i] = guides[i].friction_work + guides[i].trial_friction_work
 
 
+class _Binding:
+    """Which sheaths an instance with `sensor` shows; behind it lie their instances."""
+
+    signature: float  # of the model for which this holds
+    capacity: float  # sensors of a model for which there is room
+    first_sheath: float  # instance of the model's first sheath, −1 without one
+    kind: float
+    first_sensor: float
+    last_sensor: float
+    is_of_one: float  # whether all its sensors show the same sheath
+
+
+_BINDING = record_type(_Binding)
+_COUNT = _BINDING.itemsize // 8
+_binding_at: Callable[[int], _Binding] = Record(_BINDING)
+
+
 @apart
-def reset_sensor(m: int, address: int, instance: int) -> None:
-    """Reset what the sensors show: the states of the sheaths may not be there yet."""
-    doubles(address, state_size_of(m, instance))[:] = 0.0
+def bind_sensors(m: int, d: int, instance: int) -> None:
+    """Make what the sensors of an instance show, for new data; they are found when first asked."""
+    sensors = size(m + LAYOUT.m_nsensor)
+    address = malloc(8 * (_COUNT + sensors + 1))
+    doubles(address, _COUNT)[:] = 0.0
+    _binding_at(address).capacity = sensors
+    _binding_at(address).first_sheath = first_sheath(m, instance)
+    set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, address)
 
 
 @compiled
-def _seal(m: int, d: int, instance: int) -> float:
-    """Seal of the state as it is now, `NONE` where it cannot have one."""
-    address = state_of(m, d, instance)
-    first = sensor_state_at(address).first_sheath
-    signature = signature_by(m, d, first, instance)
-    if not is_signature(signature):
-        return NONE
-    h = hashed(address + 8, 8 * (state_size_of(m, instance) - 1))
-    return as_number(mixed(mixed(h, int(signature)), instance))
+def _shown_at(binding: int) -> FloatArray:
+    """Sheath that an instance shows, or that each sensor of the model shows; −1 for none."""
+    return doubles(binding + 8 * _COUNT, int(_binding_at(binding).capacity) + 1)
+
+
+@compiled
+def _present(d: int, instance: int) -> float:
+    """Signature of the model as its first sheath has seen it last, 0 without a sheath."""
+    first = _binding_at(binding_of(d, instance)).first_sheath
+    return binding_at(binding_of(d, int(first))).present if first >= 0.0 else 0.0
 
 
 @apart
 def _find_shown(m: int, d: int, instance: int) -> None:
     """Find the sheath that each sensor of the instance shows."""
-    address = state_of(m, d, instance)
-    state, shown = sensor_state_at(address), shown_at(address, state_size_of(m, instance))
+    if size(m + LAYOUT.m_nsensor) > _binding_at(binding_of(d, instance)).capacity:
+        release(d, instance)
+        bind_sensors(m, d, instance)
+    address = binding_of(d, instance)
+    bound, shown = _binding_at(address), _shown_at(address)
     owners, objects = pointer(m + LAYOUT.m_sensor_plugin), pointer(m + LAYOUT.m_sensor_objid)
     types = pointer(m + LAYOUT.m_sensor_objtype)
     first, last = range_of(owners, size(m + LAYOUT.m_nsensor), instance)
-    state.first_sensor, state.last_sensor = first, last
-    state.kind = at.sensor_kind(m, instance)
-    state.is_of_one = at.is_given(m, instance, at.TENDON)
+    bound.first_sheath = first_sheath(m, instance)
+    bound.signature = _present(d, instance)
+    bound.first_sensor, bound.last_sensor = first, last
+    bound.kind = at.sensor_kind(m, instance)
+    bound.is_of_one = at.is_given(m, instance, at.TENDON)
     tendon = resolve(m, instance, at.TENDON, _TENDON)
-    state.first_sheath = -1.0
     shown[:] = -1.0
     for other in range(size(m + LAYOUT.m_nplugin)):
         if not at.is_sheath(m, other, instance):
             continue
-        if state.first_sheath < 0.0:
-            state.first_sheath = other
-        if not is_bound(m, d, other):
-            continue
-        runs = state_at(state_of(m, d, other)).tendon
-        if state.is_of_one != 0.0:
+        runs = binding_at(binding_of(d, other)).tendon
+        if bound.is_of_one != 0.0:
             if runs == tendon:
                 shown[0] = other
             continue
@@ -125,36 +147,24 @@ def _find_shown(m: int, d: int, instance: int) -> None:
 
 
 @compiled
-def _ensure_shown(m: int, d: int, instance: int) -> None:
-    """Find what the sensors show, unless it is known."""
-    state = sensor_state_at(state_of(m, d, instance))
-    seal = _seal(m, d, instance)
-    if seal == NONE or state.seal != seal:
-        _find_shown(m, d, instance)
-        state.seal = _seal(m, d, instance)
-
-
-@compiled
 def show(m: int, d: int, instance: int) -> None:
     """Fill the sensors of an instance with `sensor`."""
-    _ensure_shown(m, d, instance)
-    address = state_of(m, d, instance)
-    state, shown = sensor_state_at(address), shown_at(address, state_size_of(m, instance))
-    first, last, kind = state.first_sensor, state.last_sensor, int(state.kind)
-    if not 0.0 <= first <= last < size(m + LAYOUT.m_nsensor):
+    if binding_of(d, instance) == 0:
         return
+    if _binding_at(binding_of(d, instance)).signature != _present(d, instance):
+        _find_shown(m, d, instance)
+    address = binding_of(d, instance)
+    bound, shown = _binding_at(address), _shown_at(address)
     owners, widths = pointer(m + LAYOUT.m_sensor_plugin), pointer(m + LAYOUT.m_sensor_dim)
-    for sensor in range(int(first), int(last) + 1):
-        if integer(owners, sensor) != instance:
+    kind = int(bound.kind)
+    for sensor in range(int(bound.first_sensor), int(bound.last_sensor) + 1):
+        source = shown[0] if bound.is_of_one != 0.0 else shown[sensor]
+        if integer(owners, sensor) != instance or source < 0.0:
             continue
-        source = shown[0] if state.is_of_one != 0.0 else shown[sensor]
-        if not 0.0 <= source < size(m + LAYOUT.m_nplugin):
-            continue
-        if not at.is_sheath(m, int(source), instance):
+        if not is_bound(m, d, int(source)):
             continue
         sheath = state_of(m, d, int(source))
-        known = fits(sheath, state_size_of(m, int(source)))
-        count = numbers_of(kind, int(state_at(sheath).guides)) if known else 0
+        count = numbers_of(kind, int(state_at(sheath).guides))
         if 0 < count <= integer(widths, sensor):
             adr = integer(pointer(m + LAYOUT.m_sensor_adr), sensor)
             _measure(sheath, kind, pointer(d + LAYOUT.d_sensordata) + 8 * adr)
@@ -163,13 +173,11 @@ def show(m: int, d: int, instance: int) -> None:
 @compiled
 def show_ends(m: int, d: int, instance: int) -> None:
     """Fill the sensors on the sheath's own instance with T_in and T_out."""
+    if not is_bound(m, d, instance):
+        return
     sheath = state_of(m, d, instance)
     state = state_at(sheath)
     first, last = state.first_sensor, state.last_sensor
-    if not 0.0 <= first <= last < size(m + LAYOUT.m_nsensor):
-        return
-    if not fits(sheath, state_size_of(m, instance)):
-        return
     segments, _, _ = unpack(sheath)
     ea = state.law.axial_stiffness
     owners = pointer(m + LAYOUT.m_sensor_plugin)

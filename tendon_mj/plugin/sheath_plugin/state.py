@@ -10,7 +10,7 @@ leaves its result on *trial*; only `advance` makes the trial the committed state
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, get_type_hints
 
 import numpy as np
 
@@ -51,15 +51,17 @@ class LiveLaw(Law):
     slack: float
 
 
-class State:
-    """Scalars of a sheath; indices are −1 for none, flags 0 or 1."""
+class Live:
+    """What may be changed while a simulation runs."""
 
     law: LiveLaw
     reel_radius: float  # [m]
     output_radius: float  # [m]
-    # elements that the sheath is attached to
-    config_signature: float  # of the attributes that the parameters were read from
-    sheath_signature: float  # of the model that the following index, 0 where that failed
+
+
+class Bound:
+    """What a sheath is attached to; indices are −1 for none, flags 0 or 1."""
+
     tendon: float
     guides: float  # number of guides, with one for each pulley
     arcs: float  # number of geoms that the tendon may wrap around
@@ -79,8 +81,24 @@ class State:
     first_sensor: float
     last_sensor: float
     first_sheath: float  # instance of the model's first sheath
-    model_signature: float  # of all that sheaths are bound to, in the first one
-    seal: float  # of the words from `config_signature` to `first_sheath`
+
+
+class Binding(Bound):
+    """What a sheath is attached to, in memory of its own for each `mjData`.
+
+    Nothing that `mj_setState`, `mujoco.rollout` or `MjSpec.recompile` writes is used as an index:
+    before each use the state receives a copy of its binding.
+    """
+
+    signature: float  # of the model for which this holds
+    present: float  # signature of the model as it is now, in the binding of its first sheath
+    config_signature: float  # of the attributes
+
+
+class State(Bound, Live):
+    """Scalars of a sheath: its parameters, a copy of what it is bound to, and the rest."""
+
+    config_signature: float  # of the attributes that the parameters were read from
     input_force: float  # by which MuJoCo acts along the tendon [N], pulling where negative
     applied: float  # whether the last evaluation applied its forces
     witness: float  # index of a number of `cfrc_ext` that has the sheaths' wrenches
@@ -112,40 +130,37 @@ class State:
     ratio_law: LiveLaw  # law for which the guides' ratios were computed
 
 
-STATE = record_type(State)
+STATE, BINDING = record_type(State), record_type(Binding)
 _COUNT = STATE.itemsize // 8
 _SEGMENT_COUNT, _GUIDE_COUNT = SEGMENT.itemsize // 8, GUIDE.itemsize // 8
 _ARC_COUNT = ARC.itemsize // 8
-BOUND_BEGIN: Final[int] = STATE.fields["config_signature"][1]  # type: ignore[index]
-BOUND_SIZE: Final[int] = STATE.fields["model_signature"][1] - BOUND_BEGIN  # type: ignore[index]
+_BOUND_COUNT: Final = len(get_type_hints(Bound))
+_BOUND: Final[int] = STATE.fields["tendon"][1]  # type: ignore[index]
 DAMPING_POLY: Final[int] = STATE.fields["damping_poly_1"][1]  # type: ignore[index]
 _PARAMETER_COUNT, _LAW_COUNT = len(PARAMETERS), len(LAW)
 _RATIO_LAW = _COUNT - _LAW_COUNT  # where the last member begins
 
 state_at: Callable[[int], State] = Record(STATE)
+binding_at: Callable[[int], Binding] = Record(BINDING)
 _segments_at, _guides_at = Array(SEGMENT), Array(GUIDE)
 _arcs_at = Array(ARC)
 
 
-def size(guides: int, arcs: int = 0) -> int:
+@compiled
+def size_of(guides: int, arcs: int) -> int:
     """Numbers of state of a sheath."""
     tables = _SEGMENT_COUNT * (guides + 1) + _GUIDE_COUNT * guides
     return _COUNT + tables + 3 * (guides + 2) + _ARC_COUNT * arcs
 
 
 @compiled
-def fits(address: int, state_size: int) -> bool:
-    """Whether the guides and arcs of a state fit into its numbers."""
-    state = state_at(address)
-    n, arcs = state.guides, state.arcs
-    if not (0.0 <= n <= state_size and 0.0 <= arcs <= state_size):
-        return False
-    tables = _SEGMENT_COUNT * (n + 1.0) + _GUIDE_COUNT * n
-    return _COUNT + tables + 3.0 * (n + 2.0) + _ARC_COUNT * arcs <= state_size
+def fits(bound: Bound, state_size: int) -> bool:
+    """Whether the guides and arcs of a sheath fit into its numbers of state."""
+    return size_of(int(bound.guides), int(bound.arcs)) <= state_size
 
 
 @compiled
-def path_counts(state: State) -> tuple[float, float, float, float, float, float]:
+def path_counts(state: Bound) -> tuple[float, float, float, float, float, float]:
     """Counts that two paths have in common where a tendon can lie on one as on the other."""
     return (
         state.guides,
@@ -209,7 +224,7 @@ def keep_ratio_law(address: int) -> bool:
 
 
 @compiled
-def is_wound(state: State) -> bool:
+def is_wound(state: Bound) -> bool:
     """Whether a reel or a joint winds the tendon."""
     return state.reel_joint >= 0.0 or state.output_joint >= 0.0 or state.reel_actuator >= 0.0
 
@@ -235,31 +250,12 @@ def counted_strain(state: State) -> float:
     return pull / state.law.axial_stiffness if is_wound(state) or pull > 0.0 else 0.0
 
 
-class SensorState:
-    """State of an instance with `sensor`; behind it lie the instances of the sheaths shown."""
-
-    seal: float  # of all that follows
-    first_sheath: float  # instance of the model's first sheath, −1 without one
-    kind: float
-    first_sensor: float
-    last_sensor: float
-    is_of_one: float  # whether all its sensors show the same sheath
-
-
-_SENSOR_STATE = record_type(SensorState)
-_SENSOR_COUNT = _SENSOR_STATE.itemsize // 8
-sensor_state_at: Callable[[int], SensorState] = Record(_SENSOR_STATE)
-
-
-def sensor_size(sensors: int) -> int:
-    """Numbers of state of an instance with sensors."""
-    return _SENSOR_COUNT + sensors
-
-
 @compiled
-def shown_at(address: int, state_size: int) -> FloatArray:
-    """Sheath that an instance shows, or that each sensor of the model shows; −1 for none."""
-    return doubles(address + 8 * _SENSOR_COUNT, state_size - _SENSOR_COUNT)
+def adopt_binding(address: int, binding: int) -> None:
+    """Copy what a sheath is bound to into its state."""
+    copied, kept = doubles(address + _BOUND, _BOUND_COUNT), doubles(binding, _BOUND_COUNT)
+    for k in range(_BOUND_COUNT):
+        copied[k] = kept[k]
 
 
 @compiled
@@ -267,6 +263,12 @@ def state_of(m: int, d: int, instance: int) -> int:
     """Address of an instance's state."""
     start = integer(pointer(m + LAYOUT.m_plugin_stateadr), instance)
     return pointer(d + LAYOUT.d_plugin_state) + 8 * start
+
+
+@compiled
+def binding_of(d: int, instance: int) -> int:
+    """Address of what an instance is bound to."""
+    return pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance)
 
 
 @compiled

@@ -30,7 +30,7 @@ from tendon_mj.plugin.sheath_plugin.names import (
     sheath_on,
     sheaths_of,
 )
-from tendon_mj.plugin.sheath_plugin.state import PARAMETERS, sensor_size, size
+from tendon_mj.plugin.sheath_plugin.state import PARAMETERS, size_of
 from tendon_mj.plugin.sheath_plugin.validate_tendon import (
     DRIVE,
     UNDRAWN,
@@ -189,8 +189,8 @@ def state_size(address: int, instance: int) -> int:
     model = Draft(address, _PLACE)
     config = model.config(instance)
     if config["sensor"]:
-        return sensor_size(1 if config["tendon"] else int(model.fields.nsensor))
-    return size(*_capacity(model, config, model.where(instance)))
+        return 1  # none is used
+    return size_of(*_capacity(model, config, model.where(instance)))
 
 
 def _check_instance(
@@ -226,7 +226,7 @@ def _check_instance(
 def _check_size(model: Draft, configs: Mapping[int, dict[str, str]]) -> None:
     """Refuse sheaths that would fill memory: MuJoCo counts all numbers of state in 32 bits."""
     guides = {k: _capacity(model, config, model.where(k)) for k, config in configs.items()}
-    sizes = {k: size(*counts) for k, counts in guides.items()}
+    sizes = {k: size_of(*counts) for k, counts in guides.items()}
     total = sum(sizes.values())
     if total > _MOST:
         largest = max(sizes, key=sizes.__getitem__)

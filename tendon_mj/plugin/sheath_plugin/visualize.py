@@ -259,6 +259,7 @@ def _draw_sheath(
 
 @entry("tendon_mj_sheath_visualize", "void(ptr, ptr, ptr, ptr, i32)")
 def visualize(m: int, d: int, option: int, scene: int, instance: int) -> None:
+    """`visualize` of `mjpPlugin`."""
     low, high = tension_scale(m)
     if not low < high or is_sensor(m, instance):
         return

@@ -1,0 +1,290 @@
+"""Checks of a model in compiled code, for programs without Python.
+
+They refuse by `mju_error` what the plugins could not act on, with the instance, the attribute, its
+value and what it has to be; `mj_loadXML` returns the sentence. In Python the checks of `validate`
+take their place, which look at more and say more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.native import LocalDoubles, Text, apart, compiled
+from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.library import append, mjp_getPluginAtSlot, mju_error, strtod
+from tendon_mj.plugin.abi.memory import byte, double, integer, pointer, set_byte, size, word
+from tendon_mj.plugin.servo_plugin import state as sv
+from tendon_mj.plugin.sheath_plugin import attributes as at
+from tendon_mj.plugin.sheath_plugin.names import own_name, resolve, resolve_from
+from tendon_mj.plugin.sheath_plugin.state import (
+    PARAMETERS,
+    Bound,
+    fits,
+    size_of,
+    state_size_of,
+)
+from tendon_mj.sheath import Parameter
+from tendon_mj.typing import FloatArray
+
+_JOINT, _TENDON = mujoco.mjtObj.mjOBJ_JOINT.value, mujoco.mjtObj.mjOBJ_TENDON.value
+_FIXED = mujoco.mjtWrap.mjWRAP_JOINT.value  # first on the path of a fixed tendon
+_SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value  # before it come joints of several degrees of freedom
+_MOST_STATE = 2**24  # numbers of a sheath
+_MOST_SAMPLES = 100_000  # of a servo that are on their way
+_WIDTH = 96  # of a reason, in bytes
+
+
+def _bounds(parameters: Mapping[str, Parameter]) -> FloatArray:
+    """Of each: lowest value, whether allowed itself, value to stay below, whether required."""
+    rows = [(p.range.low, p.range.closed, p.range.high, p.required) for p in parameters.values()]
+    return np.array(rows, float)
+
+
+def _reasons(parameters: Mapping[str, Parameter]) -> NDArray[np.uint8]:
+    return at.as_rows((f" must be {p.range}" for p in parameters.values()), _WIDTH)
+
+
+_SHEATH_BOUNDS, _SHEATH_REASONS = _bounds(PARAMETERS), _reasons(PARAMETERS)
+_SERVO_BOUNDS, _SERVO_REASONS = _bounds(sv.GAINS), _reasons(sv.GAINS)
+_SHEATH_NAMES, _SERVO_NAMES = at.as_rows(at.ATTRIBUTES), at.as_rows(sv.ATTRIBUTES)
+_FEEDBACKS, _SWITCH = at.as_rows(sv.FEEDBACKS), at.as_rows(sv.SWITCH)
+_SHEATH_PLUGIN = at.as_rows(("tendon_mj.sheath",))
+_STATIC = at.FIRST_PARAMETER + list(PARAMETERS).index("static_friction")
+_FRICTION = at.FIRST_PARAMETER + list(PARAMETERS).index("friction")
+_RADII = [
+    at.FIRST_PARAMETER + list(PARAMETERS).index(f"{end}_radius") for end in ("reel", "output")
+]
+_REEL_RADIUS, _OUTPUT_RADIUS = _RADII
+_PERIOD, _DELAY = list(sv.GAINS).index("period"), list(sv.GAINS).index("delay")
+
+_SIZE = 1024  # bytes of a message, with the zero that ends it
+_buffer = LocalDoubles(_SIZE // 8)
+_end = LocalDoubles(1)
+_space, _instance, _quote, _equals = Text(" instance '"), Text("': "), Text("'"), Text(" = '")
+_missing = Text(" is missing")
+_no_number = Text(" is not a number")
+_no_count = Text(" must be a count up to 999999")
+_unknown_word = Text(" is not one of its words")
+_no_tendon = Text(" is not a tendon of the model")
+_no_sheath = Text(" has no sheath with a reel_joint")
+_no_joint = Text(" is not a hinge or slide of the model")
+_not_spatial = Text(" is not a spatial tendon")
+_second = Text(" already runs in another sheath")
+_slips = Text(" must not be below friction")
+_too_large = Text(" takes more state than there may be")
+_other_count = Text(" is not the number of guides of the tendon's path")
+_no_radius = Text(" needs its radius")
+_no_stiffness = Text(" is missing, as nothing pulls the tendon")
+
+
+@apart
+def _refuse(m: int, instance: int, attribute: int, value: int, reason: int) -> None:
+    """Raise ``plugin instance 'name': attribute = 'value' reason``, each at an address."""
+    message, used = _buffer(), 0
+    plugin = pointer(mjp_getPluginAtSlot(integer(pointer(m + LAYOUT.m_plugin), instance)))
+    used = append(message, used, plugin, _SIZE // 4)
+    used = append(message, used, _space(), _SIZE // 4)
+    name = own_name(m, instance)
+    if name != 0:
+        used = append(message, used, name, _SIZE // 2)
+    used = append(message, used, _instance(), _SIZE - 1)
+    used = append(message, used, attribute, _SIZE - 1)
+    if byte(value, 0) != 0:
+        used = append(message, used, _equals(), _SIZE - 1)
+        used = append(message, used, value, _SIZE - _SIZE // 4)
+        used = append(message, used, _quote(), _SIZE - 1)
+    used = append(message, used, reason, _SIZE - 1)
+    set_byte(message + used, 0)
+    mju_error(message)
+
+
+@compiled
+def _row(rows: NDArray[np.uint8], k: int) -> int:
+    """Address of a row of text."""
+    return rows[k].ctypes.data
+
+
+@compiled
+def _refuse_of_sheath(m: int, instance: int, attribute: int, reason: int) -> None:
+    value = at.text_at(m, instance, attribute)
+    _refuse(m, instance, _row(_SHEATH_NAMES, attribute), value, reason)
+
+
+@compiled
+def _refuse_of_servo(m: int, instance: int, attribute: int, reason: int) -> None:
+    value = at.text_at(m, instance, attribute)
+    _refuse(m, instance, _row(_SERVO_NAMES, attribute), value, reason)
+
+
+@apart
+def _is_number(text: int) -> bool:
+    """Whether a text that is not empty is a number to its end."""
+    end = _end()
+    strtod(text, end)
+    after = word(end)
+    return after != text and byte(after, 0) == 0
+
+
+@apart
+def _is_admitted(bounds: FloatArray, k: int, value: float) -> bool:
+    """Whether a value is finite and within the range of a parameter."""
+    low, closed, high = bounds[k, 0], bounds[k, 1] != 0.0, bounds[k, 2]
+    above = value > low or (closed and value == low)
+    return math.isfinite(value) and above and value < high
+
+
+@apart
+def _count(m: int, instance: int, attribute: int, otherwise: int) -> int:
+    """A count that is given as an attribute of a sheath."""
+    text, count, digits = at.text_at(m, instance, attribute), 0, 0
+    while 48 <= byte(text, digits) <= 57 and digits < 7:
+        count = 10 * count + byte(text, digits) - 48
+        digits += 1
+    if byte(text, 0) == 0:
+        return otherwise
+    if digits > 6 or byte(text, digits) != 0:
+        _refuse_of_sheath(m, instance, attribute, _no_count())
+    return count
+
+
+@apart
+def _check_spool(m: int, instance: int, joint: int, radius: int) -> None:
+    """Refuse a joint of a spool that is none, or has no radius."""
+    if at.is_given(m, instance, joint) != at.is_given(m, instance, radius):
+        _refuse_of_sheath(m, instance, joint, _no_radius())
+    if at.is_given(m, instance, joint):
+        index = resolve(m, instance, joint, _JOINT)
+        if index < 0 or integer(pointer(m + LAYOUT.m_jnt_type), index) < _SLIDE:
+            _refuse_of_sheath(m, instance, joint, _no_joint())
+
+
+@apart
+def _check_word(m: int, instance: int, attribute: int, known: NDArray[np.uint8]) -> None:
+    given = at.is_given(m, instance, attribute)
+    if given and at.index_of(at.text_at(m, instance, attribute), known) < 0:
+        _refuse_of_sheath(m, instance, attribute, _unknown_word())
+
+
+@apart
+def sheath_state(m: int, instance: int) -> int:
+    """Check the attributes of a sheath or sensor; numbers of its state."""
+    _check_word(m, instance, at.SENSOR, at.KIND_NAMES)
+    is_named = at.is_given(m, instance, at.TENDON) or not at.is_sensor(m, instance)
+    if is_named and resolve(m, instance, at.TENDON, _TENDON) < 0:
+        _refuse_of_sheath(m, instance, at.TENDON, _no_tendon())
+    if at.is_sensor(m, instance):
+        return 1
+    for k in range(len(_SHEATH_BOUNDS)):
+        attribute = at.FIRST_PARAMETER + k
+        text = at.text_at(m, instance, attribute)
+        if byte(text, 0) == 0:
+            if _SHEATH_BOUNDS[k, 3] != 0.0 and attribute != at.AXIAL_STIFFNESS:
+                _refuse_of_sheath(m, instance, attribute, _missing())
+        elif not _is_number(text):
+            _refuse_of_sheath(m, instance, attribute, _no_number())
+        elif not _is_admitted(_SHEATH_BOUNDS, k, at.number_at(text)):
+            _refuse_of_sheath(m, instance, attribute, _row(_SHEATH_REASONS, k))
+    friction, static = at.number(m, instance, _FRICTION), at.number(m, instance, _STATIC)
+    if at.is_given(m, instance, _STATIC) and static < friction:
+        _refuse_of_sheath(m, instance, _STATIC, _slips())
+    _check_word(m, instance, at.INPUT_END, at.END_NAMES)
+    _check_word(m, instance, at.SPRING, at.SPRING_NAMES)
+    _check_spool(m, instance, at.REEL_JOINT, _REEL_RADIUS)
+    _check_spool(m, instance, at.OUTPUT_JOINT, _OUTPUT_RADIUS)
+    points = max(0, size(m + LAYOUT.m_nwrap) - size(m + LAYOUT.m_ntendon) - 1)
+    each, inner = _count(m, instance, at.ARC_GUIDES, 1), _count(m, instance, at.INNER_GUIDES, 0)
+    if each < 1:
+        _refuse_of_sheath(m, instance, at.ARC_GUIDES, _no_count())
+    guides, arcs = points * each + inner, points
+    if at.is_given(m, instance, at.GUIDES):
+        guides = _count(m, instance, at.GUIDES, 0)
+        arcs = guides // each if at.is_given(m, instance, at.ARC_GUIDES) else 0
+    numbers = size_of(guides, arcs)
+    if numbers > _MOST_STATE:
+        _refuse_of_sheath(m, instance, at.GUIDES, _too_large())
+    return numbers
+
+
+@apart
+def check_bound(m: int, instance: int, bound: Bound) -> None:
+    """Refuse a sheath that cannot act on its tendon; the model is complete."""
+    tendon = resolve(m, instance, at.TENDON, _TENDON)
+    first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
+    if integer(pointer(m + LAYOUT.m_wrap_type), first) == _FIXED:
+        _refuse_of_sheath(m, instance, at.TENDON, _not_spatial())
+    if bound.tendon < 0.0 or not fits(bound, state_size_of(m, instance)):
+        _refuse_of_sheath(m, instance, at.GUIDES, _other_count())
+    if at.is_given(m, instance, at.GUIDES) and bound.guides != _count(m, instance, at.GUIDES, 0):
+        _refuse_of_sheath(m, instance, at.GUIDES, _other_count())
+    pulled = bound.driven != 0.0 or bound.own_spring != 0.0
+    if not pulled and not at.is_given(m, instance, at.AXIAL_STIFFNESS):
+        _refuse_of_sheath(m, instance, at.AXIAL_STIFFNESS, _no_stiffness())
+    for other in range(instance):
+        if at.is_sheath(m, other, instance) and resolve(m, other, at.TENDON, _TENDON) == tendon:
+            _refuse_of_sheath(m, instance, at.TENDON, _second())
+
+
+@apart
+def sensor_width(m: int, instance: int) -> int:
+    """Numbers of a sensor on an instance."""
+    if not at.is_sensor(m, instance):
+        return at.ENDS
+    kind, tendon = at.sensor_kind(m, instance), resolve(m, instance, at.TENDON, _TENDON)
+    for other in range(size(m + LAYOUT.m_nplugin)):
+        if at.is_sheath(m, other, instance) and resolve(m, other, at.TENDON, _TENDON) == tendon:
+            points = max(0, size(m + LAYOUT.m_nwrap) - size(m + LAYOUT.m_ntendon) - 1)
+            each, inner = _count(m, other, at.ARC_GUIDES, 1), _count(m, other, at.INNER_GUIDES, 0)
+            return at.numbers_of(kind, _count(m, other, at.GUIDES, points * each + inner))
+    return 1
+
+
+@apart
+def servo_state(m: int, instance: int) -> int:
+    """Check the attributes of a servo; numbers of its state."""
+    for k in range(len(_SERVO_BOUNDS)):
+        text = at.text_at(m, instance, k)
+        if byte(text, 0) == 0:
+            if _SERVO_BOUNDS[k, 3] != 0.0:
+                _refuse_of_servo(m, instance, k, _missing())
+        elif not _is_number(text):
+            _refuse_of_servo(m, instance, k, _no_number())
+        elif not _is_admitted(_SERVO_BOUNDS, k, at.number_at(text)):
+            _refuse_of_servo(m, instance, k, _row(_SERVO_REASONS, k))
+    feedback, backdrive = (
+        at.text_at(m, instance, sv.FEEDBACK),
+        at.text_at(m, instance, sv.BACKDRIVE),
+    )
+    if byte(feedback, 0) != 0 and at.index_of(feedback, _FEEDBACKS) < 0:
+        _refuse_of_servo(m, instance, sv.FEEDBACK, _unknown_word())
+    if byte(backdrive, 0) != 0 and at.index_of(backdrive, _SWITCH) < 0:
+        _refuse_of_servo(m, instance, sv.BACKDRIVE, _unknown_word())
+    tendon = resolve_from(m, instance, sv.TENDON, sv.INSTANCE, sv.TENDON, _TENDON)
+    if tendon < 0:
+        _refuse_of_servo(m, instance, sv.TENDON, _no_tendon())
+    if not _has_motor(m, tendon):
+        _refuse_of_servo(m, instance, sv.TENDON, _no_sheath())
+    period, delay = at.number(m, instance, _PERIOD), at.number(m, instance, _DELAY)
+    if period == 0.0 and delay == 0.0:
+        return sv.size_of(0)
+    samples = delay / max(period, double(m + LAYOUT.o_timestep, 0))
+    if not samples < _MOST_SAMPLES:
+        _refuse_of_servo(m, instance, _DELAY, _too_large())
+    return sv.size_of(math.ceil(samples - 1e-9) + 2)
+
+
+@apart
+def _has_motor(m: int, tendon: int) -> bool:
+    """Whether a tendon has a sheath whose input a joint winds."""
+    slots = pointer(m + LAYOUT.m_plugin)
+    for other in range(size(m + LAYOUT.m_nplugin)):
+        name = pointer(mjp_getPluginAtSlot(integer(slots, other)))
+        if at.index_of(name, _SHEATH_PLUGIN) != 0 or at.is_sensor(m, other):
+            continue
+        if resolve(m, other, at.TENDON, _TENDON) == tendon:
+            return resolve(m, other, at.REEL_JOINT, _JOINT) >= 0
+    return False

@@ -1,0 +1,137 @@
+"""Registration of the plugins by the library itself, when any program loads it.
+
+`mj_loadPluginLibrary` and `mj_loadAllPluginLibraries` load a library, whose constructor registers
+what it has. The offsets of the MuJoCo that is running are looked up in `releases`; with a release
+that is not there nothing is registered. A program in Python writes the offsets that it has
+verified, and which of its functions check a model, and has the plugins registered then.
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from tendon_mj.native import CONSTRUCTOR, AddressOf, Shared, Text, apart, entry
+from tendon_mj.plugin.abi import releases
+from tendon_mj.plugin.abi.layout import LAYOUT, SCENE
+from tendon_mj.plugin.abi.library import (
+    mj_version,
+    mjp_getPlugin,
+    mjp_registerPlugin,
+    mju_warning,
+)
+from tendon_mj.plugin.abi.memory import doubles, set_integer, set_pointer
+from tendon_mj.plugin.servo_plugin import callbacks as _servo_callbacks  # noqa: F401, entries
+from tendon_mj.plugin.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
+from tendon_mj.plugin.sheath_plugin import callbacks as _sheath_callbacks  # noqa: F401
+from tendon_mj.plugin.sheath_plugin import visualize as _visualize  # noqa: F401
+from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES, as_rows
+
+_KNOWN = releases.known()
+_RELEASES = np.array([1000 * int(a) + int(b) for a, b in (name.split(".") for name in _KNOWN)])
+_OFFSETS = np.array(list(_KNOWN.values()))
+_COUNT = len(LAYOUT.names)
+_layout, _scene = Shared(LAYOUT.symbol, _COUNT), Shared(SCENE.symbol, len(SCENE.names))
+
+_ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
+_STAGE = mujoco.mjtStage.mjSTAGE_ACC.value
+_WIDTH = 32  # of a row of text
+_SHEATH_NAMES, _SERVO_NAMES = as_rows(ATTRIBUTES, _WIDTH), as_rows(SERVO_ATTRIBUTES, _WIDTH)
+_sheath, _servo = Text("tendon_mj.sheath"), Text("tendon_mj.servo")
+_struct = Shared("tendon_mj_struct", 19)  # mjpPlugin, which MuJoCo copies
+_names = Shared("tendon_mj_names", max(len(_SHEATH_NAMES), len(_SERVO_NAMES)))
+_slot = Shared("tendon_mj_slot", 1)
+_unknown = Text(
+    "tendon_mj: the library does not know this release of MuJoCo; nothing is registered"
+)
+
+# where the members of mjpPlugin are [bytes]
+_NAME, _ATTRIBUTE_COUNT, _ATTRIBUTES, _CAPABILITIES, _NEEDSTAGE = 0, 8, 16, 24, 28
+_NSTATE, _NSENSORDATA, _INIT, _DESTROY, _COPY, _RESET, _COMPUTE, _ADVANCE, _VISUALIZE = range(
+    32, 104, 8
+)
+
+_sheath_nstate = AddressOf("tendon_mj_sheath_nstate")
+_sheath_nsensordata = AddressOf("tendon_mj_sheath_nsensordata")
+_sheath_init = AddressOf("tendon_mj_sheath_init")
+_sheath_destroy = AddressOf("tendon_mj_sheath_destroy")
+_sheath_reset = AddressOf("tendon_mj_sheath_reset")
+_sheath_compute = AddressOf("tendon_mj_sheath_compute")
+_sheath_advance = AddressOf("tendon_mj_sheath_advance")
+_sheath_visualize = AddressOf("tendon_mj_sheath_visualize")
+_servo_nstate = AddressOf("tendon_mj_servo_nstate")
+_servo_init = AddressOf("tendon_mj_servo_init")
+_servo_destroy = AddressOf("tendon_mj_servo_destroy")
+_servo_reset = AddressOf("tendon_mj_servo_reset")
+_servo_compute = AddressOf("tendon_mj_servo_compute")
+_servo_advance = AddressOf("tendon_mj_servo_advance")
+
+
+@apart
+def _set_offsets() -> bool:
+    """Write the offsets of the MuJoCo that is running; return whether they are known."""
+    release = mj_version() // 1000
+    for k in range(len(_RELEASES)):
+        if _RELEASES[k] == release:
+            for entry in range(_OFFSETS.shape[1]):
+                numbers = (
+                    _layout() + 8 * entry if entry < _COUNT else _scene() + 8 * (entry - _COUNT)
+                )
+                set_pointer(numbers, _OFFSETS[k, entry])
+            return True
+    return False
+
+
+@apart
+def _is_registered(name: int) -> bool:
+    return mjp_getPlugin(name, _slot()) != 0
+
+
+@apart
+def _begin(name: int, attributes: int, count: int, capabilities: int) -> int:
+    """Address of a new `mjpPlugin` without functions."""
+    struct, names = _struct(), _names()
+    doubles(struct, 19)[:] = 0.0
+    for k in range(count):
+        set_pointer(names + 8 * k, attributes + _WIDTH * k)
+    set_pointer(struct + _NAME, name)
+    set_integer(struct + _ATTRIBUTE_COUNT, count)
+    set_pointer(struct + _ATTRIBUTES, names)
+    set_integer(struct + _CAPABILITIES, capabilities)
+    set_integer(struct + _NEEDSTAGE, _STAGE)
+    return struct
+
+
+@entry("tendon_mj_register", "void()")
+def register() -> None:
+    """Register the plugins that are not registered yet."""
+    if not _is_registered(_sheath()):
+        names, count = _SHEATH_NAMES.ctypes.data, len(_SHEATH_NAMES)
+        struct = _begin(_sheath(), names, count, _ACTUATOR | _SENSOR | _PASSIVE)
+        set_pointer(struct + _NSTATE, _sheath_nstate())
+        set_pointer(struct + _NSENSORDATA, _sheath_nsensordata())
+        set_pointer(struct + _INIT, _sheath_init())
+        set_pointer(struct + _DESTROY, _sheath_destroy())
+        set_pointer(struct + _RESET, _sheath_reset())
+        set_pointer(struct + _COMPUTE, _sheath_compute())
+        set_pointer(struct + _ADVANCE, _sheath_advance())
+        set_pointer(struct + _VISUALIZE, _sheath_visualize())
+        mjp_registerPlugin(struct)
+    if not _is_registered(_servo()):
+        struct = _begin(_servo(), _SERVO_NAMES.ctypes.data, len(_SERVO_NAMES), _ACTUATOR)
+        set_pointer(struct + _NSTATE, _servo_nstate())
+        set_pointer(struct + _INIT, _servo_init())
+        set_pointer(struct + _DESTROY, _servo_destroy())
+        set_pointer(struct + _RESET, _servo_reset())
+        set_pointer(struct + _COMPUTE, _servo_compute())
+        set_pointer(struct + _ADVANCE, _servo_advance())
+        mjp_registerPlugin(struct)
+
+
+@entry(CONSTRUCTOR, "void()")
+def load() -> None:
+    """Register the plugins when the library is loaded."""
+    if _set_offsets():
+        register()
+    else:
+        mju_warning(_unknown())
