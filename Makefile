@@ -65,7 +65,7 @@ $(INSTALLED): pyproject.toml constraints.txt
 	@echo "$(abspath $(VENV)) $$($(BIN)/python --version)" > $@
 
 $(STAMP): $(INSTALLED)
-	$(BIN)/python -m tendon_mj.compilation
+	$(BIN)/python -m tendon_mj.native
 	@touch $@
 
 compiled: $(STAMP)            ## the plugins, for this machine

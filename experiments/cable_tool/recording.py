@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-from numba import njit
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import math
 
+from numba import njit
 
 from experiments.cable_tool.recording import ToolRecording
 from tendon_mj.typing import FloatArray

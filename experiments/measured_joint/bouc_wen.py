@@ -13,8 +13,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from numba import njit
 import numpy as np
+from numba import njit
 from scipy.optimize import differential_evolution
 
 from experiments.measured_joint.prediction import Predict, Series

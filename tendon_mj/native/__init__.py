@@ -1,8 +1,10 @@
 """Machine code of the plugins: which functions are compiled, by what, and where the result is."""
 
+from tendon_mj.native.library import FOLDER as FOLDER
 from tendon_mj.native.library import Library as Library
 from tendon_mj.native.library import load as load
 from tendon_mj.native.marks import CONSTRUCTOR as CONSTRUCTOR
+from tendon_mj.native.marks import ENTRIES as ENTRIES
 from tendon_mj.native.marks import AddressOf as AddressOf
 from tendon_mj.native.marks import Array as Array
 from tendon_mj.native.marks import Called as Called

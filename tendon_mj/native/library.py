@@ -27,6 +27,7 @@ from tendon_mj.native.marks import ENTRIES
 _PACKAGE = Path(__file__).parents[1]
 _SOURCES = ("native", "plugin", "sheath")  # folders of the package with compiled functions
 _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+FOLDER = Path(__file__).parent / "libraries"  # of the package
 _KEPT = 4  # libraries in a folder: of branches between which one switches
 _PATIENCE = 300.0  # [s] that a process waits for another that builds the same
 
@@ -42,11 +43,8 @@ def digest() -> str:
 
 
 def _folders() -> list[Path]:
-    """Folders for libraries: that of the package, and the user's cache.
-
-    Raises nothing where the user has no home; there is none then.
-    """
-    folders = [Path(__file__).parent / "libraries"]
+    """Folders for libraries: that of the package, and the user's cache where there is one."""
+    folders = [FOLDER]
     with contextlib.suppress(RuntimeError):
         variable = {"win32": "LOCALAPPDATA", "darwin": ""}.get(sys.platform, "XDG_CACHE_HOME")
         below = {"win32": "AppData/Local", "darwin": "Library/Caches"}.get(sys.platform, ".cache")

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import contextlib
 import copyreg
+import ctypes
 import functools
 import sys
 from collections.abc import Mapping, Sequence
@@ -25,6 +26,7 @@ from typing import Any
 import mujoco
 
 from tendon_mj.errors import EngineError, NoPluginsError
+from tendon_mj.plugin.abi.layout import offset
 from tendon_mj.plugin.abi.library import C
 
 
@@ -69,6 +71,12 @@ def load(kind: Any, plugins: Mapping[int, str], state: bytes) -> Any:
             )
     loaded = kind.__new__(kind)
     loaded.__setstate__(state)
+    if isinstance(loaded, mujoco.MjData):
+        # MuJoCo restores the addresses too that the plugins kept in the process of the pickle
+        kept = ctypes.c_void_p.from_address(loaded._address + offset("d_plugin_data")).value
+        for instance in range(loaded.model.nplugin):
+            if plugins[int(loaded.model.plugin[instance])].startswith("tendon_mj."):
+                ctypes.c_void_p.from_address((kept or 0) + 8 * instance).value = None
     return loaded
 
 

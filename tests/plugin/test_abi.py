@@ -1,7 +1,6 @@
 """A MuJoCo with other structures is refused before any of its memory is touched."""
 
 import mujoco
-import numpy as np
 import pytest
 
 from tendon_mj.errors import EngineError
@@ -46,9 +45,7 @@ def test_a_type_of_unknown_size_is_refused():
 
 
 def test_a_plugin_structure_of_another_shape_is_refused(monkeypatch):
-    fields = (*plugin._Plugin._fields_[:-1], ("sdf_something", plugin._Plugin._fields_[-1][1]))
-    other = type("Other", (), {"_fields_": fields})
-    monkeypatch.setattr(plugin, "_Plugin", other)
+    monkeypatch.setattr(plugin, "_MEMBERS", f"{plugin._MEMBERS} sdf_something")
     with refusing(EngineError, "'sdf_aabb'], not as", "sdf_something"):
         plugin._verify_struct()
 

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as some
 
-from tests.sheath.tendons import random_tendons, solve_flow, sweep, tendon
+from tests.sheath.tendons import random_tendons, solve_flow, tendon
 
 EVERY = settings(max_examples=400, derandomize=True)
 # D ℓ: from hardly felt to a wave that crosses a segment in many steps

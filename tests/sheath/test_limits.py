@@ -8,7 +8,7 @@ from hypothesis import strategies as some
 from tendon_mj.sheath import held
 from tendon_mj.sheath.segment_law import tension_of
 from tendon_mj.sheath.tension_by_sweep import _holds
-from tests.sheath.tendons import solve_flow, sweep, tendon, uniform
+from tests.sheath.tendons import solve_flow, tendon, uniform
 
 ANY = some.floats(allow_nan=True, allow_infinity=True)
 

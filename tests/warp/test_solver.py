@@ -9,8 +9,8 @@ wp = pytest.importorskip("warp", reason=WHY)
 
 from tendon_mj.sheath import GUIDE as GUIDE_TYPE  # noqa: E402
 from tendon_mj.sheath import SEGMENT as SEGMENT_TYPE  # noqa: E402
-from tests.sheath.tendons import solve_flow  # noqa: E402
 from tendon_mj.warp.tendons import Tendons  # noqa: E402
+from tests.sheath.tendons import solve_flow  # noqa: E402
 from tests.warp.solver_kernel import solve_all  # noqa: E402
 
 CASES = 300

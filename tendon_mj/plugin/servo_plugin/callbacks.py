@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from tendon_mj.native import apart, compiled, entry
+from tendon_mj.native import LocalDoubles, apart, compiled, entry
 from tendon_mj.plugin.abi.checks import SERVO_INIT, SERVO_NSTATE, ask_complete, ask_size, asks
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import malloc, mjp_getPluginAtSlot
+from tendon_mj.plugin.abi.library import mjp_getPluginAtSlot
 from tendon_mj.plugin.abi.memory import double, doubles, integer, pointer, set_pointer, size
 from tendon_mj.plugin.compiled_checks import servo_state
 from tendon_mj.plugin.servo_plugin import state as sv
@@ -15,6 +15,7 @@ from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES
 from tendon_mj.plugin.sheath_plugin.bind import (
     is_bound,
+    new_binding,
     present_signature,
     range_of,
     release,
@@ -26,6 +27,7 @@ from tendon_mj.plugin.sheath_plugin.state import binding_of, state_of, state_siz
 
 _JOINT, _TENDON = 3, 18  # mjtObj
 _BINDING_COUNT = sv.BINDING.itemsize // 8
+_passing = LocalDoubles(_BINDING_COUNT)  # what is bound for the moment
 _SHEATH_PLUGIN = at.as_rows(("tendon_mj.sheath",))
 _FEEDBACKS, _SWITCH = at.as_rows(sv.FEEDBACKS), at.as_rows(sv.SWITCH)
 _DEFAULTS = tuple(gain.default or 0.0 for gain in GAINS.values())
@@ -82,10 +84,10 @@ def _bind(m: int, instance: int, address: int, signature: float) -> None:
 @compiled
 def _present(d: int, binding: int) -> float:
     """Signature of the model as its first sheath has seen it last, 0 without a sheath."""
-    sheath = sv.binding_at(binding).instance
-    if sheath < 0.0:
+    sheath = int(sv.binding_at(binding).instance)
+    if sheath < 0 or binding_of(d, sheath) == 0:
         return 0.0
-    return present_signature(d, sheath_binding_at(binding_of(d, int(sheath))))
+    return present_signature(d, sheath_binding_at(binding_of(d, sheath)))
 
 
 @apart
@@ -109,6 +111,9 @@ def _reset(m: int, address: int, binding: int, instance: int) -> None:
             dof = integer(pointer(m + LAYOUT.m_jnt_dofadr), joint)
             armature = double(pointer(m + LAYOUT.m_dof_armature), dof)
             values[_INERTIA] = _given(m, instance, _INERTIA, armature)
+    if binding == 0:
+        binding = _passing()
+        _bind(m, instance, binding, 0.0)
     sv.adopt_binding(address, binding)
     state.config_signature = sv.binding_at(binding).config_signature
 
@@ -138,7 +143,7 @@ def _rebind(m: int, d: int, instance: int) -> None:
     """Bind a servo again, and begin as after a reset where its state is not one of it."""
     binding, address = binding_of(d, instance), state_of(m, d, instance)
     if binding == 0:
-        return
+        binding = new_binding(d, instance, _BINDING_COUNT)
     _bind(m, instance, binding, 0.0)
     sv.binding_at(binding).signature = _present(d, binding)
     if not _is_bound(m, d, instance):
@@ -158,9 +163,7 @@ def init(m: int, d: int, instance: int) -> int:
     """`init` of `mjpPlugin`."""
     if asks(SERVO_INIT):
         ask_complete(SERVO_INIT, m, d, instance)
-    address = malloc(8 * _BINDING_COUNT)
-    set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, address)
-    _bind(m, instance, address, 0.0)  # its sheath may follow
+    set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, 0)
     return 0
 
 
@@ -173,8 +176,7 @@ def destroy(d: int, instance: int) -> None:
 @entry("tendon_mj_servo_reset", "void(ptr, ptr, ptr, i32)")
 def reset(m: int, state: int, binding: int, instance: int) -> None:
     """`reset` of `mjpPlugin`."""
-    if binding != 0:
-        _reset(m, state, binding, instance)
+    _reset(m, state, binding, instance)
 
 
 @entry("tendon_mj_servo_compute", "void(ptr, ptr, i32, i32)")

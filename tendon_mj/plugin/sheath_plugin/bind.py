@@ -1,9 +1,9 @@
 """Binding of a sheath to its model: which tendon, joints, actuators and sensors it acts on.
 
-As MuJoCo's own plugins do, a sheath looks these up in `init`, which `mj_makeData` calls, and keeps
-them in `mjData.plugin_data`, which no state overwrites. They are looked up again when the model is
-another one, or when in the model itself something has changed that they depend on: the first sheath
-of a model computes its signature (`signature`) in each evaluation, the others compare.
+A sheath looks these up when it is first evaluated, and keeps them in `mjData.plugin_data`, where
+MuJoCo's own plugins keep such things and which no state overwrites. They are looked up again when
+the model is another one, or when in the model itself something has changed that they depend on: the
+first sheath of a model computes its signature (`signature`) in each evaluation, the others compare.
 
 A *state* may be that of another model: `mj_setState`, `mujoco.rollout` and `MjSpec.recompile` write
 it without asking the plugin. Where the signature of the configuration that it was made with is not
@@ -15,10 +15,11 @@ from __future__ import annotations
 
 import mujoco
 
-from tendon_mj.native import apart, compiled
+from tendon_mj.native import LocalDoubles, apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.library import free, malloc
 from tendon_mj.plugin.abi.memory import doubles, integer, pointer, set_pointer, size
+from tendon_mj.plugin.compiled_checks import check_bound
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.input_force import (
     acts_on,
@@ -29,8 +30,11 @@ from tendon_mj.plugin.sheath_plugin.input_force import (
 from tendon_mj.plugin.sheath_plugin.names import resolve
 from tendon_mj.plugin.sheath_plugin.path import count_wraps, mark_branches
 from tendon_mj.plugin.sheath_plugin.signature import (
+    as_number,
     config_signature,
+    hashed,
     is_signature,
+    mixed,
     model_signature,
 )
 from tendon_mj.plugin.sheath_plugin.state import (
@@ -51,6 +55,7 @@ from tendon_mj.plugin.sheath_plugin.state import (
 
 _JOINT, _TENDON = mujoco.mjtObj.mjOBJ_JOINT.value, mujoco.mjtObj.mjOBJ_TENDON.value
 _COUNT = BINDING.itemsize // 8
+_passing = LocalDoubles(_COUNT)  # what is bound for the moment
 _MOST = 2.0**53  # up to which doubles hold every whole number
 
 
@@ -85,6 +90,12 @@ def _count_guides(m: int, instance: int, bound: Binding) -> None:
     elements = integer(pointer(m + LAYOUT.m_tendon_num), tendon)
     sites = elements - bound.arcs - bound.pulleys - 2 * (1 + bound.pulleys)  # within branches
     bound.guides = bound.inner_guides + sites + bound.arcs * bound.arc_guides + bound.pulleys
+    bound.branches = 0.0
+    if bound.pulleys > 0.0:
+        first = 4 * integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
+        kinds, ends = pointer(m + LAYOUT.m_wrap_type), pointer(m + LAYOUT.m_wrap_objid)
+        h = hashed(kinds + first, 4 * elements)
+        bound.branches = as_number(mixed(h, hashed(ends + first, 4 * elements)))
 
 
 @compiled
@@ -160,24 +171,26 @@ def _bind(m: int, instance: int, address: int, signature: float) -> None:
 
 
 @apart
-def bind_sheath(m: int, d: int, instance: int) -> None:
-    """Make what a sheath is bound to, for new data."""
-    address = malloc(8 * _COUNT)
-    doubles(address, _COUNT)[:] = 0.0
+def new_binding(d: int, instance: int, count: int) -> int:
+    """Memory for so many numbers, all 0, in `mjData.plugin_data`; its address."""
+    address = malloc(8 * count)
+    doubles(address, count)[:] = 0.0
     set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, address)
-    first = first_sheath(m, instance)
-    if first == instance:
-        binding_at(address).present = model_signature(m)
-    _bind(m, instance, address, binding_at(binding_of(d, first)).present)
+    return address
 
 
 @apart
 def reset_sheath(m: int, address: int, binding: int, instance: int) -> None:
-    """Write the configured parameters; the segments are initialised at the first evaluation."""
+    """Write the configured parameters; the segments are initialised at the first evaluation.
+
+    A ``binding`` of 0 is one that is not made yet.
+    """
     doubles(address, state_size_of(m, instance))[:] = 0.0
+    passing, signature = _passing(), model_signature(m)
+    if binding == 0:
+        binding = passing
     bound, state = binding_at(binding), state_at(address)
-    signature = model_signature(m)
-    if bound.signature != signature:
+    if binding == passing or bound.signature != signature:
         _bind(m, instance, binding, signature)
     if bound.tendon < 0.0:
         return
@@ -190,6 +203,14 @@ def reset_sheath(m: int, address: int, binding: int, instance: int) -> None:
     if state.own_spring != 0.0:
         note_spring(m, state, at.has_length(m, instance))
     state.config_signature = bound.config_signature
+
+
+@apart
+def check_bindable(m: int, instance: int) -> None:
+    """Refuse a sheath that cannot act on its tendon."""
+    passing = _passing()
+    _bind(m, instance, passing, 0.0)
+    check_bound(m, instance, binding_at(passing))
 
 
 @compiled
@@ -218,9 +239,9 @@ def is_bound(m: int, d: int, instance: int) -> bool:
 
     The indices in its state are then those of the binding.
     """
+    if binding_of(d, instance) == 0:
+        _rebind(m, d, instance)
     binding = binding_of(d, instance)
-    if binding == 0:
-        return False
     bound, address = binding_at(binding), state_of(m, d, instance)
     if bound.tendon < 0.0 or bound.signature != present_signature(d, bound):
         return False
@@ -268,28 +289,33 @@ def _take_over(m: int, d: int, instance: int) -> bool:
 def ensure_bound(m: int, d: int, instance: int) -> bool:
     """Bind a sheath to the model, and its state to the sheath; return whether they are."""
     binding = binding_of(d, instance)
+    if binding != 0:
+        bound = binding_at(binding)
+        if bound.first_sheath == instance:
+            bound.present = model_signature(m)
+        if bound.signature != present_signature(d, bound):
+            binding = 0
     if binding == 0:
-        return False
-    bound = binding_at(binding)
-    if bound.first_sheath == instance:
-        bound.present = model_signature(m)
-    if bound.signature != present_signature(d, bound):
-        rebind(m, d, instance)
+        _rebind(m, d, instance)
     return is_bound(m, d, instance) or _take_over(m, d, instance)
 
 
 @apart
-def rebind(m: int, d: int, instance: int) -> None:
-    """Look up again what a sheath is attached to."""
-    first, binding = first_sheath(m, instance), binding_of(d, instance)
+def _rebind(m: int, d: int, instance: int) -> None:
+    """Look up what a sheath is attached to, for the first time or again."""
+    first = first_sheath(m, instance)
+    if binding_of(d, first) == 0:
+        new_binding(d, first, _COUNT)
+    if binding_of(d, instance) == 0:
+        new_binding(d, instance, _COUNT)
     leader = binding_at(binding_of(d, first))
     leader.present = model_signature(m)
-    _bind(m, instance, binding, leader.present)
+    _bind(m, instance, binding_of(d, instance), leader.present)
 
 
 @compiled
 def release(d: int, instance: int) -> None:
-    """Free what `init` made."""
+    """Free what an instance is bound to."""
     place = pointer(d + LAYOUT.d_plugin_data) + 8 * instance
     free(pointer(place))
     set_pointer(place, 0)

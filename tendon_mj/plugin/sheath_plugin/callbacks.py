@@ -20,11 +20,11 @@ from tendon_mj.plugin.abi.checks import (
 )
 from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.library import warn
-from tendon_mj.plugin.abi.memory import doubles, integer, pointer, size
-from tendon_mj.plugin.compiled_checks import check_bound, sensor_width, sheath_state
+from tendon_mj.plugin.abi.memory import doubles, integer, pointer, set_pointer, size
+from tendon_mj.plugin.compiled_checks import sensor_width, sheath_state
 from tendon_mj.plugin.sheath_plugin.attributes import is_sensor
 from tendon_mj.plugin.sheath_plugin.bind import (
-    bind_sheath,
+    check_bindable,
     ensure_bound,
     is_bound,
     release,
@@ -34,8 +34,14 @@ from tendon_mj.plugin.sheath_plugin.evaluate import commit, evaluate
 from tendon_mj.plugin.sheath_plugin.forces import add_reactions
 from tendon_mj.plugin.sheath_plugin.input_force import follow_constraint
 from tendon_mj.plugin.sheath_plugin.names import own_name
-from tendon_mj.plugin.sheath_plugin.sensors import bind_sensors, show, show_ends
-from tendon_mj.plugin.sheath_plugin.state import binding_at, binding_of, state_at, state_of
+from tendon_mj.plugin.sheath_plugin.sensors import show, show_ends
+from tendon_mj.plugin.sheath_plugin.state import (
+    binding_at,
+    binding_of,
+    state_at,
+    state_of,
+    state_size_of,
+)
 
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
 _PASSIVE_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value | mujoco.mjtDisableBit.mjDSBL_DAMPER.value
@@ -91,7 +97,9 @@ def advance(m: int, d: int, instance: int) -> None:
 @entry("tendon_mj_sheath_reset", "void(ptr, ptr, ptr, i32)")
 def reset(m: int, state: int, binding: int, instance: int) -> None:
     """`reset` of `mjpPlugin`."""
-    if binding != 0 and not is_sensor(m, instance):
+    if is_sensor(m, instance):
+        doubles(state, state_size_of(m, instance))[:] = 0.0
+    else:
         reset_sheath(m, state, binding, instance)
 
 
@@ -116,12 +124,9 @@ def init(m: int, d: int, instance: int) -> int:
     """`init` of `mjpPlugin`."""
     if asks(SHEATH_INIT):
         ask_complete(SHEATH_INIT, m, d, instance)
-    if is_sensor(m, instance):
-        bind_sensors(m, d, instance)
-        return 0
-    bind_sheath(m, d, instance)
-    if not asks(SHEATH_INIT):
-        check_bound(m, instance, binding_at(binding_of(d, instance)))
+    elif not is_sensor(m, instance):
+        check_bindable(m, instance)
+    set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, 0)
     return 0
 
 

@@ -12,8 +12,7 @@ import mujoco
 
 from tendon_mj.native import Record, apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import malloc
-from tendon_mj.plugin.abi.memory import doubles, integer, pointer, set_pointer, size
+from tendon_mj.plugin.abi.memory import doubles, integer, pointer, size
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.attributes import (
     BEND_ANGLE,
@@ -28,6 +27,7 @@ from tendon_mj.plugin.sheath_plugin.attributes import (
 from tendon_mj.plugin.sheath_plugin.bind import (
     first_sheath,
     is_bound,
+    new_binding,
     range_of,
     release,
 )
@@ -90,17 +90,6 @@ _COUNT = _BINDING.itemsize // 8
 _binding_at: Callable[[int], _Binding] = Record(_BINDING)
 
 
-@apart
-def bind_sensors(m: int, d: int, instance: int) -> None:
-    """Make what the sensors of an instance show, for new data; they are found when first asked."""
-    sensors = size(m + LAYOUT.m_nsensor)
-    address = malloc(8 * (_COUNT + sensors + 1))
-    doubles(address, _COUNT)[:] = 0.0
-    _binding_at(address).capacity = sensors
-    _binding_at(address).first_sheath = first_sheath(m, instance)
-    set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, address)
-
-
 @compiled
 def _shown_at(binding: int) -> FloatArray:
     """Sheath that an instance shows, or that each sensor of the model shows; −1 for none."""
@@ -110,17 +99,21 @@ def _shown_at(binding: int) -> FloatArray:
 @compiled
 def _present(d: int, instance: int) -> float:
     """Signature of the model as its first sheath has seen it last, 0 without a sheath."""
-    first = _binding_at(binding_of(d, instance)).first_sheath
-    return binding_at(binding_of(d, int(first))).present if first >= 0.0 else 0.0
+    first = int(_binding_at(binding_of(d, instance)).first_sheath)
+    if first < 0 or binding_of(d, first) == 0:
+        return 0.0
+    return binding_at(binding_of(d, first)).present
 
 
 @apart
 def _find_shown(m: int, d: int, instance: int) -> None:
     """Find the sheath that each sensor of the instance shows."""
-    if size(m + LAYOUT.m_nsensor) > _binding_at(binding_of(d, instance)).capacity:
-        release(d, instance)
-        bind_sensors(m, d, instance)
+    sensors = size(m + LAYOUT.m_nsensor)
     address = binding_of(d, instance)
+    if address == 0 or sensors > _binding_at(address).capacity:
+        release(d, instance)
+        address = new_binding(d, instance, _COUNT + sensors + 1)
+        _binding_at(address).capacity = sensors
     bound, shown = _binding_at(address), _shown_at(address)
     owners, objects = pointer(m + LAYOUT.m_sensor_plugin), pointer(m + LAYOUT.m_sensor_objid)
     types = pointer(m + LAYOUT.m_sensor_objtype)
@@ -134,6 +127,8 @@ def _find_shown(m: int, d: int, instance: int) -> None:
     shown[:] = -1.0
     for other in range(size(m + LAYOUT.m_nplugin)):
         if not at.is_sheath(m, other, instance):
+            continue
+        if binding_of(d, other) == 0:
             continue
         runs = binding_at(binding_of(d, other)).tendon
         if bound.is_of_one != 0.0:
@@ -149,11 +144,10 @@ def _find_shown(m: int, d: int, instance: int) -> None:
 @compiled
 def show(m: int, d: int, instance: int) -> None:
     """Fill the sensors of an instance with `sensor`."""
-    if binding_of(d, instance) == 0:
-        return
-    if _binding_at(binding_of(d, instance)).signature != _present(d, instance):
-        _find_shown(m, d, instance)
     address = binding_of(d, instance)
+    if address == 0 or _binding_at(address).signature != _present(d, instance):
+        _find_shown(m, d, instance)
+        address = binding_of(d, instance)
     bound, shown = _binding_at(address), _shown_at(address)
     owners, widths = pointer(m + LAYOUT.m_sensor_plugin), pointer(m + LAYOUT.m_sensor_dim)
     kind = int(bound.kind)

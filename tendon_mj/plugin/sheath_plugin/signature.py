@@ -105,31 +105,22 @@ def pair_signature(m: int, instance: int, other: int) -> float:
 
 @apart
 def model_signature(m: int) -> float:
-    """Signature of all in a model that decides what its sheaths, sensors and servos act on.
+    """Signature of what decides, in a model, on what its sheaths, sensors and servos act.
 
-    It depends on the model's place in memory too, so that another model has another. Names and
-    configurations stay where they are as long as the model does.
+    That is the model itself, by its place in memory, and the numbers of it that programs may write
+    while it is simulated: which site or geom a tendon runs over, what acts on it, what is shown.
     """
-    tendons, elements = size(m + LAYOUT.m_ntendon), size(m + LAYOUT.m_nwrap)
-    actuators, sensors = size(m + LAYOUT.m_nactuator), size(m + LAYOUT.m_nsensor)
-    equalities = size(m + LAYOUT.m_neq)
+    tendons, equalities = size(m + LAYOUT.m_ntendon), size(m + LAYOUT.m_neq)
+    actuators = size(m + LAYOUT.m_nactuator)
     h = mixed(mixed(m, pointer(m + LAYOUT.m_names)), pointer(m + LAYOUT.m_plugin_attr))
     for start, count in (
-        (m + LAYOUT.m_tendon_adr, 4 * tendons),
-        (m + LAYOUT.m_tendon_num, 4 * tendons),
-        (m + LAYOUT.m_wrap_type, 4 * elements),
-        (m + LAYOUT.m_wrap_objid, 4 * elements),
+        (m + LAYOUT.m_wrap_objid, 4 * size(m + LAYOUT.m_nwrap)),
         (m + LAYOUT.m_tendon_limited, tendons),
-        (m + LAYOUT.m_eq_type, 4 * equalities),
         (m + LAYOUT.m_eq_obj1id, 4 * equalities),
         (m + LAYOUT.m_eq_obj2id, 4 * equalities),
         (m + LAYOUT.m_actuator_trntype, 4 * actuators),
         (m + LAYOUT.m_actuator_trnid, 8 * actuators),
-        (m + LAYOUT.m_actuator_plugin, 4 * actuators),
-        (m + LAYOUT.m_sensor_plugin, 4 * sensors),
-        (m + LAYOUT.m_sensor_objtype, 4 * sensors),
-        (m + LAYOUT.m_sensor_objid, 4 * sensors),
-        (m + LAYOUT.m_sensor_dim, 4 * sensors),
+        (m + LAYOUT.m_sensor_objid, 4 * size(m + LAYOUT.m_nsensor)),
     ):
         h = mixed(h, hashed(pointer(start), count))
     for tendon in range(tendons):

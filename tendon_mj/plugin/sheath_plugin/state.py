@@ -69,6 +69,7 @@ class Bound:
     inner_guides: float  # number of guides at the input end
     input_at_last: float  # whether that is the last site of the path as it is drawn
     pulleys: float
+    branches: float  # signature of which branch feeds which, 0 without a pulley
     own_spring: float  # whether the tendon's own spring is the cable's elasticity
     driven: float  # whether actuators and the tendon's own spring give the input tension
     constrained: float  # whether it is driven, and an equality or a limit may act on the tendon
@@ -160,7 +161,7 @@ def fits(bound: Bound, state_size: int) -> bool:
 
 
 @compiled
-def path_counts(state: Bound) -> tuple[float, float, float, float, float, float]:
+def path_counts(state: Bound) -> tuple[float, float, float, float, float, float, float]:
     """Counts that two paths have in common where a tendon can lie on one as on the other."""
     return (
         state.guides,
@@ -168,6 +169,7 @@ def path_counts(state: Bound) -> tuple[float, float, float, float, float, float]
         state.arc_guides,
         state.inner_guides,
         state.pulleys,
+        state.branches,
         state.input_at_last,
     )
 

@@ -1,0 +1,230 @@
+"""The library of compiled functions, from Python without Numba and from C without Python."""
+
+import ctypes
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj import load_spec
+from tendon_mj.native import ENTRIES, library, load
+from tendon_mj.plugin import ATTRIBUTES, export
+from tendon_mj.plugin.abi import releases
+
+ROOT = Path(__file__).parents[1]
+C_LIBRARY = {"malloc", "free", "memset", "strlen", "strtod", "exp", "exp2", "expm1", "log"}
+COMPILER = shutil.which("cc") or shutil.which("gcc")
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
+
+
+def run(code, **options):
+    command = [sys.executable, "-W", "error", "-c", code]
+    return subprocess.run(command, capture_output=True, text=True, check=False, **options)
+
+
+def test_the_import_loads_neither_numba_nor_llvmlite():
+    done = run("import sys, tendon_mj; print({'numba', 'llvmlite'} & set(sys.modules))")
+    assert (done.returncode, done.stdout) == (0, "set()\n"), done.stderr
+
+
+@pytest.mark.skipif(shutil.which("nm") is None, reason="there is no nm")
+def test_it_needs_the_c_library_and_mujoco_alone():
+    command = ["nm", "-D", "--undefined-only", str(load().path)]
+    listed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    strong = {line.split()[1].split("@")[0] for line in listed.splitlines() if " U " in line}
+    others = {name for name in strong if not name.startswith(("mj_", "mju_", "mjv_", "mjp_"))}
+    assert others <= C_LIBRARY
+    engine = ctypes.CDLL(str(next(Path(mujoco.__file__).parent.glob("libmujoco*"))))
+    assert all(hasattr(engine, name) for name in strong - others)
+
+
+def test_another_source_is_another_library(monkeypatch, tmp_path):
+    package = tmp_path / "tendon_mj"
+    for name in library._SOURCES:
+        shutil.copytree(ROOT / "tendon_mj" / name, package / name)
+    monkeypatch.setattr(library, "_PACKAGE", package)
+    before = library.digest.__wrapped__()
+    assert before == library.digest()
+    file = package / "sheath" / "segment_law.py"
+    file.write_text(file.read_text("utf-8") + "\n", "utf-8")
+    assert library.digest.__wrapped__() != before
+
+
+def test_without_a_library_and_without_numba_a_sentence_says_what_to_install(tmp_path):
+    shutil.copytree(
+        ROOT / "tendon_mj",
+        tmp_path / "tendon_mj",
+        ignore=shutil.ignore_patterns("libraries", "__pycache__"),
+    )
+    block = "import sys\nsys.modules['numba'] = sys.modules['llvmlite'] = None\n"
+    options = {"cwd": tmp_path, "env": {"XDG_CACHE_HOME": str(tmp_path), "PATH": ""}}
+    done = run(block + "import tendon_mj", **options)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].endswith("is not installed: pip install numba")
+
+
+def test_the_offsets_of_the_running_mujoco_are_those_of_its_release():
+    release, offsets = releases.running()
+    assert releases.known()[release] == offsets
+
+
+PROGRAM = r"""
+#include <mujoco/mujoco.h>
+#include <stdio.h>
+int main(int argc, char** argv) {
+  char error[1000] = "";
+  mj_loadPluginLibrary(argv[1]);
+  mjModel* m = mj_loadXML(argv[2], NULL, error, sizeof error);
+  if (!m) {
+    fprintf(stderr, "%s\n", error);
+    return 1;
+  }
+  mjData* d = mj_makeData(m);
+  for (int k = 0; k < 10000; k++) {
+    for (int i = 0; i < m->nu; i++) d->ctrl[i] = 1e-3 * (k % 200);
+    mj_step(m, d);
+  }
+  fwrite(d->qpos, sizeof(mjtNum), m->nq, stdout);
+  fwrite(d->sensordata, sizeof(mjtNum), m->nsensordata, stdout);
+  fwrite(d->plugin_state, sizeof(mjtNum), m->npluginstate, stdout);
+  mj_deleteData(d);
+  mj_deleteModel(m);
+  return 0;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory):
+    """Command of a C program that simulates a model, given after it."""
+    folder = tmp_path_factory.mktemp("c")
+    (folder / "program.c").write_text(PROGRAM)
+    package = Path(mujoco.__file__).parent
+    engine = next(package.glob("libmujoco*"))
+    command = [COMPILER, "-o", "program", "program.c", f"-I{package / 'include'}", str(engine)]
+    subprocess.run([*command, f"-Wl,-rpath,{package}", "-lm"], cwd=folder, check=True)
+    return [str(folder / "program"), str(export(folder))]
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", ["bench", "joint", "finger"])
+def test_a_program_in_c_simulates_the_same_to_the_bit(name, program, tmp_path):
+    file = tmp_path / "model.xml"
+    spec = load_spec(name)
+    spec.compile()
+    file.write_text(spec.to_xml(), "utf-8")
+    model = mujoco.MjModel.from_xml_path(str(file))
+    data = mujoco.MjData(model)
+    for k in range(10000):
+        data.ctrl[:] = 1e-3 * (k % 200)
+        mujoco.mj_step(model, data)
+    done = subprocess.run([*program, str(file)], capture_output=True, check=True)
+    expected = np.concatenate([data.qpos, data.sensordata, data.plugin_state])
+    np.testing.assert_array_equal(np.frombuffer(done.stdout), expected)
+
+
+SHEATH = {"tendon": "t", "friction": "0.1", "axial_stiffness": "1e3", "pretension": "1"}
+SERVO = {"tendon": "t", "tension_gain": "2", "velocity_gain": "0.01"}
+RIG = """
+<mujoco>
+  <extension>
+    <plugin plugin="tendon_mj.sheath"><instance name="sheath">{sheath}</instance></plugin>
+    <plugin plugin="tendon_mj.servo"><instance name="servo">{servo}</instance></plugin>
+  </extension>
+  <worldbody>
+    <body><joint name="motor" axis="0 0 1" armature="1e-3"/><geom size=".01"/></body>
+    <body><joint name="ball" type="ball"/><geom size=".01"/><site name="b" pos="1 0 0"/></body>
+    <site name="a"/>
+  </worldbody>
+  <tendon>
+    <spatial name="t"><site site="a"/><site site="b"/></spatial>
+    <fixed name="fixed"><joint joint="motor" coef="1"/></fixed>
+  </tendon>
+  <actuator><plugin plugin="tendon_mj.servo" instance="servo" joint="motor"/></actuator>
+</mujoco>
+"""
+REEL = {"reel_joint": "motor", "reel_radius": "0.01"}
+
+
+def written(folder, sheath=(), servo=()):
+    def config(attributes):
+        return "".join(f'<config key="{k}" value="{v}"/>' for k, v in attributes.items() if v)
+
+    file = folder / "rig.xml"
+    rig = RIG.format(
+        sheath=config({**SHEATH, **REEL, **dict(sheath)}), servo=config({**SERVO, **dict(servo)})
+    )
+    file.write_text(rig, "utf-8")
+    return str(file)
+
+
+@needs_compiler
+def test_a_right_rig_is_simulated_in_c(program, tmp_path):
+    done = subprocess.run([*program, written(tmp_path)], capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    ("plugin", "attribute", "value"),
+    [
+        *[("sheath", "friction", value) for value in ("-1", "two", "1e400", "nan", "0.1x", "")],
+        *[("sheath", "axial_stiffness", value) for value in ("0", "-3")],
+        ("sheath", "static_friction", "0.05"),
+        ("sheath", "direction_asymmetry", "1"),
+        *[("sheath", "tendon", value) for value in ("gone", "fixed")],
+        *[("sheath", "reel_joint", value) for value in ("gone", "ball", "")],
+        *[("sheath", "guides", value) for value in ("3", "-1", "1e3", "9999999")],
+        ("sheath", "arc_guides", "0"),
+        ("sheath", "input_end", "middle"),
+        ("sheath", "spring", "rubber"),
+        ("sheath", "sensor", "tensions"),
+        *[("servo", "tension_gain", value) for value in ("0", "-1", "")],
+        ("servo", "velocity_gain", "much"),
+        ("servo", "feedback", "eyes"),
+        ("servo", "backdrive", "maybe"),
+        ("servo", "tendon", "gone"),
+        ("servo", "delay", "1e6"),
+    ],
+)
+def test_a_wrong_attribute_is_refused_in_c_by_instance_name_and_value(
+    program, tmp_path, plugin, attribute, value
+):
+    other = {"servo": {"tendon": "fixed"}} if value == "fixed" else {}  # which is checked first
+    file = written(tmp_path, **{plugin: {attribute: value}, **other})
+    done = subprocess.run([*program, file], capture_output=True, text=True, check=False)
+    assert done.returncode == 1, done
+    assert f"tendon_mj.{plugin} instance '{plugin}': {attribute}" in done.stderr
+    assert re.search(re.escape(f"{attribute} = '{value}'" if value else attribute), done.stderr)
+
+
+def test_the_exported_header_names_every_attribute(tmp_path):
+    export(tmp_path)
+    header = (tmp_path / "tendon_mj.h").read_text("utf-8")
+    for name in (*ATTRIBUTES, "tension_gain", "backdrive"):
+        assert f'"{name}"' in header
+
+
+@pytest.mark.long
+def test_an_object_without_a_c_compiler_is_linked_in_the_process_and_does_the_same(tmp_path):
+    from tendon_mj.native.compiler import compile_object
+
+    path = tmp_path / "library.o"
+    path.write_bytes(compile_object(ENTRIES))
+    loaded = library.Library(path)
+    assert all(loaded.address(symbol) for symbol in ENTRIES)
+
+
+@pytest.mark.long
+def test_it_can_be_emitted_for_other_processors(tmp_path):
+    from tendon_mj.native.compiler import compile_object
+
+    machine_code = compile_object(ENTRIES, "aarch64-unknown-linux-gnu")
+    assert machine_code[:4] == b"\x7fELF"
+    assert machine_code[18] == 183  # EM_AARCH64
+    assert all(symbol.encode() in machine_code for symbol in ENTRIES)
