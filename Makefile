@@ -20,7 +20,7 @@ ifneq ($(wildcard ../shared/models),)
 export TENDON_MJ_MODELS ?= $(abspath ../shared/models)
 endif
 
-.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system compiled docs test test-long test-oldest test-newest soak check format test-wheel test-mujoco4 clean
+.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system compiled docs test test-long test-oldest test-newest soak check format test-wheel test-mujocos clean
 
 demo: $(STAMP)                ## the main job: compare, render, replay, diagnose
 	$(BIN)/tendon-mj demo --out $(OUT)
@@ -81,19 +81,16 @@ test-wheel: $(STAMP)
 	.venv-wheel/bin/python $(PIP) install -c constraints.txt "$$(echo dist/*.whl)[lab]"
 	cd "$$(mktemp -d)" && $(CURDIR)/.venv-wheel/bin/tendon-mj demo
 
-# In three wheels since 4.0; what they replace has to go first.
-MUJOCO4 := mujoco==4.0.0 mujoco-core==4.0.0 mujoco-studio==4.0.0
+# The plugin with other releases of MuJoCo: `make test-mujoco-3.14`; the oldest, the constraints' and the
+# newest by `make test-mujocos`.
+test-mujocos: test-mujoco-3.11 test-mujoco-3.17 test-mujoco-4.0
 
-# The next major MuJoCo, beside the pinned one: plugin and theory.
-test-mujoco4: .venv4/.ready
-	.venv4/bin/pytest -n auto --dist worksteal tests/theory tests/sheath tests/plugin
+test-mujoco-%:
+	$(PYTHON) -m venv --clear .venv-mujoco-$*
+	.venv-mujoco-$*/bin/python $(PIP) install 'mujoco~=$*.0' 'mujoco-warp~=$*.0' -e . $(TESTED_WITH)
+	.venv-mujoco-$*/bin/pytest -n auto --dist worksteal -o filterwarnings=default tests/plugin tests/attach tests/sheath tests/theory tests/warp tests/test_native.py
 
-.venv4/.ready: pyproject.toml constraints.txt
-	$(PYTHON) -m venv --clear .venv4
-	.venv4/bin/python $(PIP) install -c constraints.txt -e '.[dev]'
-	.venv4/bin/python $(PIP) uninstall --yes mujoco
-	.venv4/bin/python $(PIP) install --no-deps $(MUJOCO4)
-	touch $@
+TESTED_WITH := numba pytest pytest-xdist hypothesis scipy
 
 # The suite with the oldest and with the newest release of every requirement, as pyproject.toml bounds them.
 test-oldest test-newest: test-%: .venv-%/.ready
@@ -109,5 +106,5 @@ test-oldest test-newest: test-%: .venv-%/.ready
 	touch $@
 
 clean:
-	rm -rf .venv .venv-* .venv4 out dist .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .venv-* out dist .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -25,6 +25,7 @@ from tendon_mj.attach import view_sheath as view_sheath
 from tendon_mj.errors import MissingPackageError
 from tendon_mj.errors import TendonError as TendonError
 from tendon_mj.errors import TendonWarning as TendonWarning
+from tendon_mj.plugin import export_library as export_library
 from tendon_mj.plugin import register as _register
 
 if TYPE_CHECKING:
@@ -112,6 +113,7 @@ __all__ = [
     "bent_points",
     "diagnose",
     "example_rig",
+    "export_library",
     "fit_with_sysid",
     "largest_stiffness",
     "load_model",

@@ -13,7 +13,7 @@ import pytest
 
 from tendon_mj import load_spec
 from tendon_mj.native import ENTRIES, library, load
-from tendon_mj.plugin import ATTRIBUTES, export
+from tendon_mj.plugin import ATTRIBUTES, export_library
 from tendon_mj.plugin.abi import releases
 
 ROOT = Path(__file__).parents[1]
@@ -108,7 +108,7 @@ def program(tmp_path_factory):
     engine = next(package.glob("libmujoco*"))
     command = [COMPILER, "-o", "program", "program.c", f"-I{package / 'include'}", str(engine)]
     subprocess.run([*command, f"-Wl,-rpath,{package}", "-lm"], cwd=folder, check=True)
-    return [str(folder / "program"), str(export(folder))]
+    return [str(folder / "program"), str(export_library(folder))]
 
 
 @needs_compiler
@@ -204,7 +204,7 @@ def test_a_wrong_attribute_is_refused_in_c_by_instance_name_and_value(
 
 
 def test_the_exported_header_names_every_attribute(tmp_path):
-    export(tmp_path)
+    export_library(tmp_path)
     header = (tmp_path / "tendon_mj.h").read_text("utf-8")
     for name in (*ATTRIBUTES, "tension_gain", "backdrive"):
         assert f'"{name}"' in header

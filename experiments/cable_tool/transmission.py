@@ -48,12 +48,13 @@ def predict_load(
     """
     strokes = recording.strokes
     drive = recording.input_torque + stiffness * strokes.excursion
-    return _slide(
+    load: FloatArray = _slide(
         (drive - closing_offset) * math.exp(-friction_exponent),
         (drive - opening_offset) * math.exp(friction_exponent),
         strokes.direction,
         (strokes.travel / take_up) ** 2,
     )
+    return load
 
 
 @njit(cache=True)

@@ -293,7 +293,7 @@ def _shared_numbers(mark: marks.Shared) -> Any:
 _arrays: dict[str, int] = {}  # symbol of int64s in the library → how many
 
 
-class _Constants(types.Opaque):
+class _Constants(types.Opaque):  # type: ignore[misc]
     def __init__(self, mark: marks.Constants) -> None:
         self.mark = mark
         super().__init__(mark.symbol)
@@ -315,7 +315,7 @@ def _lower_constants(context: Any, builder: Any, kind: Any, value: Any) -> Any:
 
 
 @infer_getattr
-class _ConstantsAttribute(AttributeTemplate):
+class _ConstantsAttribute(AttributeTemplate):  # type: ignore[misc]
     key = _Constants
 
     def generic_resolve(self, kind: Any, name: str) -> Any:
@@ -449,4 +449,5 @@ def compile_object(
         whole = _linked(entries, empty)
     builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=3))
     builder.getModulePassManager().run(whole, builder)
-    return machine.emit_object(whole)
+    machine_code: bytes = machine.emit_object(whole)
+    return machine_code

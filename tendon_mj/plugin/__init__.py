@@ -2,7 +2,7 @@
 
 from tendon_mj.plugin.abi.layout import offset as offset
 from tendon_mj.plugin.abi.library import C as C
-from tendon_mj.plugin.export import export as export
+from tendon_mj.plugin.export import export_library as export_library
 from tendon_mj.plugin.instances import Instance as Instance
 from tendon_mj.plugin.instances import segment_tensions as segment_tensions
 from tendon_mj.plugin.instances import sensor_kind as sensor_kind

@@ -56,7 +56,7 @@ def _parameters(parameters: Mapping[str, Parameter]) -> list[tuple[str, str]]:
     return [(name, f"{p.line()[:-1]}, {p.range}") for name, p in parameters.items()]
 
 
-def export(folder: Path) -> Path:
+def export_library(folder: str | Path) -> Path:
     """Write the library and the header `tendon_mj.h` into a folder.
 
     Returns:
@@ -68,6 +68,7 @@ def export(folder: Path) -> Path:
     source = load().path
     if source.suffix == ".o":
         raise EngineError(f"{source} is not linked: install a C compiler, delete it and try again")
+    folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     library = folder / f"libtendon_mj{source.suffix}"
     shutil.copyfile(source, library)

@@ -6,7 +6,7 @@ import ctypes
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 
@@ -125,7 +125,7 @@ def _complete(plugin: str) -> Callable[[int, int], int]:
     return complete
 
 
-_asked: list[object] = []  # functions that C calls, so they are never freed
+_asked: list[Any] = []  # functions that C calls, so they are never freed
 
 
 def _set_checks(library: Library) -> None:
