@@ -99,16 +99,20 @@ int main(int argc, char** argv) {
 """
 
 
-@pytest.fixture(scope="module")
-def program(tmp_path_factory):
-    """Command of a C program that simulates a model, given after it."""
-    folder = tmp_path_factory.mktemp("c")
-    (folder / "program.c").write_text(PROGRAM)
+def compiled_program(folder, code):
+    """Command of a C program, with the library; a model comes after it."""
+    (folder / "program.c").write_text(code)
     package = Path(mujoco.__file__).parent
     engine = next(package.glob("libmujoco*"))
     command = [COMPILER, "-o", "program", "program.c", f"-I{package / 'include'}", str(engine)]
     subprocess.run([*command, f"-Wl,-rpath,{package}", "-lm"], cwd=folder, check=True)
     return [str(folder / "program"), str(export_library(folder))]
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory):
+    """Command that simulates a model."""
+    return compiled_program(tmp_path_factory.mktemp("c"), PROGRAM)
 
 
 @needs_compiler
@@ -126,6 +130,16 @@ def test_a_program_in_c_simulates_the_same_to_the_bit(name, program, tmp_path):
     done = subprocess.run([*program, str(file)], capture_output=True, check=True)
     expected = np.concatenate([data.qpos, data.sensordata, data.plugin_state])
     np.testing.assert_array_equal(np.frombuffer(done.stdout), expected)
+
+
+@needs_compiler
+def test_the_program_of_the_page_prints_a_tension(tmp_path):
+    (code,) = re.findall(r"```c\n(.*?)```", (ROOT / "docs" / "c.md").read_text("utf-8"), re.S)
+    file = tmp_path / "bench.xml"
+    file.write_text(load_spec("bench").to_xml(), "utf-8")
+    command = [*compiled_program(tmp_path, code), str(file)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert re.fullmatch(r"output tension: \d+\.\d\d N\n", done.stdout)
 
 
 SHEATH = {"tendon": "t", "friction": "0.1", "axial_stiffness": "1e3", "pretension": "1"}

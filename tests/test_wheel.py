@@ -1,4 +1,4 @@
-"""The wheel holds the package and its models, and nothing else."""
+"""The wheel holds the package, its models and the library, and nothing else."""
 
 import re
 import subprocess
@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
+
+from tendon_mj.native import FOLDER, load
 
 ROOT = Path(__file__).parents[1]
 
@@ -26,7 +28,8 @@ def wheel(tmp_path_factory):
 
 def files(folder):
     """Path below the parent → content, for every file of a folder but machine code."""
-    paths = (p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
+    machine_code = {"__pycache__", FOLDER.name}
+    paths = (p for p in folder.rglob("*") if p.is_file() and not machine_code & set(p.parts))
     return {p.relative_to(folder.parent).as_posix(): p.read_bytes() for p in paths}
 
 
@@ -34,6 +37,8 @@ def test_the_wheel_is_the_package_with_its_models(wheel):
     models = {f"tendon_mj/{name}": content for name, content in files(ROOT / "models").items()}
     expected = files(ROOT / "tendon_mj") | models
     packaged = {name: wheel[name] for name in wheel if ".dist-info/" not in name}
+    library = load().path
+    assert packaged.pop(f"tendon_mj/native/{FOLDER.name}/{library.name}") == library.read_bytes()
     assert packaged.keys() == expected.keys()
     assert packaged == expected
 
@@ -49,7 +54,7 @@ def test_what_is_read_at_run_time_is_in_the_wheel(wheel):
 @pytest.mark.parametrize("python", ["3.11", "3.12", "3.13", "3.14"])
 def test_dm_control_comes_with_the_extra_where_labmaze_can_be_installed(wheel, python):
     plain, extra = (required(wheel, python, extra) for extra in ("", "environments"))
-    assert plain == {"mujoco", "numba", "numpy"}
+    assert plain == {"mujoco", "numpy"}
     assert "dm-env" in extra
     assert "labmaze" not in extra
     assert ("dm-control" in extra) == (python in ("3.11", "3.12"))
