@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import load_spec
-from tendon_mj.native import ENTRIES, library, load
+from tendon_mj.native import ARRAYS, ENTRIES, library, load
 from tendon_mj.plugin import ATTRIBUTES, export_library
 from tendon_mj.plugin.abi import releases
 
@@ -231,7 +231,7 @@ def test_an_object_without_a_c_compiler_is_linked_in_the_process_and_does_the_sa
     path = tmp_path / "library.o"
     path.write_bytes(compile_object(ENTRIES))
     loaded = library.Library(path)
-    assert all(loaded.address(symbol) for symbol in ENTRIES)
+    assert all(loaded.address(symbol) for symbol in (*ENTRIES, *ARRAYS))
 
 
 @pytest.mark.long

@@ -3,6 +3,7 @@
 from tendon_mj.native.library import FOLDER as FOLDER
 from tendon_mj.native.library import Library as Library
 from tendon_mj.native.library import load as load
+from tendon_mj.native.marks import ARRAYS as ARRAYS
 from tendon_mj.native.marks import CONSTRUCTOR as CONSTRUCTOR
 from tendon_mj.native.marks import ENTRIES as ENTRIES
 from tendon_mj.native.marks import AddressOf as AddressOf

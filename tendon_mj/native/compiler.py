@@ -278,8 +278,6 @@ def _shared(module: Any, symbol: str, count: int) -> Any:
 
 @_meaning_of(marks.Shared)
 def _shared_numbers(mark: marks.Shared) -> Any:
-    _arrays[mark.symbol] = mark.count
-
     @intrinsic
     def address(typing_context: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -288,9 +286,6 @@ def _shared_numbers(mark: marks.Shared) -> Any:
         return types.intp(), build
 
     return address
-
-
-_arrays: dict[str, int] = {}  # symbol of int64s in the library → how many
 
 
 class _Constants(types.Opaque):  # type: ignore[misc]
@@ -305,7 +300,6 @@ _constants: dict[str, _Constants] = {}
 
 @typeof_impl.register(marks.Constants)
 def _typeof_constants(value: marks.Constants, context: Any) -> Any:
-    _arrays[value.symbol] = len(value.names)
     return _constants.setdefault(value.symbol, _Constants(value))
 
 
@@ -412,14 +406,16 @@ def _linked(entries: Mapping[str, marks.Entry], empty: str) -> Any:
         add(result.library)
         whole.link_in(llvm.parse_assembly(str(_entry_module(symbol, signature, result))))
     for library in libraries:
-        whole.link_in(library._final_module)
+        whole.link_in(library._final_module, preserve=True)
     if marks.CONSTRUCTOR in entries:  # which runs when the library is loaded
         whole.link_in(llvm.parse_assembly(_CONSTRUCTED))
-    numbers = "".join(f"@{k} = global [{n} x i64] zeroinitializer\n" for k, n in _arrays.items())
+    numbers = "".join(
+        f"@{k} = global [{n} x i64] zeroinitializer\n" for k, n in marks.ARRAYS.items()
+    )
     whole.link_in(llvm.parse_assembly(numbers))
     for value in (*whole.functions, *whole.global_variables):
         is_visible = (
-            value.name in entries or value.name in _arrays or value.name.startswith("llvm.")
+            value.name in entries or value.name in marks.ARRAYS or value.name.startswith("llvm.")
         )
         if not value.is_declaration and not is_visible:
             value.linkage = "internal"

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_mj.errors import EngineError
-from tendon_mj.native.marks import ENTRIES
+from tendon_mj.native.marks import ARRAYS, ENTRIES
 
 _PACKAGE = Path(__file__).parents[1]
 _SOURCES = ("native", "plugin", "sheath")  # folders of the package with compiled functions
@@ -72,10 +72,9 @@ class Library:
 
             llvm.initialize_native_target()
             llvm.initialize_native_asmprinter()
-            llvm.load_library_permanently(None)
             self._linked = llvm.create_lljit_compiler()
             builder = llvm.JITLibraryBuilder().add_object_file(str(path)).add_current_process()
-            for symbol in ENTRIES:
+            for symbol in (*ENTRIES, *ARRAYS):
                 builder.export_symbol(symbol)
             self._tracker = builder.link(self._linked, "tendon_mj")
         else:

@@ -41,6 +41,7 @@ class Entry(NamedTuple):
 
 
 ENTRIES: Final[dict[str, Entry]] = {}  # symbol → function
+ARRAYS: Final[dict[str, int]] = {}  # symbol of int64s in the library → how many
 CONSTRUCTOR: Final = "tendon_mj_load"  # entry that runs when the library is loaded
 
 
@@ -165,7 +166,7 @@ class Shared(_Mark):
 
     def __init__(self, symbol: str, count: int) -> None:
         self.symbol = symbol
-        self.count = count
+        self.count = ARRAYS[symbol] = count
 
 
 class Constants:
@@ -179,6 +180,7 @@ class Constants:
     def __init__(self, symbol: str, names: str) -> None:
         self.symbol = symbol
         self.names = names.split()
+        ARRAYS[symbol] = len(self.names)
 
     def __getattr__(self, name: str) -> int:
         if name in self.names:
