@@ -1,10 +1,13 @@
 """The library of compiled functions, from Python without Numba and from C without Python."""
 
 import ctypes
+import os
 import re
 import shutil
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import mujoco
@@ -66,6 +69,34 @@ def test_without_a_library_and_without_numba_a_sentence_says_what_to_install(tmp
     done = run(block + "import tendon_mj", **options)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1].endswith("is not installed: pip install numba")
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="Windows has other permissions")
+def test_a_library_that_others_may_write_is_not_loaded(tmp_path):
+    file = tmp_path / "library.so"
+    file.write_bytes(b"")
+    file.chmod(0o755)
+    assert library._is_trusted(file)
+    file.chmod(0o777)
+    assert not library._is_trusted(file)
+    assert not library._is_trusted(tmp_path / "none")
+
+
+def test_of_processes_that_start_at_once_one_builds(tmp_path, monkeypatch):
+    began = []
+
+    def build(entries):
+        began.append(entries)
+        time.sleep(0.5)
+        return b""
+
+    monkeypatch.setattr(library, "_folders", lambda: [tmp_path])
+    monkeypatch.setattr(library, "_is_trusted", Path.exists)
+    monkeypatch.setattr("tendon_mj.native.compiler.compile_object", build)
+    with ThreadPoolExecutor(3) as pool:
+        paths = {pool.submit(library.build) for _ in range(3)}
+    assert len(began) == 1
+    assert len({done.result() for done in paths}) == 1
 
 
 def test_the_offsets_of_the_running_mujoco_are_those_of_its_release():

@@ -12,7 +12,7 @@ import ctypes
 import functools
 import hashlib
 import os
-import shutil
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -23,6 +23,11 @@ from typing import Any
 
 from tendon_mj.errors import EngineError
 from tendon_mj.native.marks import ARRAYS, ENTRIES
+
+try:
+    import fcntl
+except ImportError:  # Windows, where several processes may build at once, each for itself
+    fcntl = None  # type: ignore[assignment]
 
 _PACKAGE = Path(__file__).parents[1]
 _SOURCES = ("native", "plugin", "sheath")  # folders of the package with compiled functions
@@ -56,8 +61,20 @@ def _folders() -> list[Path]:
 def _kept(suffix: str) -> Iterator[Path]:
     for folder in _folders():
         path = folder / f"tendon_mj-{digest()}{suffix}"
-        if path.is_file():
+        if _is_trusted(folder) and _is_trusted(path):
             yield path
+
+
+def _is_trusted(path: Path) -> bool:
+    """Whether a file or folder is there, and nobody else may write to it; its code is run."""
+    try:
+        status = path.lstat()
+    except OSError:
+        return False
+    if not hasattr(os, "geteuid"):  # on Windows a user's folders are closed to others
+        return True
+    owners = {os.geteuid(), 0, _PACKAGE.stat().st_uid}
+    return status.st_uid in owners and not status.st_mode & 0o022
 
 
 class Library:
@@ -68,7 +85,7 @@ class Library:
         self._linked: Any = None
         self._loaded: Any = None
         if path.suffix == ".o":
-            import llvmlite.binding as llvm
+            import llvmlite.binding as llvm  # which comes with Numba
 
             llvm.initialize_native_target()
             llvm.initialize_native_asmprinter()
@@ -130,10 +147,7 @@ def build() -> Path:
         for suffix in (_SUFFIX, ".o"):
             for path in _kept(suffix):  # another process was faster
                 return path
-        print(
-            f"tendon_mj: compiling, once (half a minute), into {folder}",
-            file=sys.stderr,
-        )
+        print(f"tendon_mj: compiling, once (half a minute), into {folder}", file=sys.stderr)
         path = link(compile_object(ENTRIES), folder / f"tendon_mj-{digest()}")
     libraries = sorted(folder.glob("tendon_mj-*"), key=lambda path: path.stat().st_mtime)
     for old in libraries[:-_KEPT]:
@@ -144,28 +158,28 @@ def build() -> Path:
 def _writable() -> Path:
     for folder in _folders():
         with contextlib.suppress(OSError):
-            folder.mkdir(parents=True, exist_ok=True)
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(mode=0o755, exist_ok=True)
             tempfile.TemporaryFile(dir=folder).close()
-            return folder
+            if _is_trusted(folder):
+                return folder
     return Path(tempfile.mkdtemp(prefix="tendon_mj-"))
 
 
 @contextlib.contextmanager
 def _alone(folder: Path) -> Iterator[None]:
-    """Let one process at a time build in a folder, where the file system can lock."""
-    with contextlib.suppress(ImportError, OSError), (folder / "lock").open("wb") as lock:
-        import fcntl
-
+    """Let one process at a time build in a folder, where the system can lock files."""
+    with (folder / "lock").open("wb") as lock:
         began = time.monotonic()
-        while time.monotonic() - began < _PATIENCE:
+        while fcntl is not None and time.monotonic() - began < _PATIENCE:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 break
             except BlockingIOError:
                 time.sleep(0.2)
+            except OSError:  # a file system without locks
+                break
         yield
-        return
-    yield
 
 
 def link(machine_code: bytes, stem: Path) -> Path:
@@ -181,13 +195,13 @@ def link(machine_code: bytes, stem: Path) -> Path:
     with tempfile.TemporaryDirectory(dir=stem.parent) as work:
         made = Path(work) / "tendon_mj.o"
         made.write_bytes(machine_code)
-        compiler = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc")
-        if compiler:
-            flags = ["-undefined", "dynamic_lookup"] if sys.platform == "darwin" else ["-lm"]
-            library = made.with_suffix(_SUFFIX)
-            command = [compiler, "-shared", "-o", str(library), str(made), *flags]
-            if subprocess.run(command, capture_output=True, check=False).returncode == 0:
-                made = library
+        flags = ["-undefined", "dynamic_lookup"] if sys.platform == "darwin" else ["-lm"]
+        library = made.with_suffix(_SUFFIX)
+        command = [*shlex.split(os.environ.get("CC", "cc")), "-shared", "-o", str(library)]
+        with contextlib.suppress(OSError):  # there is no such compiler
+            done = subprocess.run([*command, str(made), *flags], capture_output=True, check=False)
+            made = made if done.returncode else library
+        made.chmod(0o755)  # whatever the umask allows to others
         target = stem.with_name(stem.name + made.suffix)
         made.replace(target)
     return target
