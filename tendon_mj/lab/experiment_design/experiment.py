@@ -429,9 +429,7 @@ def draw_experiment(
 
 
 def check_bounds(
-    recordings: Sequence[Recording],
-    bounds: ExperimentBounds,
-    simulator: MakeSimulator = Simulator,
+    recordings: Sequence[Recording], bounds: ExperimentBounds, simulator: MakeSimulator = Simulator
 ) -> None:
     """Refuse bounds within which no experiment can be simulated.
 
