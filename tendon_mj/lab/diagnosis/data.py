@@ -62,19 +62,15 @@ class Problem:
 
     A residual is (simulated − measured)/noise; a simulated reading is cut off where its column
     is. Residuals are stacked by recording, then column, then sample.
-
-    Attributes:
-        recordings: measured data.
-        simulate: parameter sets → a series for every set, recording and measured column.
-        train: for every recording (samples,) mask of the training data; the rest is held out.
-        half_step: ``simulate`` with half the step, see `extrapolate`; None where it has no steps.
-        fixed: parameters that every simulation has, below those of its own.
     """
 
-    recordings: tuple[Recording, ...]
-    simulate: Simulates
+    recordings: tuple[Recording, ...]  # measured data
+    simulate: Simulates  # parameter sets → a series for every set, recording and measured column
+    # for every recording (samples,) mask of the training data; the rest is held out
     train: tuple[NDArray[np.bool_], ...]
+    # simulate with half the step, see extrapolate; None where it has no steps
     half_step: Simulates | None = None
+    # parameters that every simulation has, below those of its own
     fixed: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
@@ -322,19 +318,12 @@ def uncertain_terms(problem: Problem) -> tuple[Term, ...]:
 
 @dataclass(frozen=True)
 class Spread:
-    """Values of a parameter that was set again for each recording, and their spread.
+    """Values of a parameter that was set again for each recording, and their spread."""
 
-    Attributes:
-        stated: standard deviation that the recordings state [unit].
-        estimated: root mean square deviation of the fitted values from the stated one [unit].
-        unit: of both and of the values.
-        values: recording → fitted value [unit].
-    """
-
-    stated: float
-    estimated: float
-    unit: str
-    values: Mapping[str, float]
+    stated: float  # standard deviation that the recordings state [unit]
+    estimated: float  # root mean square deviation of the fitted values from the stated one [unit]
+    unit: str  # of both and of the values
+    values: Mapping[str, float]  # recording → fitted value [unit]
 
 
 def session_terms(recordings: Sequence[Recording], simulate: Simulates) -> tuple[Term, ...]:

@@ -48,21 +48,15 @@ _CLEARLY = 1.1  # times the Δχ² that a step of one reading's zero explains, f
 
 @dataclass(frozen=True, eq=False)
 class _Event:
-    """An event of one candidate in one recording, and the Δχ² that it explains.
-
-    Attributes:
-        time: at which it begins [s].
-        duration: [s].
-        ends: between which it may be, by the scan [s].
-    """
+    """An event of one candidate in one recording, and the Δχ² that it explains."""
 
     candidate: Candidate
     recording: int
-    time: float
+    time: float  # at which it begins [s]
     size: float
     explained: float
-    ends: tuple[float, float]
-    duration: float = 0.0
+    ends: tuple[float, float]  # between which it may be, by the scan [s]
+    duration: float = 0.0  # [s]
 
 
 @suppress_unsolved_warnings()

@@ -38,27 +38,16 @@ _FARTHEST = 1e9  # probes: a farther end of a range does not count
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Terms of a model and the values at which they fit best.
+    """Terms of a model and the values at which they fit best."""
 
-    Attributes:
-        calibrated: terms of the uncertain parameters; they come first.
-        effects: candidates in the model; their terms follow.
-        values: (p,) of the terms [their units].
-        residual: (m,) of the problem at these values, extrapolated [-].
-        correction: (m,) extrapolated less simulated residual.
-        jacobian: (m, p) by the scaled terms.
-        scaled: (p,) values as the solver sees them.
-        bounds: (2, p) of the scaled values.
-    """
-
-    calibrated: tuple[Term, ...]
-    effects: tuple[Candidate, ...]
-    values: FloatArray
-    residual: FloatArray
-    correction: FloatArray
-    jacobian: FloatArray
-    scaled: FloatArray
-    bounds: FloatArray
+    calibrated: tuple[Term, ...]  # terms of the uncertain parameters; they come first
+    effects: tuple[Candidate, ...]  # candidates in the model; their terms follow
+    values: FloatArray  # (p,) of the terms [their units]
+    residual: FloatArray  # (m,) of the problem at these values, extrapolated [-]
+    correction: FloatArray  # (m,) extrapolated less simulated residual
+    jacobian: FloatArray  # (m, p) by the scaled terms
+    scaled: FloatArray  # (p,) values as the solver sees them
+    bounds: FloatArray  # (2, p) of the scaled values
 
     @property
     def terms(self) -> tuple[Term, ...]:
@@ -185,21 +174,15 @@ def fit(
 
 @dataclass(frozen=True, eq=False)
 class _Solution:
-    """Result of one round.
+    """Result of one round."""
 
-    Attributes:
-        point: (p,) scaled terms.
-        residual, correction, jacobian: as in `Fit`.
-        cost: mean square of the training residuals.
-        change: of the correction since the round before, mean square.
-    """
-
-    point: FloatArray
+    point: FloatArray  # (p,) scaled terms
+    # as in Fit
     residual: FloatArray
     correction: FloatArray
     jacobian: FloatArray
-    cost: float
-    change: float
+    cost: float  # mean square of the training residuals
+    change: float  # of the correction since the round before, mean square
 
 
 class _Solver:

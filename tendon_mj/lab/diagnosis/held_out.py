@@ -29,39 +29,25 @@ _SESSION = 8  # evaluations, of a few numbers that hardly depend on each other
 
 @dataclass(frozen=True, eq=False)
 class Unseen:
-    """Held-out data as one model simulates them.
+    """Held-out data as one model simulates them."""
 
-    Attributes:
-        extrapolated: (m,) residual for a step of zero.
-        correction: (m,) extrapolated less simulated residual.
-        stated: (m,) residual with the model's own step.
-        sessions: values set anew for each recording outside the training data,
-            ``<parameter> @ <recording>`` → value.
-    """
-
-    extrapolated: FloatArray
-    correction: FloatArray
-    stated: FloatArray
+    extrapolated: FloatArray  # (m,) residual for a step of zero
+    correction: FloatArray  # (m,) extrapolated less simulated residual
+    stated: FloatArray  # (m,) residual with the model's own step
+    # values set anew for each recording outside the training data, <parameter> @ <recording> →
+    # value
     sessions: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Data of a proof.
+    """Data of a proof."""
 
-    Attributes:
-        problem: training data, with the step of the search.
-        own: training data with the model's own step.
-        proof: held-out recordings with the model's own step; ``own`` where there are none.
-        step: of the search, see `with_step`.
-        base: parameter → value of the model.
-    """
-
-    problem: Problem
-    own: Problem
-    proof: Problem
-    step: float | None
-    base: Mapping[str, float]
+    problem: Problem  # training data, with the step of the search
+    own: Problem  # training data with the model's own step
+    proof: Problem  # held-out recordings with the model's own step; own where there are none
+    step: float | None  # of the search, see with_step
+    base: Mapping[str, float]  # parameter → value of the model
     _refits: dict[int, tuple[Fit, list[Fit]]] = field(default_factory=dict, init=False)
 
     @property

@@ -54,23 +54,14 @@ _MARGIN = 0.2  # of a probe
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Proof:
-    """Data on which selections are proven, and everything that goes from there into a result.
+    """Data on which selections are proven, and everything that goes from there into a result."""
 
-    Attributes:
-        own: training data with the model's own step.
-        held_out: held-out recordings, likewise; ``own`` where there are none.
-        catalogue: identifier → effect, of all that could have been named.
-        excluded: identifiers of effects that were not considered.
-        checks: warnings about the recordings.
-        began: start of the diagnosis (`time.perf_counter`) [s].
-    """
-
-    own: Problem
-    held_out: Problem
-    catalogue: Mapping[str, Effect]
-    excluded: Collection[str]
-    checks: Sequence[DataWarning]
-    began: float
+    own: Problem  # training data with the model's own step
+    held_out: Problem  # held-out recordings, likewise; own where there are none
+    catalogue: Mapping[str, Effect]  # identifier → effect, of all that could have been named
+    excluded: Collection[str]  # identifiers of effects that were not considered
+    checks: Sequence[DataWarning]  # warnings about the recordings
+    began: float  # start of the diagnosis (time.perf_counter) [s]
 
     def judge_selection(
         self, context: SelectionContext, selection: Selection, step: float | None

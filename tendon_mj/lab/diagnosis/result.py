@@ -112,17 +112,11 @@ class Ranked:
 
 
 class BeforeAfter(NamedTuple):
-    """A recording and two simulations of it.
+    """A recording and two simulations of it."""
 
-    Attributes:
-        measured: the recording.
-        before: by the model with only the uncertain parameters fitted.
-        after: by the final model.
-    """
-
-    measured: Recording
-    before: Recording
-    after: Recording
+    measured: Recording  # the recording
+    before: Recording  # by the model with only the uncertain parameters fitted
+    after: Recording  # by the final model
 
 
 @dataclass(frozen=True, eq=False)

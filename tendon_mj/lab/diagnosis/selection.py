@@ -52,41 +52,27 @@ _MOST_EFFECTS = 3
 
 @dataclass(frozen=True, eq=False)
 class CandidateSet:
-    """Candidates for one more effect.
+    """Candidates for one more effect."""
 
-    Attributes:
-        scores: of all that change a residual, best first.
-        fitted: fitted candidates of which the data determine the strength, best first.
-        at_end: those that were fitted and ended at an end of their range, best first.
-    """
-
-    scores: tuple[ScreeningScore, ...]
+    scores: tuple[ScreeningScore, ...]  # of all that change a residual, best first
+    # fitted candidates of which the data determine the strength, best first
     fitted: tuple[FittedCandidate, ...]
+    # those that were fitted and ended at an end of their range, best first
     at_end: tuple[FittedCandidate, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class SelectionContext:
-    """Everything that stays the same during a selection.
+    """Everything that stays the same during a selection."""
 
-    Attributes:
-        problem: data.
-        base: parameter → value of the model.
-        calibrated: terms of the uncertain parameters.
-        candidates: catalogue on this model.
-        step_error: of the simulation, see `step_error`.
-        initial_excess: excess χ² of the calibrated model, see `reducible_excess`.
-        progress: callback.
-        searched: end of every global search, so that backtracking does not search a model again.
-    """
-
-    problem: Problem
-    base: Mapping[str, float]
-    calibrated: tuple[Term, ...]
-    candidates: tuple[Candidate, ...]
-    step_error: float
-    initial_excess: float
-    progress: Progress
+    problem: Problem  # data
+    base: Mapping[str, float]  # parameter → value of the model
+    calibrated: tuple[Term, ...]  # terms of the uncertain parameters
+    candidates: tuple[Candidate, ...]  # catalogue on this model
+    step_error: float  # of the simulation, see step_error
+    initial_excess: float  # excess χ² of the calibrated model, see reducible_excess
+    progress: Progress  # callback
+    # end of every global search, so that backtracking does not search a model again
     searched: dict[Hashable, FittedCandidate] = field(default_factory=dict)
 
     def fit_model(
@@ -265,20 +251,14 @@ Rivals = Mapping[str, list[FittedCandidate]]  # label of an effect → all it wa
 
 
 class ForwardSelection(NamedTuple):
-    """Result of a forward selection.
+    """Result of a forward selection."""
 
-    Attributes:
-        model: last model.
-        rivals: for every effect the models it was chosen from, best first.
-        first: all candidates for the first effect; None where none was added.
-        rounds: at every addition the models that could have been chosen, best first.
-        reduced: last model without one of its effects, by label, where that was fitted.
-    """
-
-    model: FittedCandidate
-    rivals: Rivals
-    first: CandidateSet | None
+    model: FittedCandidate  # last model
+    rivals: Rivals  # for every effect the models it was chosen from, best first
+    first: CandidateSet | None  # all candidates for the first effect; None where none was added
+    # at every addition the models that could have been chosen, best first
     rounds: list[list[FittedCandidate]]
+    # last model without one of its effects, by label, where that was fitted
     reduced: dict[str, FittedCandidate]
 
 
@@ -376,18 +356,12 @@ def _in_place_of(
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """Result of a selection.
+    """Result of a selection."""
 
-    Attributes:
-        calibrated: model with only the uncertain parameters fitted.
-        final: model with the selected effects.
-        effects: selected, those first without which the model leaves most.
-        first: all candidates for the first of them; None where the calibrated model suffices.
-    """
-
-    calibrated: FittedCandidate
-    final: FittedCandidate
-    effects: tuple[SelectedEffect, ...]
+    calibrated: FittedCandidate  # model with only the uncertain parameters fitted
+    final: FittedCandidate  # model with the selected effects
+    effects: tuple[SelectedEffect, ...]  # selected, those first without which the model leaves most
+    # all candidates for the first of them; None where the calibrated model suffices
     first: CandidateSet | None
 
 

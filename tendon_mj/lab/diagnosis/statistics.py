@@ -49,15 +49,10 @@ _CORRELATION = 0.2  # ρ, of unmodelled structure with a column of J
 
 @dataclass(frozen=True, eq=False)
 class CrossValidation:
-    """Cross-validated χ² of a model.
+    """Cross-validated χ² of a model."""
 
-    Attributes:
-        chi2: (parts,) sum of squared left-out residuals in units of noise.
-        samples: number in all parts.
-    """
-
-    chi2: FloatArray
-    samples: int
+    chi2: FloatArray  # (parts,) sum of squared left-out residuals in units of noise
+    samples: int  # number in all parts
 
     @property
     def excess(self) -> float:
@@ -97,16 +92,12 @@ def cross_validate(problem: Problem, fit: Fit) -> CrossValidation:
 
 @dataclass(frozen=True)
 class Gain:
-    """Reduction of the cross-validated reduced χ² from one model to another.
+    """Reduction of the cross-validated reduced χ² from one model to another."""
 
-    Attributes:
-        mean: difference of the reduced χ² [-].
-        standard_error: of the mean [-]. An effect may show in two blocks of thirty and be certain;
-            only the blocks that it makes worse speak against it. By chance as many improve by as
-            much, hence √(2 Σ worse²).
-    """
-
-    mean: float
+    mean: float  # difference of the reduced χ² [-]
+    # of the mean [-]. An effect may show in two blocks of thirty and be certain; only the blocks
+    # that it makes worse speak against it. By chance as many improve by as much, hence √(2 Σ
+    # worse²)
     standard_error: float
 
 
@@ -120,17 +111,12 @@ def gain(before: CrossValidation, after: CrossValidation) -> Gain:
 
 @dataclass(frozen=True, eq=False)
 class FittedCandidate:
-    """A model fitted with a candidate effect, and its cross-validation.
+    """A model fitted with a candidate effect, and its cross-validation."""
 
-    Attributes:
-        candidate: effect that was added or swapped in last; None for the calibrated model.
-        fit: of all terms of the model.
-        validation: on blocks left out of the fit.
-    """
-
+    # effect that was added or swapped in last; None for the calibrated model
     candidate: Candidate | None
-    fit: Fit
-    validation: CrossValidation
+    fit: Fit  # of all terms of the model
+    validation: CrossValidation  # on blocks left out of the fit
 
     @property
     def excess(self) -> float:
@@ -179,18 +165,12 @@ def _complexity(candidate: Candidate | None) -> tuple[bool, bool, int]:
 
 @dataclass(frozen=True, eq=False)
 class SelectedEffect:
-    """An effect in the final model, and its rivals.
+    """An effect in the final model, and its rivals."""
 
-    Attributes:
-        candidate: the effect.
-        rivals: others that the data cannot tell from it.
-        confidence: that it is this one and not another effect, 0 … 1.
-        models: those that were fitted with the rivals, in their order.
-    """
-
-    candidate: Candidate
-    rivals: tuple[Candidate, ...]
-    confidence: float
+    candidate: Candidate  # the effect
+    rivals: tuple[Candidate, ...]  # others that the data cannot tell from it
+    confidence: float  # that it is this one and not another effect, 0 … 1
+    # those that were fitted with the rivals, in their order
     models: tuple[FittedCandidate, ...] = ()
 
 

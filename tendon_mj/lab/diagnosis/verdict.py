@@ -96,40 +96,27 @@ def measure_errors(
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """Errors of the calibrated and the final model on held-out data, and their limits.
+    """Errors of the calibrated and the final model on held-out data, and their limits."""
 
-    Attributes:
-        kinds: of the findings, "missing" or "parameter"; none where nothing was selected.
-        calibrated: whether the calibrated model leaves no more than the detection limit on the
-            training data.
-        held_out: errors with the model's own step [noise].
-        weighed: the same in units of noise and reproducibility together.
-        extrapolated: these for a step of zero, by which the verdict is decided.
-        zero_step: error of the final model for a step of zero [noise].
-        reproducibility: column → standard deviation between sessions [the column's unit].
-        limit: excess χ² below which nothing is named [-].
-        largest: excess χ² above which no model is proven [-].
-        beyond: uncertain parameters that the findings would take beyond their ranges.
-        at_end: whether a fitted strength lies at a limit of its range.
-        non_smooth: whether a finding is of a non-smooth effect.
-        excess: excess χ² that the calibrated model leaves on the training data [-].
-        step, lumping: excess χ² on held-out data that the simulation's steps, and its guides in
-            place of a smooth sheath, may leave [-]; without a sheath the second is 0.
-    """
-
+    # of the findings, "missing" or "parameter"; none where nothing was selected
     kinds: Collection[str] = ()
+    # whether the calibrated model leaves no more than the detection limit on the training data
     calibrated: bool = True
-    held_out: ErrorReduction
-    weighed: ErrorReduction
-    extrapolated: ErrorReduction
-    zero_step: float = 1.0
+    held_out: ErrorReduction  # errors with the model's own step [noise]
+    weighed: ErrorReduction  # the same in units of noise and reproducibility together
+    extrapolated: ErrorReduction  # these for a step of zero, by which the verdict is decided
+    zero_step: float = 1.0  # error of the final model for a step of zero [noise]
+    # column → standard deviation between sessions [the column's unit]
     reproducibility: Mapping[str, float] = field(default_factory=dict)
-    limit: float
-    largest: float = LARGEST_EXCESS
+    limit: float  # excess χ² below which nothing is named [-]
+    largest: float = LARGEST_EXCESS  # excess χ² above which no model is proven [-]
+    # uncertain parameters that the findings would take beyond their ranges
     beyond: Sequence[str] = ()
-    at_end: bool = False
-    non_smooth: bool = False
-    excess: float = 0.0
+    at_end: bool = False  # whether a fitted strength lies at a limit of its range
+    non_smooth: bool = False  # whether a finding is of a non-smooth effect
+    excess: float = 0.0  # excess χ² that the calibrated model leaves on the training data [-]
+    # excess χ² on held-out data that the simulation's steps, and its guides in place of a smooth
+    # sheath, may leave [-]; without a sheath the second is 0
     step: float = 0.0
     lumping: float = 0.0
 

@@ -191,22 +191,15 @@ def _check_interval(where: str, low: float, high: float) -> None:
 
 @dataclass(frozen=True)
 class _ColumnMotion:
-    """Motion of one driven column.
+    """Motion of one driven column."""
 
-    Attributes:
-        shape: one of `SHAPES`.
-        start: where it begins [the column's unit].
-        low, high: levels between which it goes [unit].
-        rate: highest speed [unit/s].
-        dwell: rest at each turn [s].
-    """
-
-    shape: str
-    start: float
+    shape: str  # one of SHAPES
+    start: float  # where it begins [the column's unit]
+    # levels between which it goes [unit]
     low: float
     high: float
-    rate: float
-    dwell: float = 0.0
+    rate: float  # highest speed [unit/s]
+    dwell: float = 0.0  # rest at each turn [s]
 
     @property
     def frequency(self) -> float:
@@ -318,19 +311,12 @@ def rounded(value: float, scale: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """An experiment that has not been run.
+    """An experiment that has not been run."""
 
-    Attributes:
-        motions: driven column → how it moves.
-        states: parameter → value that is set for it [SI].
-        besides: columns that are to be measured for the first time.
-        recording: template; its measured columns are 0.
-    """
-
-    motions: Mapping[str, _ColumnMotion]
-    states: Mapping[str, float]
-    besides: Sequence[str]
-    recording: Recording
+    motions: Mapping[str, _ColumnMotion]  # driven column → how it moves
+    states: Mapping[str, float]  # parameter → value that is set for it [SI]
+    besides: Sequence[str]  # columns that are to be measured for the first time
+    recording: Recording  # template; its measured columns are 0
 
     @property
     def words(self) -> str:
@@ -351,17 +337,12 @@ class Experiment:
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """All experiments within bounds, as points of a unit cube.
+    """All experiments within bounds, as points of a unit cube."""
 
-    Attributes:
-        recordings: that there are; of the first is all that an experiment does not change.
-        bounds: of the rig.
-        besides: whether the further sensors of the bounds are read.
-    """
-
+    # that there are; of the first is all that an experiment does not change
     recordings: Sequence[Recording]
-    bounds: ExperimentBounds
-    besides: bool = False
+    bounds: ExperimentBounds  # of the rig
+    besides: bool = False  # whether the further sensors of the bounds are read
 
     @property
     def dimensions(self) -> int:

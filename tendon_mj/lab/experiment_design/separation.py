@@ -61,17 +61,11 @@ _DIFFERENCE = 1e-2  # of a probe, as in fits
 
 @dataclass(frozen=True, eq=False)
 class Alternative:
-    """A model of the recordings.
+    """A model of the recordings."""
 
-    Attributes:
-        label: its difference to the others.
-        fit: its terms, and their values.
-        held: (p,) terms that define it, which are not fitted to another's data.
-    """
-
-    label: str
-    fit: Fit
-    held: BoolArray
+    label: str  # its difference to the others
+    fit: Fit  # its terms, and their values
+    held: BoolArray  # (p,) terms that define it, which are not fitted to another's data
 
 
 Tie = tuple[Alternative, ...]  # two or more
@@ -174,36 +168,23 @@ def _at(fitted: Fit, k: int) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Predictions:
-    """Readings that an alternative predicts for one experiment.
+    """Readings that an alternative predicts for one experiment."""
 
-    Attributes:
-        readings: (m,) in units of noise; infinite where the simulation failed.
-        within_limits: whether no reading leaves the limits.
-    """
-
-    readings: FloatArray
-    within_limits: bool
+    readings: FloatArray  # (m,) in units of noise; infinite where the simulation failed
+    within_limits: bool  # whether no reading leaves the limits
 
 
 @dataclass(frozen=True, eq=False)
 class ExperimentSimulations:
-    """Simulations of experiments that have not been run.
+    """Simulations of experiments that have not been run."""
 
-    Attributes:
-        problem: recordings that there are.
-        base: parameter → value of the model.
-        levels: measured column → noise [its unit].
-        limits: measured column → (low, high) that no reading may leave [its unit].
-        make: makes the simulator of recordings.
-        step: of the simulation, in steps of the model.
-    """
-
-    problem: Problem
-    base: Mapping[str, float]
-    levels: Mapping[str, float]
+    problem: Problem  # recordings that there are
+    base: Mapping[str, float]  # parameter → value of the model
+    levels: Mapping[str, float]  # measured column → noise [its unit]
+    # measured column → (low, high) that no reading may leave [its unit]
     limits: Mapping[str, tuple[float, float]]
-    make: MakeSimulator
-    step: float = 1.0
+    make: MakeSimulator  # makes the simulator of recordings
+    step: float = 1.0  # of the simulation, in steps of the model
 
     def predict(
         self, experiments: Sequence[Experiment], alternatives: Sequence[Alternative]
@@ -304,15 +285,10 @@ class ExperimentSimulations:
 
 @dataclass(frozen=True, eq=False)
 class Adaptation:
-    """Terms of an alternative that are fitted to new data, and their information in the old data.
+    """Terms of an alternative that are fitted to new data, and their information in the old data."""
 
-    Attributes:
-        alternative: that has the terms.
-        in_train: (samples of the old data,) which of them it was fitted to.
-    """
-
-    alternative: Alternative
-    in_train: BoolArray
+    alternative: Alternative  # that has the terms
+    in_train: BoolArray  # (samples of the old data,) which of them it was fitted to
 
     @cached_property
     def root(self) -> FloatArray:

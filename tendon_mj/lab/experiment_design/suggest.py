@@ -222,20 +222,14 @@ def _step(family: Family, simulator: MakeSimulator) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """An experiment, and how far each pair differs in it.
+    """An experiment, and how far each pair differs in it."""
 
-    Attributes:
-        point: of the cube.
-        experiment: there.
-        predictions: of every alternative.
-        most: (pairs,) rms difference [noise], of which a fit of one to the other may remove some.
-        remaining: (pairs,) the part that it cannot remove; None until the fit is made.
-    """
-
-    point: FloatArray
-    experiment: Experiment
-    predictions: list[Predictions]
+    point: FloatArray  # of the cube
+    experiment: Experiment  # there
+    predictions: list[Predictions]  # of every alternative
+    # (pairs,) rms difference [noise], of which a fit of one to the other may remove some
     most: FloatArray
+    # (pairs,) the part that it cannot remove; None until the fit is made
     remaining: FloatArray | None = None
 
 

@@ -133,39 +133,25 @@ def _within_ranges(model: mujoco.MjModel) -> tuple[FloatArray, FloatArray]:
 
 @dataclass(frozen=True)
 class Cable:
-    """The tendon of a sheath, frame by frame.
+    """The tendon of a sheath, frame by frame."""
 
-    Attributes:
-        points: (frames, n+2, 3) path [m], input end first.
-        tensions: (frames, n+1) of the segments between them [N].
-    """
-
-    points: FloatArray
-    tensions: FloatArray
+    points: FloatArray  # (frames, n+2, 3) path [m], input end first
+    tensions: FloatArray  # (frames, n+1) of the segments between them [N]
 
 
 @dataclass(frozen=True)
 class Frames:
-    """A simulation, frame by frame.
+    """A simulation, frame by frame."""
 
-    Attributes:
-        fps: frames per second [1/s].
-        time: (frames,) [s].
-        poses: (frames, k) states of kind ``POSE``.
-        controls: (frames, nu).
-        cables: by name of the sheath.
-        readings: (frames, nsensordata) of the sensors [SI].
-        contacts: of each frame, (k, 6): where two bodies touch [m], and the force there on the one
-            that comes later in the model [N], one row per pair of bodies. In a model with touch
-            sensors only of the bodies that they are on: the clip shows what is felt.
-    """
-
-    fps: float
-    time: FloatArray
-    poses: FloatArray
-    controls: FloatArray
-    cables: dict[str, Cable]
-    readings: FloatArray
+    fps: float  # frames per second [1/s]
+    time: FloatArray  # (frames,) [s]
+    poses: FloatArray  # (frames, k) states of kind POSE
+    controls: FloatArray  # (frames, nu)
+    cables: dict[str, Cable]  # by name of the sheath
+    readings: FloatArray  # (frames, nsensordata) of the sensors [SI]
+    # of each frame, (k, 6): where two bodies touch [m], and the force there on the one that comes
+    # later in the model [N], one row per pair of bodies. In a model with touch sensors only of the
+    # bodies that they are on: the clip shows what is felt
     contacts: tuple[FloatArray, ...]
 
 

@@ -38,19 +38,12 @@ _ROUNDING = 1e-9  # of a ratio of two times that both came from decimal text
 
 @dataclass(frozen=True)
 class Clock:
-    """Grid t_0 + k h, k = 0 … steps, and the place of every sample on it.
+    """Grid t_0 + k h, k = 0 … steps, and the place of every sample on it."""
 
-    Attributes:
-        start: t_0, time of the first sample [s].
-        timestep: h [s].
-        steps: from the first sample to the last.
-        places: (n,) of the samples, (t − t_0)/h [-].
-    """
-
-    start: float
-    timestep: float
-    steps: int
-    places: FloatArray
+    start: float  # t_0, time of the first sample [s]
+    timestep: float  # h [s]
+    steps: int  # from the first sample to the last
+    places: FloatArray  # (n,) of the samples, (t − t_0)/h [-]
 
     @property
     def time(self) -> FloatArray:
@@ -93,15 +86,10 @@ def make_clock(time: ArrayLike, longest: float) -> Clock:
 
 
 class Sense(NamedTuple):
-    """Sense in which a drive moves, at its n samples and between them, 2n − 1 in the order of time.
+    """Sense in which a drive moves, at its n samples and between them, 2n − 1 in the order of time."""
 
-    Attributes:
-        now: 1 winding in, −1 paying out, 0 at rest.
-        last: of the last motion, 1 or −1; before the first one −1, as the drive holds.
-    """
-
-    now: FloatArray
-    last: FloatArray
+    now: FloatArray  # 1 winding in, −1 paying out, 0 at rest
+    last: FloatArray  # of the last motion, 1 or −1; before the first one −1, as the drive holds
 
     def at(self, time: FloatArray, grid: FloatArray) -> Sense:
         """The sense at times of a grid, from that at and between the samples at ``time`` (n,)."""

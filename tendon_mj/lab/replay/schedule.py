@@ -27,15 +27,10 @@ _PRESCRIBED = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.va
 
 
 class Rests(NamedTuple):
-    """Rests of a run, of which the steps are left out in which nothing moves any more.
+    """Rests of a run, of which the steps are left out in which nothing moves any more."""
 
-    Attributes:
-        ends: step at which a rest ends → time there [s].
-        spans: (nsensordata,) range of each reading, infinite where it does not count.
-    """
-
-    ends: Mapping[int, float]
-    spans: FloatArray
+    ends: Mapping[int, float]  # step at which a rest ends → time there [s]
+    spans: FloatArray  # (nsensordata,) range of each reading, infinite where it does not count
 
 
 class Schedule:

@@ -253,19 +253,12 @@ def as_recording(
 
 @dataclass(frozen=True)
 class Misfit:
-    """Error e = simulated − measured of one column.
+    """Error e = simulated − measured of one column."""
 
-    Attributes:
-        rmse: √(mean e²) [the column's unit].
-        share_of_range: rmse over the measured column's largest less smallest value [-].
-        largest: max |e| [the column's unit].
-        bias: mean e [the column's unit].
-    """
-
-    rmse: float
-    share_of_range: float
-    largest: float
-    bias: float
+    rmse: float  # √(mean e²) [the column's unit]
+    share_of_range: float  # rmse over the measured column's largest less smallest value [-]
+    largest: float  # max |e| [the column's unit]
+    bias: float  # mean e [the column's unit]
 
     @property
     def of_range(self) -> str:

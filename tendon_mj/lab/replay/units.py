@@ -159,15 +159,10 @@ def rate(unit: str) -> str:
 
 
 class EngineeringUnit(NamedTuple):
-    """A unit to read values in.
+    """A unit to read values in."""
 
-    Attributes:
-        symbol: as it is written; empty for a ratio.
-        factor: by which a value in the SI unit is multiplied.
-    """
-
-    symbol: str
-    factor: float
+    symbol: str  # as it is written; empty for a ratio
+    factor: float  # by which a value in the SI unit is multiplied
 
 
 def engineering_unit(unit: str, values: Iterable[float]) -> EngineeringUnit:

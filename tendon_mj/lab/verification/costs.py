@@ -61,15 +61,10 @@ class Quartiles:
 
 @dataclass(frozen=True)
 class StepCost:
-    """Processor time of a step, in rounds that each time both models.
+    """Processor time of a step, in rounds that each time both models."""
 
-    Attributes:
-        steps: (rounds,) with sheaths [s].
-        reference_steps: (rounds,) of the same model without [s].
-    """
-
-    steps: FloatArray
-    reference_steps: FloatArray
+    steps: FloatArray  # (rounds,) with sheaths [s]
+    reference_steps: FloatArray  # (rounds,) of the same model without [s]
 
     @property
     def step(self) -> float:
@@ -262,18 +257,13 @@ def memory_of(model: mujoco.MjModel) -> dict[str, int]:
 
 @dataclass(frozen=True)
 class ModelCost:
-    """Cost of friction in a model.
+    """Cost of friction in a model."""
 
-    Attributes:
-        cost: of a step with sheaths, over one without.
-        unsensed: the same without sensors of tension; None where `cost` has none either.
-        sheaths: in the model.
-        memory, reference_memory: of a simulation with sheaths, and without; see `memory_of`.
-    """
-
-    cost: StepCost
+    cost: StepCost  # of a step with sheaths, over one without
+    # the same without sensors of tension; None where cost has none either
     unsensed: StepCost | None
-    sheaths: int
+    sheaths: int  # in the model
+    # of a simulation with sheaths, and without; see memory_of
     memory: dict[str, int]
     reference_memory: dict[str, int]
 

@@ -132,16 +132,12 @@ def _bind(
 
 @dataclass(frozen=True)
 class ElementBinding:
-    """Binding to elements of a model.
+    """Binding to elements of a model."""
 
-    Attributes:
-        specifications: of the parameters.
-        elements: of a system, for the name of the first parameter.
-        shared: whether a candidate for all elements together goes before one for each of several.
-    """
-
-    specifications: Specifications
+    specifications: Specifications  # of the parameters
+    # of a system, for the name of the first parameter
     elements: Callable[[SystemDescription, str], Iterable[str]]
+    # whether a candidate for all elements together goes before one for each of several
     shared: bool = False
 
     def __call__(self, system: SystemDescription) -> Bound:

@@ -60,14 +60,10 @@ class SystemDescription:
 
 
 class Constant(NamedTuple):
-    """A parameter that is written with a term at a value that no fit changes.
+    """A parameter that is written with a term at a value that no fit changes."""
 
-    Attributes:
-        name: of the parameter.
-        value, low, high: value and ends of its interval.
-    """
-
-    name: str
+    name: str  # of the parameter
+    # value and ends of its interval
     value: float
     low: float
     high: float
