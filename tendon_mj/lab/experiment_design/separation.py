@@ -285,7 +285,7 @@ class ExperimentSimulations:
 
 @dataclass(frozen=True, eq=False)
 class Adaptation:
-    """Terms of an alternative that are fitted to new data, and their information in the old data."""
+    """Terms of an alternative that new data may change, and their information in the old data."""
 
     alternative: Alternative  # that has the terms
     in_train: BoolArray  # (samples of the old data,) which of them it was fitted to

@@ -86,7 +86,7 @@ def make_clock(time: ArrayLike, longest: float) -> Clock:
 
 
 class Sense(NamedTuple):
-    """Sense in which a drive moves, at its n samples and between them, 2n − 1 in the order of time."""
+    """Sense in which a drive moves at its n samples and between them: 2n − 1 in order of time."""
 
     now: FloatArray  # 1 winding in, −1 paying out, 0 at rest
     last: FloatArray  # of the last motion, 1 or −1; before the first one −1, as the drive holds
