@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_mj.lab.diagnosis.data import Problem
-from tendon_mj.lab.diagnosis.effects.effect import Candidate, Constant, EventTerm
+from tendon_mj.lab.diagnosis.effects.effect import Candidate, Constant, Term
 from tendon_mj.lab.diagnosis.fitting import Fit
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import name_in_session, suppress_unsolved_warnings
@@ -255,14 +255,14 @@ class _Scan:
         span, (term,) = self._range(template), template.terms
         when, long = (self.name(template, best.recording, e) for e in ("_time", "_duration"))
         sign = 1.0 if best.size > 0.0 else -1.0
-        located = EventTerm(
+        located = Term(
             targets=(self.name(template, best.recording),),
             unit=term.unit,
             inert=term.inert,
             low=min(0.0, sign * span),
             high=max(0.0, sign * span),
             probe=min(abs(best.size), span),
-            times=(Constant(when, *times), Constant(long, *lasting)),
+            constants=(Constant(when, *times), Constant(long, *lasting)),
         )
         where = f"{template.where} in {recording.name}"
         return replace(template, where=where, terms=(located,))

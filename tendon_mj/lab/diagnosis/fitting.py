@@ -73,9 +73,9 @@ class Fit:
         low, high = self.bounds
         margin = _margin(self.bounds)
         inside = (self.scaled > low + margin) & (self.scaled < high - margin)
-        for effect in self.effects:
-            strength = self.terms_of(effect).start
-            if effect.terms[0].low == effect.absent != effect.terms[0].inert:
+        for candidate in self.effects:
+            strength, term = self.terms_of(candidate).start, candidate.terms[0]
+            if term.low == candidate.effect.absent != term.inert:
                 inside[strength] = self.scaled[strength] < (high - margin)[strength]
         visible = np.abs(self.jacobian).max(axis=0, initial=0.0) > 0.0
         free: NDArray[np.bool_] = inside & visible

@@ -223,8 +223,11 @@ class Proof:
             selection = fewer
         base, final = context.base, selection.final.fit
         parameters = [fit.parameters(base) for fit in (selection.calibrated.fit, final)]
-        findings = _findings(context, selection, self.catalogue)
-        model = {**base, **parameters[1], **after.sessions}
+        known, final_values = self.own.simulate.parameters, {**base, **parameters[1]}
+        findings = tuple(
+            _finding(effect, known, base, final_values) for effect in selection.effects
+        )
+        model = {**final_values, **after.sessions}
         calibrated, fitted = fitted_values(context.problem, base, final, data.refits(final))
         left = evidence.held_out.after
         lumped = too_few_guides(self.held_out, model, left) if left > ABOVE_NOISE else []
@@ -294,7 +297,7 @@ def _weigh(
         largest=max(LARGEST_EXCESS, lumping),
         beyond=parameters_beyond_range(context.problem, final),
         at_end=not all(final.determines(candidate) for candidate in effects),
-        non_smooth=any(candidate.non_smooth for candidate in effects),
+        non_smooth=any(candidate.effect.non_smooth for candidate in effects),
         excess=selection.calibrated.excess,
         step=step,
         lumping=lumping,
@@ -335,36 +338,26 @@ def _considered(selection: Selection) -> set[str]:
     return {target for candidate in candidates for target in candidate.targets}
 
 
-def _findings(
-    context: SelectionContext, selection: Selection, catalogue: Mapping[str, Effect]
-) -> tuple[Finding, ...]:
-    """Findings of a selection; rivals are other effects, or the same one elsewhere."""
-    base, known = context.base, context.problem.simulate.parameters
-    final = {**base, **selection.final.fit.parameters(base)}
-    return tuple(_finding(effect, catalogue, known, base, final) for effect in selection.effects)
-
-
 def _finding(
     selected: SelectedEffect,
-    catalogue: Mapping[str, Effect],
     parameters: Mapping[str, Parameter],
     before: Mapping[str, float],
     after: Mapping[str, float],
 ) -> Finding:
-    candidate, rivals = selected.candidate, selected.rivals
-    effect = catalogue[candidate.identifier]
+    candidate, rivals = selected.candidate, selected.rivals  # these may be the same one elsewhere
+    effect = candidate.effect
     return Finding(
         identifier=effect.identifier,
         name=effect.name,
         equation=effect.equation,
         where=candidate.where,
-        kind="parameter" if candidate.in_model(before) else candidate.kind,
+        kind="parameter" if candidate.in_model(before) else effect.kind,
         confidence=selected.confidence,
         rivals=tuple(
             dict.fromkeys(r.identifier for r in rivals if r.identifier != effect.identifier)
         ),
         elsewhere=tuple(r.where for r in rivals if r.identifier == effect.identifier),
-        statement=state_finding(effect, candidate, parameters, before, after),
+        statement=state_finding(candidate, parameters, before, after),
         parameter=candidate.terms[0].targets[0],
         recording=candidate.recording,
     )

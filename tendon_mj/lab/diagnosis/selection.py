@@ -124,11 +124,11 @@ class SelectionContext:
         taken = frozenset[str]().union(*(effect.targets for effect in model.fit.effects))
         values = {**self.base, **model.fit.parameters(self.base)}
         least = max(0.5 * self.smallest_gain, _EVENT * model.excess)
-        events = [candidate for candidate in self.candidates if candidate.event]
+        events = [candidate for candidate in self.candidates if candidate.effect.event]
         return [
             c
             for c in self.candidates
-            if not c.targets & taken and c.acts_on(values) and not c.event
+            if not c.targets & taken and c.acts_on(values) and not c.effect.event
         ] + find_events(self.problem, self.base, model.fit, events, taken, least)
 
     def _explains(self, model: FittedCandidate, extended: FittedCandidate) -> bool:
@@ -156,7 +156,7 @@ class SelectionContext:
     def optimise(self, model: FittedCandidate) -> FittedCandidate:
         """Continue a fit to convergence, and to the global minimum for a non-smooth last effect."""
         best = self.polish(model)
-        if best.candidate is not None and best.candidate.non_smooth:
+        if best.candidate is not None and best.candidate.effect.non_smooth:
             for whole_range in (True, False):
                 if not self._may_be_local(best):
                     break
@@ -166,7 +166,7 @@ class SelectionContext:
     def optimise_nearby(self, model: FittedCandidate) -> FittedCandidate:
         """Continue a fit with another step, searching near it where the cost is non-smooth."""
         best = self.polish(model)
-        non_smooth = any(effect.non_smooth for effect in best.fit.effects)
+        non_smooth = any(candidate.effect.non_smooth for candidate in best.fit.effects)
         if non_smooth and self._may_be_local(best):
             return self._search(best, whole_range=False)
         return best

@@ -64,7 +64,7 @@ def cross_validate(problem: Problem, fit: Fit) -> CrossValidation:
     """Cross-validate a fit on the training data."""
     used = problem.in_train
     residual, parts = fit.residual[used], problem.parts[used]
-    refitted = fit.free & (not any(effect.non_smooth for effect in fit.effects))
+    refitted = fit.free & (not any(candidate.effect.non_smooth for candidate in fit.effects))
     jacobian = fit.jacobian[used][:, refitted]
     names, part_of = np.unique(parts, return_inverse=True)
     weights, shared = fit.weights[refitted] ** 2, fit.shared[refitted]
@@ -160,7 +160,7 @@ def _complexity(candidate: Candidate | None) -> tuple[bool, bool, int]:
     if candidate is None:
         return (False, False, 0)
     count = len(candidate.terms)
-    return (candidate.kind == "missing" or count > 1, candidate.on_sensor, count)
+    return (candidate.effect.kind == "missing" or count > 1, candidate.on_sensor, count)
 
 
 @dataclass(frozen=True, eq=False)

@@ -104,7 +104,9 @@ def diagnose(
                 raise UnknownNameError("parameter", target, system.values)
     check_bindings(system, exclude, effects)
     at_rest = all(recording.quasi_static for recording in train)
-    bound = tuple(c for c in candidates(system, exclude, effects) if not (at_rest and c.in_motion))
+    bound = tuple(
+        c for c in candidates(system, exclude, effects) if not (at_rest and c.effect.in_motion)
+    )
     check_simulation(own)
     if checks is None:
         checks = _check((*train, *held_out), simulate)

@@ -13,13 +13,15 @@ import numpy as np
 
 from tendon_mj.lab.diagnosis import (
     Candidate,
+    Effect,
     Problem,
     Selection,
     SelectionContext,
+    SystemDescription,
     Term,
     all_samples,
 )
-from tendon_mj.lab.diagnosis.effects.effect import EffectKind
+from tendon_mj.lab.diagnosis.effects.effect import Bound, EffectKind
 from tendon_mj.lab.diagnosis.selection import CONVERGED, select_effects
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Parameter, Simulates
@@ -73,7 +75,17 @@ def effect(
     terms = [Term((name,), "-", 0.0, -most, most, 0.1)]
     if shape is not None:
         terms.append(Term((shape,), "-", 0.0, 1e-3, 1.0, 1.0, starts=(0.05,)))
-    return Candidate(name, kind, where, tuple(terms))
+    return Candidate(named(name, kind), where, tuple(terms))
+
+
+def named(name: str, kind: EffectKind = "missing", *, non_smooth: bool = False) -> Effect:
+    """An effect that is bound by hand."""
+    return Effect(name, name, "", "", "", nowhere, kind=kind, non_smooth=non_smooth)
+
+
+def nowhere(_: SystemDescription) -> Bound:
+    """No place on any model."""
+    return []
 
 
 def context(

@@ -139,6 +139,6 @@ def test_what_acts_in_motion_alone_is_no_candidate_at_rest(lever: Path) -> None:
 
     problem = problem_of(Simulator, [made])
     bound = candidates(describe_system(problem))
-    moving = {c.identifier for c in bound if c.in_motion}
+    moving = {c.identifier for c in bound if c.effect.in_motion}
     assert moving >= {"joint_damping", "viscous_friction", "sensor_delay", "command_delay"}
     assert moving.isdisjoint({"sheath_friction", "backlash", "joint_friction", "springref"})

@@ -35,7 +35,7 @@ from tendon_mj.lab.diagnosis.thresholds import (
     reducible_excess,
     unexplained_excess,
 )
-from tests.lab.diagnosis.linear_rig import BLOCKS, LinearRig, Shape, context, effect
+from tests.lab.diagnosis.linear_rig import BLOCKS, LinearRig, Shape, context, effect, named
 from tests.lab.diagnosis.toy import Toy, problem_of, recording
 
 TERM = Term(("sheath.constant_friction",), "N", 0.0, -50.0, 50.0, 1.0)
@@ -74,7 +74,7 @@ def test_beside_a_non_smooth_effect_no_block_is_left_out() -> None:
     random = np.random.default_rng(1)
     size = data.blocks.size
     fitted = linear(data, random.normal(size=(size, 2)), random.normal(size=size))
-    effect = Candidate("drift", "missing", "sheath", (SLOPE,), non_smooth=True)
+    effect = Candidate(named("drift", non_smooth=True), "sheath", (SLOPE,))
     result = cross_validate(data, replace(fitted, calibrated=(TERM,), effects=(effect,)))
     assert result.excess == pytest.approx(float(np.mean(fitted.residual**2)) - 1.0)
     assert result.excess < cross_validate(data, fitted).excess

@@ -320,7 +320,7 @@ def test_paths_that_bend_differently_are_wrong_by_as_much() -> None:
 
 def _statement(candidate: Candidate, before: dict[str, float], after: dict[str, float]) -> str:
     parameters = {name: Parameter(value, "rad", "live") for name, value in before.items()}
-    return state_finding(CATALOGUE["bend_angle"], candidate, parameters, before, after)
+    return state_finding(candidate, parameters, before, after)
 
 
 def test_a_term_that_all_elements_share_does_nothing_at_its_inert_value() -> None:

@@ -91,7 +91,7 @@ class ParameterSpecification:
             if differ:
                 return ShiftTerm(targets, self.unit, *numbers, more=more)
         if self.relative_to:
-            return ExcessTerm(targets, self.unit, *numbers, starts, over=self.relative_to)
+            return ExcessTerm(targets, self.unit, *numbers, starts, depends_on=self.relative_to)
         return Term(targets, self.unit, *numbers, starts)
 
     def _factor(
@@ -109,7 +109,7 @@ class ParameterSpecification:
         products = tuple((own[0] - origin) * system.values[f"{e}.{self.times}"] for e in elements)
         if not all(products):
             return None
-        return QuotientTerm(*numbers, products=products, divisor=self.times, origin=origin)
+        return QuotientTerm(*numbers, products=products, depends_on=self.times, origin=origin)
 
 
 Specifications = tuple[ParameterSpecification, ...]

@@ -82,6 +82,8 @@ class Term:
         starts: values to begin from, for a number that shapes an effect and does nothing alone; its
             logarithm is fitted.
         spread: standard deviation about inert that is expected of it; 0 where none is.
+        depends_on: parameter of the targets' elements that their values depend on; or empty.
+        constants: parameters that are written with it at fixed values: of an event, its times.
     """
 
     targets: tuple[str, ...]
@@ -92,20 +94,12 @@ class Term:
     probe: float
     starts: tuple[float, ...] = ()
     spread: float = 0.0
-
-    @property
-    def depends_on(self) -> str:
-        """Parameter of the targets' elements that their values depend on; empty without one."""
-        return ""
-
-    @property
-    def constants(self) -> tuple[Constant, ...]:
-        """Parameters that are written with it at fixed values."""
-        return ()
+    depends_on: str = field(default="", kw_only=True)
+    constants: tuple[Constant, ...] = field(default=(), kw_only=True)
 
     def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
         """Parameter → value for the number, where the other parameters have ``values``."""
-        return dict.fromkeys(self.targets, number)
+        return {c.name: c.value for c in self.constants} | dict.fromkeys(self.targets, number)
 
     def scaled(self, number: float) -> float:
         """The number as a fit sees it: in probes from inert, or the logarithm of a shape."""
@@ -142,57 +136,28 @@ class ShiftTerm(Term):
 
 @dataclass(frozen=True)
 class ExcessTerm(Term):
-    """A target on element e is (1 + number) × the parameter ``e.over``."""
-
-    over: str = field(kw_only=True)
-
-    @property
-    def depends_on(self) -> str:
-        """See `Term.depends_on`."""
-        return self.over
+    """A target is (1 + number) × the parameter that it depends on."""
 
     def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
         """See `Term.write`."""
-        others = [values[f"{element(t)}.{self.over}"] for t in self.targets]
+        others = [values[f"{element(t)}.{self.depends_on}"] for t in self.targets]
         return {t: (1.0 + number) * v for t, v in zip(self.targets, others, strict=True)}
 
 
 @dataclass(frozen=True)
 class QuotientTerm(Term):
-    """A target on element e is ``origin`` + number × its product / the parameter ``e.divisor``."""
+    """A target is ``origin`` + number × its product / the parameter that it depends on."""
 
     products: tuple[float, ...] = field(kw_only=True)
-    divisor: str = field(kw_only=True)
     origin: float = field(default=0.0, kw_only=True)
-
-    @property
-    def depends_on(self) -> str:
-        """See `Term.depends_on`."""
-        return self.divisor
 
     def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
         """See `Term.write`."""
         rows = [
-            (t, product, values[f"{element(t)}.{self.divisor}"])
+            (t, product, values[f"{element(t)}.{self.depends_on}"])
             for t, product in zip(self.targets, self.products, strict=True)
         ]
         return {t: self.origin + number * product / other for t, product, other in rows}
-
-
-@dataclass(frozen=True)
-class EventTerm(Term):
-    """Size of an event, with its time and duration, ``times``."""
-
-    times: tuple[Constant, ...] = field(kw_only=True)
-
-    @property
-    def constants(self) -> tuple[Constant, ...]:
-        """See `Term.constants`."""
-        return self.times
-
-    def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
-        """See `Term.write`."""
-        return {c.name: c.value for c in self.times} | dict.fromkeys(self.targets, number)
 
 
 def element(parameter: str) -> str:
@@ -202,25 +167,16 @@ def element(parameter: str) -> str:
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect on certain elements of one model.
+    """An effect on certain elements of one model."""
 
-    Attributes:
-        identifier: of the effect.
-        kind: "missing", an effect the model lacks, or "parameter", a number that may be wrong.
-        where: the elements it is on, for the reader.
-        terms: the first one is its strength, the others shape it.
-        non_smooth, changes, absent, event, in_motion: see `Effect`.
-    """
+    effect: Effect
+    where: str  # the elements it is on, for the reader
+    terms: tuple[Term, ...]  # the first one is its strength, the others shape it
 
-    identifier: str
-    kind: EffectKind
-    where: str
-    terms: tuple[Term, ...]
-    non_smooth: bool = False
-    changes: str = ""
-    absent: float = 0.0
-    event: bool = False
-    in_motion: bool = False
+    @property
+    def identifier(self) -> str:
+        """Identifier of the effect."""
+        return self.effect.identifier
 
     @property
     def label(self) -> str:
@@ -244,23 +200,25 @@ class Candidate:
 
     def acts_on(self, values: Mapping[str, float]) -> bool:
         """Whether the model has the parameter that it changes, with these values."""
-        elements = {element(target) for target in self.targets}
-        return not self.changes or any(values[f"{e}.{self.changes}"] != 0.0 for e in elements)
+        changed = self.effect.changes
+        return not changed or any(values[f"{element(t)}.{changed}"] != 0.0 for t in self.targets)
 
     def in_model(self, before: Mapping[str, float]) -> bool:
         """Whether a model has some of it, with parameter → value before the fit."""
-        return any(value_in(before, target) != self.absent for target in self.terms[0].targets)
+        absent = self.effect.absent
+        return any(value_in(before, target) != absent for target in self.terms[0].targets)
 
     def kind_found(self, before: Mapping[str, float], after: Mapping[str, float]) -> EffectKind:
         """Kind of a finding: a model that has more than the data want lacks nothing.
 
         ``before`` and ``after`` are parameter → value of the model, and as fitted.
         """
+        absent = self.effect.absent
         too_much = all(
-            abs(after[target] - self.absent) < abs(value_in(before, target) - self.absent)
+            abs(after[target] - absent) < abs(value_in(before, target) - absent)
             for target in self.terms[0].targets
         )
-        return "parameter" if too_much else self.kind
+        return "parameter" if too_much else self.effect.kind
 
 
 Bound = list[tuple[str, tuple[Term, ...]]]  # the elements of each candidate, and its terms
@@ -281,7 +239,7 @@ class Effect:
             it has no place. See `tendon_mj.lab.diagnosis.effects.binding`.
         next_experiment: motion or measurement that brings the effect out, as the end of a sentence
             that begins with "record"; may be empty.
-        kind: see `Candidate`.
+        kind: "missing", an effect the model lacks, or "parameter", a number that may be wrong.
         overrides_known: whether it may also write parameters that were measured on the rig.
         absent: value of its first parameter at which a model has none of the effect.
         non_smooth: whether the misfit has many local minima in its terms, as where it makes a
@@ -329,10 +287,8 @@ class Effect:
     def bind(self, system: SystemDescription) -> list[Candidate]:
         """Its candidates on a model, but those of parameters that are known or fitted anyway."""
         taken = system.uncertain if self.overrides_known else system.known | system.uncertain
-        shared = ("identifier", "kind", "non_smooth", "changes", "absent", "event", "in_motion")
-        traits = {name: getattr(self, name) for name in shared}
         return [
-            Candidate(where=where, terms=terms, **traits)
+            Candidate(self, where, terms)
             for where, terms in self.binding(system)
             if not any(target in taken for term in terms for target in term.targets)
         ]
