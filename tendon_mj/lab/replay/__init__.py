@@ -6,9 +6,6 @@ frames for clips; units of columns; and the template of a description.
 
 from tendon_mj.lab.replay.description_template import column_of as column_of
 from tendon_mj.lab.replay.description_template import format_template as format_template
-from tendon_mj.lab.replay.live_parameters import DRAWN_BEND as DRAWN_BEND
-from tendon_mj.lab.replay.live_parameters import EXTRA_BEND as EXTRA_BEND
-from tendon_mj.lab.replay.live_parameters import LiveParameters as LiveParameters
 from tendon_mj.lab.replay.motion import POSE as POSE
 from tendon_mj.lab.replay.motion import Cable as Cable
 from tendon_mj.lab.replay.motion import Drive as Drive
@@ -28,6 +25,8 @@ from tendon_mj.lab.replay.names import recording_of as recording_of
 from tendon_mj.lab.replay.names import value_in as value_in
 from tendon_mj.lab.replay.names import values_for as values_for
 from tendon_mj.lab.replay.names import values_in as values_in
+from tendon_mj.lab.replay.parameters import DRAWN_BEND as DRAWN_BEND
+from tendon_mj.lab.replay.parameters import EXTRA_BEND as EXTRA_BEND
 from tendon_mj.lab.replay.parameters import Adjustable as Adjustable
 from tendon_mj.lab.replay.parameters import Kind as Kind
 from tendon_mj.lab.replay.parameters import Parameter as Parameter

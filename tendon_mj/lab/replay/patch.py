@@ -31,9 +31,17 @@ import numpy as np
 
 from tendon_mj.attach import Mjcf, check_suffix, number_text, numbers, set_first
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
-from tendon_mj.lab.replay.live_parameters import CORRECTION, DRAWN_BEND, EXTRA_BEND, custom_numbers
-from tendon_mj.lab.replay.parameters import GEAR, GEARED, SLIP, Adjustable, is_muscle
-from tendon_mj.lab.replay.readout import JOINT_COMMAND, USER_NUMBERS
+from tendon_mj.lab.replay.parameters import (
+    CORRECTION,
+    DRAWN_BEND,
+    EXTRA_BEND,
+    GEAR,
+    GEARED,
+    SLIP,
+    Adjustable,
+    is_muscle,
+)
+from tendon_mj.lab.replay.readout import JOINT_COMMAND, USER_NUMBERS, custom_numbers
 from tendon_mj.models import load_model, load_spec, model_path
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
@@ -174,12 +182,12 @@ class _Patch:
             self.text.section("option", "gravity").set("gravity", gravity)
 
     def _write_live(self, element: str, parameter: str, value: float) -> None:
-        if parameter in (EXTRA_BEND, DRAWN_BEND):
-            correction = self.adjustable.live.correction(element)
-            if parameter == DRAWN_BEND:
-                self.write_custom(element + CORRECTION, number_text(correction))
+        if parameter == DRAWN_BEND:
+            correction = self.adjustable.bends.corrections[element]
+            self.write_custom(element + CORRECTION, number_text(correction))
             parameter = EXTRA_BEND
-            value = self.adjustable.live[f"{element}.{EXTRA_BEND}"] + correction
+        if parameter == EXTRA_BEND:  # with the correction
+            value = self.adjustable.live[f"{element}.{EXTRA_BEND}"]
         holder = self.text.plugin(element)
         for config in holder.iterfind("config"):
             if config.get("key") == parameter:

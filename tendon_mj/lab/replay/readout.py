@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
-from tendon_mj.lab.replay.live_parameters import custom_numbers
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.lab.recordings import LARGEST
 from tendon_mj.typing import FloatArray
 
 JOINT_COMMAND: Final = ".command"  # custom text of a model: scale, offset and delay of a joint
@@ -226,3 +227,20 @@ def stored_joint_commands(model: mujoco.MjModel) -> FloatArray:
         if name.endswith(JOINT_COMMAND) and joint >= 0:
             rows[joint] = custom_numbers(model, k, 3)
     return rows
+
+
+def custom_numbers(model: mujoco.MjModel, text: int, count: int) -> list[float]:
+    """The ``count`` numbers in a custom text of a model, which holds nothing else."""
+    start, size = model.text_adr[text], model.text_size[text]
+    content = bytes(model.text_data[start : start + size]).rstrip(b"\0").decode(errors="replace")
+    try:
+        numbers = [float(word) for word in content.split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(abs(number) <= LARGEST for number in numbers):
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, text)
+        raise InvalidValueError(
+            f"custom text {name!r} of the model is {content[:60]!r}; a name that ends so holds"
+            f" {count} finite number{'s' if count > 1 else ''}; mend it, or take it out"
+        )
+    return numbers

@@ -9,8 +9,7 @@ from typing import Final, NamedTuple
 import mujoco
 
 from tendon_mj.lab.recordings import UNITS
-from tendon_mj.lab.replay.live_parameters import DRAWN_BEND
-from tendon_mj.plugin import GAINS, KINDS, PARAMETERS, sensor_kind, servos
+from tendon_mj.plugin import KINDS, sensor_kind, servos
 
 _PLACE, _RATE = 1, 2  # MuJoCo's `ctrlspec` of a servo
 UNKNOWN: Final = "1"  # of a reading or a control that no column names
@@ -143,14 +142,6 @@ def name_in(unit: str, column: str) -> str:
 def unit_ending(column: str) -> str:
     """The longest unit in which a column's name ends."""
     return max((ending for ending in UNITS if column.endswith(ending)), key=len, default="")
-
-
-def live_unit(parameter: str) -> str:
-    """The unit of a sheath's parameter or a servo's gain."""
-    if parameter == DRAWN_BEND:
-        return "rad"
-    known = PARAMETERS | GAINS
-    return known[parameter].unit if parameter in known else UNKNOWN
 
 
 def rate(unit: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -11,22 +12,18 @@ from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, Unk
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain
 from tendon_mj.lab.replay import (
     UNKNOWN,
+    Adjustable,
     Parameter,
     Simulates,
     Simulator,
     replay_recording,
     suppress_unsolved_warnings,
 )
-from tendon_mj.lab.replay.units import live_unit
 from tendon_mj.models import Bench, build_bench, load_model, model_path
 from tests.lab.recorded import recorded
 from tests.lab.replay.rigs import bench_recording, joint_recording
 from tests.refusals import refusing
 from tests.rigs import lever
-
-from tendon_mj.attach import Parameters  # isort: skip
-import mujoco  # isort: skip
-
 
 RECORDINGS = [
     bench_recording(0.1, name="short"),
@@ -229,9 +226,8 @@ def test_only_a_servo_prescribes_a_motion_that_nobody_measured(actuator, sensor,
 
 @pytest.mark.parametrize("name", ["bench", "joint", "finger"])
 def test_every_live_parameter_has_a_unit(name):
-    model = load_model(name)
-    for parameter in Parameters(model, mujoco.MjData(model)):
-        assert live_unit(parameter.rsplit(".", 1)[1]) != UNKNOWN, parameter
+    for parameter in Adjustable(load_model(name)).parameters().values():
+        assert parameter.kind != "live" or parameter.unit != UNKNOWN
 
 
 def test_anything_of_its_shape_can_stand_in_for_it():
