@@ -259,11 +259,7 @@ def files_of(
 
 
 def collect_provenance(command: str = "", files: Iterable[str | Path] = ()) -> Provenance:
-    """Provenance of a result that is made now, by a command as typed, from files to be hashed.
-
-    Raises:
-        OSError: a file cannot be read.
-    """
+    """Provenance of a result that is made now, by a command as typed, from files to be hashed."""
     versions = {"python": platform.python_version()}
     return Provenance(
         date=datetime.now().astimezone().isoformat(timespec="seconds"),

@@ -168,11 +168,10 @@ class Problem:
         rows = []
         for answers in answered:
             parts = [
-                (np.clip(series[column], *ends[column]) - recording.columns[column]) / level
-                for recording, noise, ends, series in zip(
-                    self.recordings, self.noise, self.ends, answers, strict=True
-                )
-                for column, level in noise.items()
+                (np.clip(answers[k][column], *self.ends[k][column]) - recording.columns[column])
+                / level
+                for k, recording in enumerate(self.recordings)
+                for column, level in self.noise[k].items()
             ]
             row = np.concatenate(parts)
             rows.append(row if np.isfinite(row).all() else np.full(row.shape, np.inf))
@@ -185,11 +184,7 @@ def check_answers(
     recordings: Sequence[Recording],
     simulator: Simulates,
 ) -> None:
-    """Refuse answers of a simulator to ``sets`` parameter sets that lack a series or a sample.
-
-    Raises:
-        InvalidValueError: names the recording and column, and the answer.
-    """
+    """Refuse answers of a simulator to ``sets`` parameter sets that lack a series or a sample."""
     who = f"simulator {type(simulator).__name__!r}"
     if len(answers) != sets:
         raise InvalidValueError(f"{who} answered {len(answers)} of {sets} sets of parameters")
@@ -290,10 +285,6 @@ def uncertain_terms(problem: Problem) -> tuple[Term, ...]:
     """Terms of the uncertain parameters; those that one name stands for share it, or have each one.
 
     A parameter that is named by itself, in any table, is not part of a name with wildcards.
-
-    Raises:
-        InvalidValueError: two names or tables speak of one parameter alike.
-        UnknownNameError: wildcards that no parameter fits.
     """
     parameters, terms = problem.simulate.parameters, list[Term]()
     first = problem.recordings[0]
@@ -327,13 +318,7 @@ class Spread:
 
 
 def session_terms(recordings: Sequence[Recording], simulate: Simulates) -> tuple[Term, ...]:
-    """Terms of every recording's own values.
-
-    Raises:
-        RecordingError: two recordings with such values have one name.
-        InvalidValueError: the simulator takes no values for single recordings.
-        UnknownNameError: no such parameter.
-    """
+    """Terms of every recording's own values."""
     named = [recording for recording in recordings if recording.session]
     if named and not simulate.sessions:
         raise InvalidValueError(
@@ -393,7 +378,11 @@ def spreads(terms: Sequence[Term], values: Sequence[float] | np.ndarray) -> dict
 def describe_system(problem: Problem) -> SystemDescription:
     """Describe the model and the recordings to the catalogue."""
     first, parameters = problem.recordings[0], problem.simulate.parameters
-    fitted = _fitted(problem)
+    fitted = [
+        name
+        for recording in problem.recordings
+        for name in expand({**recording.uncertain, **recording.session}, parameters)
+    ]
     joints, motors = (_elements(parameters, kind) for kind in ("joint", "motor"))
     driven, inputs = problem.simulate.joints, tuple(name for _, name in first.driven)
     return SystemDescription(
@@ -404,17 +393,15 @@ def describe_system(problem: Problem) -> SystemDescription:
         inputs=inputs,
         free_joints=tuple(joint for joint in joints if not driven.get(joint)),
         motors=tuple(name for name in inputs if name in motors),
-        slides=_slides(parameters),
+        slides=frozenset(
+            element(name)
+            for name, p in parameters.items()
+            if name.endswith(".armature") and (p.kind, p.unit) == _SLIDING
+        ),
         joints={name: p.joints for name, p in parameters.items() if p.joints},
         reference={name: p.reference for name, p in parameters.items() if p.reference},
         columns=tuple(names for names in first.drive.values() if not isinstance(names, str)),
     )
-
-
-def _fitted(problem: Problem) -> list[str]:
-    """Uncertain parameters of a recording, and those of its [session]."""
-    names = problem.simulate.parameters
-    return [n for r in problem.recordings for n in expand({**r.uncertain, **r.session}, names)]
 
 
 def _spans(recordings: Sequence[Recording]) -> dict[str, float]:
@@ -444,11 +431,4 @@ def _drawn_bends(names: Iterable[str]) -> list[str]:
 
 
 def _elements(parameters: Mapping[str, Parameter], kind: Kind) -> list[str]:
-    """Elements of a kind that have parameters, sorted."""
     return sorted({element(name) for name, p in parameters.items() if p.kind == kind})
-
-
-def _slides(parameters: Mapping[str, Parameter]) -> frozenset[str]:
-    """Joints that slide, by the unit of their armatures."""
-    armatures = {name: p for name, p in parameters.items() if name.endswith(".armature")}
-    return frozenset(element(n) for n, p in armatures.items() if (p.kind, p.unit) == _SLIDING)

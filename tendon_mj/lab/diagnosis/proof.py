@@ -233,7 +233,13 @@ class Proof:
         lumped = too_few_guides(self.held_out, model, left) if left > ABOVE_NOISE else []
         limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
         if verdict in ("partly", "unknown"):
-            limits += warn_of_soft_friction(self.own.simulate, model, _considered(selection))
+            considered = {
+                target
+                for selected in selection.effects
+                for candidate in (selected.candidate, *selected.rivals)
+                for target in candidate.targets
+            }
+            limits += warn_of_soft_friction(self.own.simulate, model, considered)
         limits += warn_of_soft_flanks(self.own.simulate, model, {**calibrated, **fitted})
         seen, first = self.own.residuals(parameters), len(final.calibrated)
         proven = verdict in ("named", "parameter", "partly")
@@ -332,12 +338,6 @@ def _without_imitation(
     return imitation
 
 
-def _considered(selection: Selection) -> set[str]:
-    """Parameters of the selected effects and of their rivals."""
-    candidates = (c for s in selection.effects for c in (s.candidate, *s.rivals))
-    return {target for candidate in candidates for target in candidate.targets}
-
-
 def _finding(
     selected: SelectedEffect,
     parameters: Mapping[str, Parameter],
@@ -413,7 +413,8 @@ def fitted_values(
             continue
         values = calibrated if k < len(fit.calibrated) else of_effects
         at_end = bool(near[k])
-        determined = bool(fit.free[k]) and _narrower(ranges[k], term) and not at_end
+        narrower = bool(ranges[k, 0] > term.low or ranges[k, 1] < term.high)
+        determined = bool(fit.free[k]) and narrower and not at_end
         span = ranges[k] if determined else (term.low, term.high)
         written = [term.write(float(end), others) for end in span for others in around]
         for name in term.targets:
@@ -426,11 +427,6 @@ def fitted_values(
             unit, before = parameters[parameter_of(name)].unit, value_in(base, name)
             values[name] = Value(value, low, high, unit, before)
     return calibrated, of_effects
-
-
-def _narrower(interval: FloatArray, term: Term) -> bool:
-    """Whether an interval is narrower than the range of its term."""
-    return bool(interval[0] > term.low or interval[1] < term.high)
 
 
 def parameters_beyond_range(problem: Problem, fit: Fit) -> list[str]:

@@ -44,9 +44,6 @@ def motion(recording: Recording) -> tuple[str, FloatArray, FloatArray]:
     """Driven column that reverses most often, its values, and its rate [unit/s].
 
     Of a rest it is the move before it, which says in which direction friction acts.
-
-    Raises:
-        RecordingError: no column is driven, or none reverses.
     """
     where = f"recording {recording.name!r}"
     if not recording.drive:

@@ -25,8 +25,6 @@ from tendon_mj.lab.replay import (
     values_for,
 )
 
-_LONGEST_NAME = 200  # bytes
-
 
 @dataclass(frozen=True)
 class Value:
@@ -367,16 +365,10 @@ def write_before_after(simulated: Sequence[BeforeAfter], folder: Path) -> list[P
     """Write simulations as recordings, ``<k>_<name>_before.csv`` and ``<k>_<name>_after.csv``.
 
     Returns:
-        Paths of the CSVs in the existing ``folder``, each next to its description. A name that is
-        too long for a file is cut.
+        Paths of the CSVs in the existing ``folder``, each next to its description.
     """
     return [
-        write_recording(recording, folder / f"{k}_{_short(row.measured.name)}_{when}.csv")
+        write_recording(recording, folder / f"{k}_{row.measured.name}_{when}.csv")
         for k, row in enumerate(simulated)
         for when, recording in (("before", row.before), ("after", row.after))
     ]
-
-
-def _short(name: str) -> str:
-    """The beginning of a name, short enough for the 255 bytes of a file name."""
-    return name.encode()[:_LONGEST_NAME].decode(errors="ignore")

@@ -412,12 +412,7 @@ def draw_experiment(
 def check_bounds(
     recordings: Sequence[Recording], bounds: ExperimentBounds, simulator: MakeSimulator = Simulator
 ) -> None:
-    """Refuse bounds within which no experiment can be simulated.
-
-    Raises:
-        UnknownNameError: the bounds name a column or parameter that the rig lacks.
-        InvalidValueError: the model cannot simulate an experiment within them.
-    """
+    """Refuse bounds within which no experiment can be simulated."""
     bounds.check(recordings[0], simulator(recordings).parameters)
     family = Family(recordings, bounds, besides=bool(bounds.measure))
     try:

@@ -81,11 +81,6 @@ def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
             with its unit: `command_rad`. Any unit will do where the kind of actuator does
             not define it, as a muscle's.
         model: compiled; its actuators without a column stay at 0.
-
-    Raises:
-        RecordingError: the file cannot be read, a column is in another unit than the actuator's
-            control, or two are of one actuator.
-        UnknownNameError: a column names no actuator.
     """
     if not path.is_file():
         columns = ", ".join(f"{model.actuator(k).name}_…" for k in range(min(model.nu, 3)))
@@ -172,11 +167,7 @@ class FrameRecorder:
         return [int(step) for step in wanted if step < max(1, steps)]
 
     def keep(self, model: mujoco.MjModel, data: mujoco.MjData, control: ArrayLike) -> None:
-        """Keep a frame of the state of ``data`` under (nu,) ``control``; ``data`` is not changed.
-
-        Raises:
-            TendonError: the simulation became unstable.
-        """
+        """Keep a frame of the state of ``data`` under (nu,) ``control``, without changing it."""
         if data.warning.number.any() or not np.isfinite(data.qpos).all():
             raise TendonError(f"the simulation became unstable before {data.time:.3g} s")
         if self._scratch is None:
@@ -256,12 +247,6 @@ def record_frames(
         fps: frames per second [1/s].
         parameters: ``<element>.<parameter>`` to value (see `replay.parameters`).
         progress: called with the task, the frames that are done, and their number.
-
-    Raises:
-        UnknownNameError: no such parameter.
-        InvalidValueError: no duration, no frame rate, more frames than memory should hold, or
-            controls of the wrong shape.
-        TendonError: the simulation became unstable; the message says when.
     """
     check_frames(model, duration, fps)
     control, recorder, data = _control(model, drive), FrameRecorder(fps), mujoco.MjData(model)
@@ -281,11 +266,7 @@ def record_frames(
 
 
 def check_frames(model: mujoco.MjModel, duration: float, fps: float) -> None:
-    """Refuse frames of a duration [s] at ``fps`` [1/s] that do not fit into memory.
-
-    Raises:
-        InvalidValueError: with the memory that they would take.
-    """
+    """Refuse frames of a duration [s] at ``fps`` [1/s] that do not fit into memory."""
     _check_positive("duration", duration, "s")
     _check_positive("fps", fps, "1/s")
     if fps < _LEAST_FPS:

@@ -215,13 +215,7 @@ class Adjustable:
         return dict(sorted((live | others).items()))
 
     def set(self, values: Mapping[str, float]) -> None:
-        """Give parameters values; those that are not named keep theirs.
-
-        Raises:
-            UnknownNameError: no such parameter, with the nearest; nothing is changed then.
-            UnusedKeyError: one that a sheath has no use for, and why; likewise.
-            InvalidValueError: a value outside its range.
-        """
+        """Give parameters values; those that are not named keep theirs."""
         for name in values:
             if name in self._entries or self.bends.has(name):
                 continue

@@ -284,11 +284,7 @@ class _Patch:
         self.text.root.insert(0, ElementTree.Comment(text))
 
     def check(self, made: Path, path: Path) -> None:
-        """Compare the file ``made``, as MuJoCo compiles it, with the model that ``path`` is to be.
-
-        Raises:
-            TendonError: the file cannot be compiled, or a parameter or number of the model differs.
-        """
+        """Compare the file ``made``, as MuJoCo compiles it, with the model that was simulated."""
         try:
             written = load_model(str(made))
         except TendonError as error:

@@ -265,9 +265,6 @@ def described_values(recording: Recording, names: Collection[str]) -> dict[str, 
     Args:
         recording: its names may stand for several parameters.
         names: of all parameters.
-
-    Raises:
-        RecordingError: a name with wildcards that no parameter fits.
     """
     guesses: dict[str, Uncertain | Session] = {**recording.session, **recording.uncertain}
     try:
@@ -293,9 +290,6 @@ def stated_values(
         names: of all parameters.
         described: whether ``known``, ``uncertain`` and ``session`` are applied. None: all; but if
             ``model`` carries intervals of a diagnosis, neither those parameters nor ``uncertain``.
-
-    Raises:
-        RecordingError: a name with wildcards that no parameter fits.
     """
     if described is False:
         return {}

@@ -58,9 +58,6 @@ def run_open_loop(
 
     Returns:
         (steps, nsensordata) readings.
-
-    Raises:
-        TendonError: MuJoCo raised a warning, or a reading is not finite; it says when.
     """
     readings = np.empty((len(control), model.nsensordata))
     start = full_state(model, data)
@@ -348,9 +345,6 @@ def rollout_named_sensors(
         model: with one actuator.
         control: (steps,) or (runs, steps); readings have the same shape.
         threads: simulations at a time.
-
-    Raises:
-        TendonError: a simulation became unstable or left a flow unsolved.
     """
     commands = np.atleast_2d(control)
     data = [mujoco.MjData(model) for _ in range(threads)]

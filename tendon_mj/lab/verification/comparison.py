@@ -41,11 +41,7 @@ class BenchReadings:
 
 
 def run_bench(bench: Bench, reel: FloatArray) -> BenchReadings:
-    """Simulate the bench from rest under T_0 while its reel follows ``reel``, (steps,) [m].
-
-    Raises:
-        TendonError: the simulation became unstable.
-    """
+    """Simulate the bench from rest under T_0 while its reel follows ``reel``, (steps,) [m]."""
     shown = rollout_named_sensors(build_bench(bench).compile(), reel)
     return BenchReadings(*(shown[name] for name in _SENSORS))
 
@@ -244,10 +240,6 @@ def compare_bench(bench: Bench | None = None, progress: Progress = silent) -> Co
     Args:
         bench: its parameters; default: those of the package's model.
         progress: called with the stage, the number done and the total.
-
-    Raises:
-        TendonError: a simulation became unstable.
-        EngineError: rollouts on one thread and on two differ.
     """
     bench = bench or Bench()
     limit = dataclasses.replace(bench, guides=LIMIT_GUIDES).stiffened(LIMIT_FACTOR)

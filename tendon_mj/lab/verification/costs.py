@@ -192,11 +192,7 @@ def thread_speedups(
     runs: int = 8,
     steps: int = 6000,
 ) -> dict[int, Quartiles]:
-    """Speedup of the same rollouts by so many threads over one, in turns [-].
-
-    Raises:
-        EngineError: two numbers of threads do not agree bit by bit.
-    """
+    """Speedup of the same rollouts by so many threads over one, in turns [-]."""
     model = build_bench(bench).compile()
     pool = [mujoco.MjData(model) for _ in range(max(threads))]
     start = np.tile(full_state(model, pool[0]), (runs, 1))
@@ -298,13 +294,7 @@ class PreparedModel(NamedTuple):
 
 
 def prepare_model(name: str, steps: int = _STEPS) -> PreparedModel:
-    """Give every tendon of an MJCF file friction, and drive it for so many steps with and without.
-
-    Raises:
-        UnknownNameError: no such file.
-        InvalidValueError: the model has no actuator, or no tendon that can have a sheath.
-        TendonError: MuJoCo cannot read or compile it, or a run became unstable.
-    """
+    """Give every tendon of an MJCF file friction, and drive it so many steps with and without."""
     path = model_path(name)
 
     def run(sensors: Sequence[str] | None, controls: FloatArray | None = None) -> TimedRun:
@@ -345,10 +335,6 @@ def measure_models(
         models: MJCF files, to every tendon of which friction is added.
         rounds: of every measurement, ≥ 1.
         progress: called with the stage, the number done and the total.
-
-    Raises:
-        InvalidValueError: no rounds, two models of one name, or one that nothing drives.
-        TendonError: a model that cannot be read, cannot have friction, or becomes unstable.
     """
     if rounds < 1:
         raise InvalidValueError(f"rounds = {rounds} must be 1 or more")

@@ -118,13 +118,6 @@ class Bare:
         return []
 
 
-class Mute(Simulates):
-    """Simulator that forgets to simulate."""
-
-    def __init__(self, recordings: object) -> None:
-        self.parameters = {}
-
-
 class Plain(Bare, Simulates):
     """Simulator whose parameters are not a mapping."""
 
@@ -146,7 +139,6 @@ class Unnamed(Plain):
         (ONE_SET, ["'Odd' answered 0 of 1"]),
         (ONE_RECORDING, ["'Odd' answered for 1 of 3"]),
         (Bare, ["'Bare' lacks 'joints', 'steps', 'in_steps'", "tendon_mj.Simulates"]),
-        (Mute, ["'Mute' lacks '__call__'"]),
         (lambda recordings: None, ["'NoneType' lacks 'parameters', '__call__', 'joints'"]),
         (Plain, ["'Plain'", "parameters = None"]),
         (Unnamed, ["'Unnamed'", "'sheath.friction': 0.15", "tendon_mj.Parameter"]),

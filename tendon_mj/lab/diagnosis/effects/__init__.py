@@ -16,11 +16,7 @@ Effects = Mapping[str, Effect] | Iterable[Effect]  # of a mapping the values cou
 
 
 def by_identifier(effects: Effects) -> dict[str, Effect]:
-    """Identifier → effect, in the given order.
-
-    Raises:
-        InvalidValueError: no effect, an entry that is not an `Effect`, or an identifier twice.
-    """
+    """Identifier → effect, in the given order."""
     if isinstance(effects, str | Effect) or not isinstance(effects, Iterable):
         shown = effects.identifier if isinstance(effects, Effect) else effects
         raise InvalidValueError(f"catalogue: {shown!r} must be a list of effects, such as [effect]")
@@ -56,11 +52,7 @@ def candidates(
     exclude: Collection[str] = (),
     catalogue: Mapping[str, Effect] = CATALOGUE,
 ) -> list[Candidate]:
-    """Every effect of a catalogue bound to a model, but those excluded.
-
-    Raises:
-        UnknownNameError: an excluded identifier that is not in the catalogue.
-    """
+    """Every effect of a catalogue bound to a model, but those excluded."""
     for identifier in exclude:
         if identifier not in catalogue:
             raise UnknownNameError("effect", identifier, catalogue)
@@ -74,9 +66,6 @@ def check_bindings(
     """Warn of each user-defined effect, not excluded, that binds nowhere on a model.
 
     An effect of the package without a place on a model is normal.
-
-    Raises:
-        InvalidValueError: no effect of the catalogue binds anywhere.
     """
     unbound = [effect for effect in catalogue.values() if not effect.binding(system)]
     if len(unbound) == len(catalogue):
