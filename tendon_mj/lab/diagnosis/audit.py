@@ -245,10 +245,8 @@ def files_of(
 ) -> list[Path]:
     """Files that a diagnosis of recordings read: their data, descriptions, and models.
 
-    Args:
-        paths: of the recordings, as given: a file of data, its TOML, or the stem of both.
-        description: TOML of all recordings, where they have not one each.
-        recordings: as read from them; a model's own includes are not among the files.
+    A path is of a file of data, of its TOML, or the stem of both; ``description`` is the TOML of
+    recordings that have not one each. A model's own includes are not among the files.
     """
     files = list[Path]()
     for path in paths:

@@ -203,11 +203,8 @@ class Proof:
 
         The decision rests on extrapolated errors, in units of noise and reproducibility together;
         the result states those of a replay with the model's own step. Where part of the error
-        remains, an effect that explains less than that is taken out.
-
-        Args:
-            context, selection: training data, and the models selected on it.
-            step: of the selection, see `with_step`.
+        remains, an effect that explains less than that is taken out. ``step`` is that of the
+        selection, see `with_step`.
         """
         data = HeldOut(context.problem, self.own, self.held_out, step, context.base)
         before = data.simulate(selection.calibrated.fit)

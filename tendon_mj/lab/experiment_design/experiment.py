@@ -271,14 +271,10 @@ class _ColumnMotion:
 def motion_at(
     point: FloatArray, bounds: DriveBounds, start: float, duration: float, interval: float
 ) -> _ColumnMotion:
-    """The motion at a point of the unit cube.
+    """The motion at a ``point`` (`NUMBERS`,) of the unit cube.
 
-    Args:
-        point: (`NUMBERS`,) each 0 … 1.
-        bounds: of the column.
-        start: where it begins [the column's unit].
-        duration: of the recording [s].
-        interval: between samples [s].
+    It begins at ``start`` [the column's unit] and lasts for a ``duration`` [s], with samples in an
+    ``interval`` [s].
     """
     shape = SHAPES[min(int(point[0] * len(SHAPES)), len(SHAPES) - 1)]
     whole = bounds.high - bounds.low

@@ -25,7 +25,6 @@ from scipy.linalg import cho_solve, cholesky
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.diagnosis import (
-    Candidate,
     Fit,
     FittedCandidate,
     MakeSimulator,
@@ -107,25 +106,17 @@ def _undetermined(context: SelectionContext, final: FittedCandidate) -> list[Tie
     """The model at both ends of the profile of each number that is not determined by itself."""
     fitted, ties = final.fit, list[Tie]()
     ranges = intervals(context.problem, fitted)
-    loose = [k for k in map(int, np.flatnonzero(fitted.shared)) if _is_loose(fitted, k, ranges[k])]
-    for k in loose:
-        if any(_follows(tie, k, ranges[k]) for tie in ties):
+    for k in map(int, np.flatnonzero(fitted.shared)):
+        width, value = float(np.ptp(ranges[k])), abs(float(fitted.values[k]))
+        if width <= max(_WIDE[0] * value, _WIDE[1] * fitted.terms[k].probe):
+            continue
+        moved = (abs(float(tie[1].fit.values[k] - tie[0].fit.values[k])) for tie in ties)
+        if any(way > _FOLLOWS * width for way in moved):  # part of another profile
             continue
         ends = [_end_of_profile(context, final, k, float(end)) for end in ranges[k]]
         if ends[0] is not ends[1]:
             ties.append(tuple(_alternative(_at(end.fit, k), end, k) for end in ends))
     return ties
-
-
-def _is_loose(fitted: Fit, k: int, interval: FloatArray) -> bool:
-    term, value = fitted.terms[k], abs(float(fitted.values[k]))
-    return bool(interval[1] - interval[0] > max(_WIDE[0] * value, _WIDE[1] * term.probe))
-
-
-def _follows(tie: Tie, k: int, interval: FloatArray) -> bool:
-    """Whether term k moves along with the profile of a tie."""
-    moved = abs(float(tie[1].fit.values[k] - tie[0].fit.values[k]))
-    return moved > _FOLLOWS * float(interval[1] - interval[0])
 
 
 def _end_of_profile(
@@ -144,20 +135,14 @@ def _end_of_profile(
             replace(term, low=at - half, high=at + half) if j == k else term
             for j, term in enumerate(fitted.terms)
         ]
-        calibrated, effects = _split(fitted, terms)
+        calibrated = tuple(terms[: len(fitted.calibrated)])
+        effects = [replace(e, terms=tuple(terms[fitted.terms_of(e)])) for e in fitted.effects]
         held = replace(context, calibrated=calibrated).fit_model(
             effects, start, near=fitted, evaluations=_EVALUATIONS
         )
         if tied(final, held):
             return held
     return final
-
-
-def _split(fitted: Fit, terms: Sequence[Term]) -> tuple[tuple[Term, ...], tuple[Candidate, ...]]:
-    """Terms of a fit as those of its calibrated parameters and those of its effects."""
-    first = len(fitted.calibrated)
-    effects = [replace(e, terms=tuple(terms[fitted.terms_of(e)])) for e in fitted.effects]
-    return tuple(terms[:first]), tuple(effects)
 
 
 def _at(fitted: Fit, k: int) -> str:
@@ -192,7 +177,7 @@ class ExperimentSimulations:
         """Predictions of every alternative, for every experiment."""
         simulate = self._simulator(experiments)
         sets = [self._parameters(a.fit, a.fit.values, experiments) for a in alternatives]
-        return [list(row) for row in zip(*self._run(simulate, sets, experiments), strict=True)]
+        return [list(row) for row in zip(*self._run(simulate, sets), strict=True)]
 
     def slopes(
         self, experiments: Sequence[Experiment], alternative: Alternative, near: list[Predictions]
@@ -211,7 +196,7 @@ class ExperimentSimulations:
             stands | {t.targets[0]: t.natural(_DIFFERENCE) for t in terms} for terms in own.values()
         ]
         signs = [*_steps(alternative)[1], *(1.0 for _ in own)]
-        moved = self._run(simulate, sets, experiments)
+        moved = self._run(simulate, sets)
         return [
             np.array(
                 [
@@ -261,10 +246,7 @@ class ExperimentSimulations:
 
     @suppress_unsolved_warnings()
     def _run(
-        self,
-        simulate: Simulates,
-        sets: Sequence[Mapping[str, float]],
-        experiments: Sequence[Experiment],
+        self, simulate: Simulates, sets: Sequence[Mapping[str, float]]
     ) -> list[list[Predictions]]:
         """Predictions of every set, for every experiment."""
         return [

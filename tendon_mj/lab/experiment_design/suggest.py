@@ -104,8 +104,13 @@ class Suggestion:
         open_ones = [d for d in self.differences if not d.decided]
         text = ""
         if self.experiment is not None:
-            decided = [d for d in self.differences if d.decided]
-            text = f"Record {self.experiment.words}: there {'; '.join(map(_differ, decided))}."
+            decided = "; ".join(
+                f"{d.one} and {d.other} differ by {d.expected:.2g} times the noise; in the"
+                f" recordings, by {d.recorded:.2g}"
+                for d in self.differences
+                if d.decided
+            )
+            text = f"Record {self.experiment.words}: there {decided}."
         if open_ones:
             pairs = "; ".join(
                 f"{d.one} and {d.other}, which differ by {d.expected:.2g} times the noise at most"
@@ -130,13 +135,6 @@ class Suggestion:
             "states": dict(experiment.states) if experiment else {},
             "differences": [vars(difference) for difference in self.differences],
         }
-
-
-def _differ(difference: Difference) -> str:
-    return (
-        f"{difference.one} and {difference.other} differ by {difference.expected:.2g} times the"
-        f" noise; in the recordings, by {difference.recorded:.2g}"
-    )
 
 
 def suggest_experiment(
@@ -195,21 +193,18 @@ def suggest_experiment(
 
 def _levels(problem: Problem, fitted: Fit) -> dict[str, float]:
     """Measured column → its noise, or the residual of the final model if that is larger."""
-    edges = np.cumsum([0, *(size for _, _, size in problem.layout())])
     left: dict[str, list[FloatArray]] = {}
     noise: dict[str, list[float]] = {}
-    for (k, column, _), first, last in zip(problem.layout(), edges, edges[1:], strict=False):
-        used = problem.in_train[first:last]
+    for k, column, rows in problem.signals:
         level = problem.noise[k][column]
-        left.setdefault(column, []).append(fitted.residual[first:last][used] * level)
+        left.setdefault(column, []).append(fitted.residual[rows][problem.in_train[rows]] * level)
         noise.setdefault(column, []).append(level)
-    first_columns = problem.recordings[0].measured
     return {
         column: max(
             float(np.median(noise[column])),
             float(np.sqrt(np.mean(np.concatenate(left[column]) ** 2))),
         )
-        for column in first_columns
+        for column in problem.recordings[0].measured
     }
 
 

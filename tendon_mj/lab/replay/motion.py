@@ -24,7 +24,6 @@ Drive = Callable[[float], FloatArray]
 POSE = mujoco.mjtState.mjSTATE_PHYSICS
 _FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _FPS = 30.0  # [1/s]
-_LEAST_FPS = 0.01  # of a clip [1/s]
 _MOST_MEMORY = 2.0  # that frames may take [GB]
 _FRICTION = (
     "friction",
@@ -51,19 +50,18 @@ def default_motion(name: str, model: mujoco.MjModel) -> Drive:
     `bench` winds its reel ±2 mm, `joint` follows a command of ±60°. On any other model every
     actuator goes through most of its control range; a reel without one moves ±1 mm, and another
     actuator without one goes through ±1.
-
-    Args:
-        name: of the model.
-        model: compiled.
     """
-    centre, amplitude = np.zeros(model.nu), np.zeros(model.nu)
+    limited = model.actuator_ctrllimited.astype(bool)
+    low, high = model.actuator_ctrlrange.T
+    reel = np.where(model.actuator_plugin >= 0, _REEL, _ANY)
+    centre = np.where(limited, 0.5 * (low + high), 0.0)
+    amplitude = np.where(limited, 0.5 * _SHARE * (high - low), reel)
     actuators = [model.actuator(k).name for k in range(model.nu)]
     named = _NAMED.get(name, {})
     if named and named.keys() <= set(actuators):
+        centre, amplitude = np.zeros(model.nu), np.zeros(model.nu)
         for actuator, size in named.items():
             amplitude[actuators.index(actuator)] = size
-    else:
-        centre, amplitude = _within_ranges(model)
 
     def drive(time: float) -> FloatArray:
         grown = min(time / _EASE, 1.0)
@@ -116,14 +114,6 @@ def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
         return control
 
     return drive, float(time[-1] - time[0])
-
-
-def _within_ranges(model: mujoco.MjModel) -> tuple[FloatArray, FloatArray]:
-    limited = model.actuator_ctrllimited.astype(bool)
-    low, high = model.actuator_ctrlrange.T
-    reel = np.where(model.actuator_plugin >= 0, _REEL, _ANY)
-    amplitude = np.where(limited, 0.5 * _SHARE * (high - low), reel)
-    return np.where(limited, 0.5 * (low + high), 0.0), amplitude
 
 
 @dataclass(frozen=True)
@@ -269,8 +259,6 @@ def check_frames(model: mujoco.MjModel, duration: float, fps: float) -> None:
     """Refuse frames of a duration [s] at ``fps`` [1/s] that do not fit into memory."""
     _check_positive("duration", duration, "s")
     _check_positive("fps", fps, "1/s")
-    if fps < _LEAST_FPS:
-        raise InvalidValueError(f"fps = {fps:g} [1/s] must be at least {_LEAST_FPS:g}")
     numbers = mujoco.mj_stateSize(model, POSE) + model.nu + model.nsensordata
     numbers += 4 * model.nwrap  # points of the tendons and tensions between them
     memory = 8e-9 * numbers * duration * fps

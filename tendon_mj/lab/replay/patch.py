@@ -118,10 +118,6 @@ def read_intervals(model: mujoco.MjModel) -> dict[str, tuple[float, float]]:
         name = str(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, k))
         if name.endswith(_INTERVAL) and "." in name.removesuffix(_INTERVAL):
             low, high = custom_numbers(model, k, 2)
-            if low > high:
-                raise InvalidValueError(
-                    f"custom text {name!r} of the model: {low:g} is above {high:g}"
-                )
             intervals[name.removesuffix(_INTERVAL)] = (low, high)
     return intervals
 

@@ -66,15 +66,11 @@ class Clock:
 
 
 def make_clock(time: ArrayLike, longest: float) -> Clock:
-    """The grid for samples at ``time``.
+    """The grid for samples at ``time`` (n,) [s], in steps no longer than ``longest`` [s].
 
     The step is the typical (median) interval between samples, divided by the smallest whole number
     that makes it no longer than ``longest``. Regular samples, also with rows left out, therefore
     lie on the grid; others are interpolated.
-
-    Args:
-        time: (n,) of the samples, strictly increasing [s].
-        longest: step allowed [s].
     """
     stamps = np.asarray(time, float)
     span = stamps[-1] - stamps[0]
@@ -163,13 +159,9 @@ class Readout(NamedTuple):
 
 
 def low_pass(series: FloatArray, timestep: float, lag: float) -> FloatArray:
-    """First-order lag of a series that is linear between steps, at rest before the first.
+    """First-order lag [s] of a series (n,) that is linear between steps, at rest before the first.
 
-    Exact at the steps: x_f⁺ = a x_f + b_1 x + b_0 x⁺ with a = e^{−r}, r = h/lag.
-
-    Args:
-        series: (n,) in steps of ``timestep`` [s].
-        lag: time constant > 0 [s].
+    Exact at the steps: x_f⁺ = a x_f + b_1 x + b_0 x⁺ with a = e^{−r}, r = timestep/lag.
     """
     ratio = timestep / lag
     passed = -math.expm1(-ratio)

@@ -176,16 +176,16 @@ class Schedule:
     ) -> FloatArray:
         """(steps+1,) driven column by scale, offset and delay, with the ramp from ``rest``."""
         scale, offset, delay = command.tolist()
-        drive = scale * self._late(column, delay) + offset + event
-        ramp = self._ramp(np.arange(1, self.lead + 1, dtype=np.float64))
-        return np.concatenate([rest + ramp * (drive[0] - rest), drive])
-
-    def _ramp(self, steps: FloatArray) -> FloatArray:
-        """Share of the first drive value, at steps from the start of settling."""
+        grid, recorded = self.clock.time, self._drive[column]
+        if delay > 0.0:
+            recorded = np.interp(grid - delay, grid, recorded)  # before, it is its first value
+        drive = scale * recorded + offset + event
+        settling = np.arange(1, self.lead + 1, dtype=np.float64)
         if self._move:
-            return _smooth(steps * self.clock.timestep / self._move)
-        ramp: FloatArray = np.minimum(1.0, steps / max(1, self.lead // 2))
-        return ramp
+            ramp = _smooth(settling * self.clock.timestep / self._move)
+        else:
+            ramp = np.minimum(1.0, settling / max(1, self.lead // 2))
+        return np.concatenate([rest + ramp * (drive[0] - rest), drive])
 
     def rests(self, adjustable: Adjustable) -> Rests | None:
         """Rests of a run, once readings are set; None where rows are samples of a motion."""
@@ -199,14 +199,6 @@ class Schedule:
             if span > 0.0 and scale != 0.0:
                 spans[address] = min(spans[address], span / abs(scale))
         return Rests(dict(zip(ends.tolist(), times.tolist(), strict=True)), spans)
-
-    def _late(self, column: str, delay: float) -> FloatArray:
-        """(steps+1,) driven column, ``delay`` ≥ 0 [s] later; before, it is its first value."""
-        drive = self._drive[column]
-        if delay == 0.0:
-            return drive
-        grid = self.clock.time
-        return np.interp(grid - delay, grid, drive)
 
     def read_out(self, adjustable: Adjustable, readings: FloatArray) -> dict[str, FloatArray]:
         """(n,) of every measured column, from the (steps+1, nsensordata) readings."""
@@ -260,12 +252,7 @@ def _held(grid: FloatArray, time: FloatArray, series: FloatArray, timestep: floa
 
 
 def described_values(recording: Recording, names: Collection[str]) -> dict[str, float]:
-    """Parameters of a recording's description: known values, and guesses.
-
-    Args:
-        recording: its names may stand for several parameters.
-        names: of all parameters.
-    """
+    """Known values and guesses of a recording's description; ``names`` are of all parameters."""
     guesses: dict[str, Uncertain | Session] = {**recording.session, **recording.uncertain}
     try:
         return {

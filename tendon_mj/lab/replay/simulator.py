@@ -290,10 +290,6 @@ class Simulator:
         for row, chosen in enumerate(parameter_sets):
             for name in map(str, chosen):
                 parameter = parameter_of(name)
-                if name in self.parameters and name != parameter:
-                    raise InvalidValueError(
-                        f"{name}: ' @ ' in a name stands before a recording; rename the element"
-                    )
                 if parameter not in self.parameters:
                     raise UnknownNameError("parameter", name, self.parameters)
                 if name != parameter and recording_of(name) not in recordings:

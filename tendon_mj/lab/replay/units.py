@@ -83,8 +83,7 @@ def reading_unit(model: mujoco.MjModel, sensor: int) -> str:
     if now in _OF_JOINT:
         return _OF_JOINT[now][int(model.jnt_type[seen] == mujoco.mjtJoint.mjJNT_SLIDE.value)]
     if now in _OF_TENDON:
-        first = model.wrap_type[model.tendon_adr[seen]]
-        return UNKNOWN if first == mujoco.mjtWrap.mjWRAP_JOINT.value else _OF_TENDON[now]
+        return UNKNOWN if _of_joints(model, seen) else _OF_TENDON[now]
     return "N" if now == mujoco.mjtSensor.mjSENS_TOUCH else UNKNOWN
 
 
@@ -103,7 +102,9 @@ def control_unit(model: mujoco.MjModel, actuator: int) -> str:
         joint = int(model.actuator_trnid[actuator, 0])
         slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE.value
         force, place, rate_of = ("N", "m", "m/s") if slides else ("N m", "rad", "rad/s")
-    elif on == mujoco.mjtTrn.mjTRN_TENDON.value and _through_sites(model, actuator):
+    elif on == mujoco.mjtTrn.mjTRN_TENDON.value and not _of_joints(
+        model, int(model.actuator_trnid[actuator, 0])
+    ):
         force, place, rate_of = "N", "m", "m/s"
     else:
         return UNKNOWN
@@ -121,11 +122,9 @@ def control_unit(model: mujoco.MjModel, actuator: int) -> str:
     return rate_of if bias[1] == 0.0 and gain == -bias[2] else UNKNOWN
 
 
-def _through_sites(model: mujoco.MjModel, actuator: int) -> bool:
-    """Whether an actuator's tendon is spatial, and none of joints."""
-    tendon = int(model.actuator_trnid[actuator, 0])
+def _of_joints(model: mujoco.MjModel, tendon: int) -> bool:
     first = model.wrap_type[model.tendon_adr[tendon]]
-    return bool(first != mujoco.mjtWrap.mjWRAP_JOINT.value)
+    return bool(first == mujoco.mjtWrap.mjWRAP_JOINT.value)
 
 
 def ending_of(unit: str) -> str:

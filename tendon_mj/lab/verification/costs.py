@@ -216,11 +216,7 @@ def smooth_controls(
 ) -> FloatArray:
     """(steps, nu) sums of sines within the control ranges; ±1 where an actuator has none.
 
-    Args:
-        model: compiled.
-        steps: of the model's own length.
-        seed: of frequencies and phases.
-        amplitude: over half the range, around its middle.
+    ``amplitude`` is over half the range, around its middle.
     """
     random = np.random.default_rng(seed)
     instants = model.opt.timestep * np.arange(steps)

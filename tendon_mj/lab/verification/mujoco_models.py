@@ -67,11 +67,7 @@ def _replace_sheaths(
 ) -> None:
     """Take the plugin out of a model, and give each tendon the stiffness that its sheath gave it.
 
-    Args:
-        spec: changed in place.
-        lengths: of the tendons at the pretension [m].
-        axial_stiffness: EA [N].
-        pretension: T_0 [N].
+    ``lengths`` are of the tendons at the pretension [m].
     """
     for element in [e for e in (*spec.actuators, *spec.sensors) if e.plugin.active]:
         spec.delete(element)

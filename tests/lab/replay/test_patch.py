@@ -199,7 +199,6 @@ def test_a_name_does_not_end_the_comment_that_says_it(name, tmp_path):
     [
         ("sheath.friction.interval", "abc"),
         ("sheath.friction.interval", "1 2 3"),
-        ("sheath.friction.interval", "5 1"),
         ("sheath.drawn_bend.correction", "abc"),
         ("sheath.drawn_bend.correction", "nan"),
         ("sheath.drawn_bend.correction", "1e308"),
