@@ -14,7 +14,7 @@ from tendon_mj.lab.diagnosis import Problem, candidates, check_recordings, descr
 from tendon_mj.lab.diagnosis.data import training_samples
 from tendon_mj.lab.diagnosis.regimes import regimes
 from tendon_mj.lab.diagnosis.thresholds import chance_excess
-from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Parameter, Simulates, Simulator
 from tests.lab.diagnosis.settled_rigs import LEVER, settled, stairs, write_rig
 from tests.lab.diagnosis.toy import problem_of
@@ -22,7 +22,7 @@ from tests.lab.recorded import recorded
 from tests.refusals import refusing
 
 NOISE = 0.1
-READS = {"lever_rad": Measured("lever", 0.005), "pull_N": Measured("input_tension", NOISE)}
+READS = {"lever_rad": ("lever", 0.005), "pull_N": ("input_tension", NOISE)}
 KNOWN = {"sheath.axial_stiffness": 3e3, "sheath.pretension": 1.0}
 
 

@@ -7,15 +7,18 @@ plus c·x·p for a pretension p that the user can set. At its input only a is fe
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from tendon_mj.lab.diagnosis import Diagnosis, Effect, ParameterSpecification, diagnose, on_sheaths
 from tendon_mj.lab.experiment_design import DriveBounds, ExperimentBounds
-from tendon_mj.lab.recordings import Measured, Recording, Uncertain
+from tendon_mj.lab.recordings import Recording, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulates
 from tendon_mj.typing import FloatArray
+from tests.lab.diagnosis.toy import measured_by
+from tests.lab.recorded import recorded
 
 Shapes = Mapping[str, Callable[[FloatArray, FloatArray], FloatArray]]  # (time [s], x [mm]) → N
 
@@ -73,31 +76,17 @@ def record(
     like: Recording | None = None,
 ) -> Recording:
     """Four seconds of the rig under a slow sine, or under what drives another recording."""
-    time = np.round(np.arange(0.0, 4.0, 0.01), 6) if like is None else like.time
+    time = np.round(np.arange(0.0, 4.0, 0.01), 6)
     sine = amplitude * np.sin(2.0 * np.pi * 0.5 * time)
-    measured = {TENSION: Measured("output_tension", NOISE)} if like is None else like.measured
-    still = dict.fromkeys(measured, 0.0 * time)
-    blank = Recording(
-        name=name,
-        model="bench",
-        source="made",
-        time=time,
-        columns={DRIVE: sine if like is None else like.columns[DRIVE], **still},
-        drive={DRIVE: "reel"},
-        measured=measured,
-        known={} if like is None else like.known,
+    blank = recorded(
+        time,
+        {DRIVE: ("reel", sine)},
+        {TENSION: ("output_tension", NOISE)},
         uncertain=uncertain or {},
     )
+    blank = replace(like or blank, name=name)
     random = np.random.default_rng(len(name) + ord(name[0]))
-    noisy = {
-        column: series + random.normal(0.0, NOISE, time.size)
-        for column, series in ShapedRig([blank], shapes)([truth])[0][0].items()
-    }
-    return Recording(
-        **{field: getattr(blank, field) for field in ("name", "model", "source", "time")},
-        **{field: getattr(blank, field) for field in ("drive", "measured", "known", "uncertain")},
-        columns={**blank.columns, **noisy},
-    )
+    return measured_by(partial(ShapedRig, shapes=shapes), blank, truth, random)
 
 
 def diagnosed(

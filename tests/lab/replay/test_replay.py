@@ -177,6 +177,7 @@ def test_the_first_sample_is_at_rest_where_the_drive_begins():
 def test_without_settling_the_first_sample_is_the_reference_pose():
     held = joint_recording(np.arange(0.0, 0.5, 0.02), np.full(25, 0.6))
     answer = replay_recording(held, settle=0.0)
+    assert_same(answer, replay_recording(dataclasses.replace(held, settle=0.0)), atol=0.0)
     assert answer.columns["joint_rad"][0] == 0.0
     assert answer.columns["tension_1_N"][0] == pytest.approx(5.0)
 
