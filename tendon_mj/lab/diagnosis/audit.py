@@ -221,18 +221,12 @@ def residual_autocorrelations(
 
 @dataclass(frozen=True)
 class Provenance:
-    """Versions, command, date and files of a result.
+    """Versions, command, date and files of a result."""
 
-    Attributes:
-        date: ISO 8601, with the offset of local time.
-        versions: "python" and packages → version.
-        command: as it was typed; empty where there was none.
-        files: file as it was given → SHA-256 of its bytes, in hexadecimal digits.
-    """
-
-    date: str
-    versions: Mapping[str, str]
-    command: str = ""
+    date: str  # ISO 8601, with the offset of local time
+    versions: Mapping[str, str]  # "python" and packages → version
+    command: str = ""  # as it was typed; empty where there was none
+    # file as it was given → SHA-256 of its bytes, in hexadecimal digits
     files: Mapping[str, str] = field(default_factory=dict)
 
     def result(self) -> dict[str, Any]:

@@ -89,23 +89,17 @@ class Problem:
     @cached_property
     def in_train(self) -> NDArray[np.bool_]:
         """(m,) which residuals are training data."""
-        return np.concatenate([self.train[k] for k, _, _ in self.layout()])
-
-    def layout(self) -> list[tuple[int, str, int]]:
-        """(recording, column, samples) in the order of the residuals."""
-        return [
-            (k, column, recording.time.size)
-            for k, recording in enumerate(self.recordings)
-            for column in recording.measured
-        ]
+        return np.concatenate([self.train[k] for k, _, _ in self.signals])
 
     @cached_property
     def signals(self) -> list[tuple[int, str, slice]]:
         """(recording, column, its residuals) in the order of the residuals."""
-        ends = np.cumsum([size for _, _, size in self.layout()]).tolist()
-        return [
-            (k, c, slice(end - n, end)) for (k, c, n), end in zip(self.layout(), ends, strict=True)
-        ]
+        signals, first = [], 0
+        for k, recording in enumerate(self.recordings):
+            for column in recording.measured:
+                signals.append((k, column, slice(first, first + recording.time.size)))
+                first += recording.time.size
+        return signals
 
     @cached_property
     def blocks(self) -> NDArray[np.int64]:
@@ -126,7 +120,10 @@ class Problem:
     @cached_property
     def recording_of(self) -> NDArray[np.int64]:
         """(m,) recording of each residual."""
-        return np.concatenate([np.full(size, k) for k, _, size in self.layout()])
+        return np.repeat(
+            np.arange(len(self.recordings)),
+            [r.time.size * len(r.measured) for r in self.recordings],
+        )
 
     @cached_property
     def parts(self) -> NDArray[np.int64]:

@@ -109,7 +109,7 @@ class _Scan:
         residual = fitted.residual[self.used]
         self.residual = residual - self.basis @ (self.basis.T @ residual)
         self.owner = problem.recording_of[self.used]
-        clocks = [problem.recordings[k].time[problem.train[k]] for k, _, _ in problem.layout()]
+        clocks = [problem.recordings[k].time[problem.train[k]] for k, _, _ in problem.signals]
         self.times = np.concatenate(clocks)
         self.column = np.repeat(np.arange(len(clocks)), [clock.size for clock in clocks])
 
@@ -236,7 +236,7 @@ class _Scan:
         """Largest Δχ² that a step of one reading's zero in the recording explains."""
         return max(
             float(self._explained((self.column == j).astype(float), recording)[0].max())
-            for j, (k, _, _) in enumerate(self.problem.layout())
+            for j, (k, _, _) in enumerate(self.problem.signals)
             if k == recording
         )
 

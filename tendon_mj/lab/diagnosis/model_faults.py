@@ -62,7 +62,7 @@ def too_few_guides(
         return []
     tensions = [
         float(np.ptp(problem.recordings[k].columns[column])) / problem.noise[k][column]
-        for k, column, _ in problem.layout()
+        for k, column, _ in problem.signals
         if column_unit(column) == "N"
     ]
     finest = max(tensions, default=0.0)

@@ -28,23 +28,16 @@ from tendon_mj.lab.replay import (
 
 @dataclass(frozen=True)
 class Value:
-    """A fitted parameter and its 95 % interval.
+    """A fitted parameter and its 95 % interval."""
 
-    Attributes:
-        value, low, high: estimate and ends of the interval [unit].
-        unit: of all three.
-        before: value in the model as described [unit].
-        determined: whether the data determine it; else ``low`` and ``high`` are its range.
-        at_end: whether it is calibrated, and at an end of its range.
-    """
-
+    # estimate and ends of the interval [unit]
     value: float
     low: float
     high: float
-    unit: str
-    before: float
-    determined: bool = True
-    at_end: bool = False
+    unit: str  # of all three
+    before: float  # value in the model as described [unit]
+    determined: bool = True  # whether the data determine it; else low and high are its range
+    at_end: bool = False  # whether it is calibrated, and at an end of its range
 
     @property
     def suffix(self) -> str:
@@ -54,31 +47,22 @@ class Value:
 
 @dataclass(frozen=True)
 class Finding:
-    """An effect that is missing, or a parameter that was wrong.
+    """An effect that is missing, or a parameter that was wrong."""
 
-    Attributes:
-        identifier, name, equation: from the catalogue.
-        where: elements it is on.
-        kind: "missing", or "parameter" for a number that the model has at another value.
-        confidence: that it is this one and none of the rivals, 0 … 1.
-        rivals: identifiers of effects that the data cannot tell from it.
-        elsewhere: elements on which the data cannot tell the same effect from it.
-        statement: the finding in words, with its value; see `state_finding`.
-        parameter: name of the parameter that is its strength; the first, where it has several.
-        recording: the one that it happened in, of an event; else empty.
-    """
-
+    # from the catalogue
     identifier: str
     name: str
     equation: str
-    where: str
-    kind: str
-    confidence: float
-    rivals: tuple[str, ...]
+    where: str  # elements it is on
+    kind: str  # "missing", or "parameter" for a number that the model has at another value
+    confidence: float  # that it is this one and none of the rivals, 0 … 1
+    rivals: tuple[str, ...]  # identifiers of effects that the data cannot tell from it
+    # elements on which the data cannot tell the same effect from it
     elsewhere: tuple[str, ...] = ()
-    statement: str = ""
+    statement: str = ""  # the finding in words, with its value; see state_finding
+    # name of the parameter that is its strength; the first, where it has several
     parameter: str = ""
-    recording: str = ""
+    recording: str = ""  # the one that it happened in, of an event; else empty
 
     @property
     def summary(self) -> str:
@@ -90,23 +74,17 @@ class Finding:
 
 @dataclass(frozen=True)
 class Ranked:
-    """A candidate for the first finding.
+    """A candidate for the first finding."""
 
-    Attributes:
-        identifier, where: effect and elements.
-        explains: share of the calibrated model's excess χ² that it removes by screening [-].
-        left: cross-validated rms error [noise]; None where it was not fitted, as others promised
-            more.
-        at_end: end of its range at which its strength stands, so that it names nothing [unit].
-        unit: of its strength.
-    """
-
+    # effect and elements
     identifier: str
     where: str
-    explains: float
+    explains: float  # share of the calibrated model's excess χ² that it removes by screening [-]
+    # cross-validated rms error [noise]; None where it was not fitted, as others promised more
     left: float | None
+    # end of its range at which its strength stands, so that it names nothing [unit]
     at_end: float | None = None
-    unit: str = ""
+    unit: str = ""  # of its strength
 
 
 class BeforeAfter(NamedTuple):

@@ -46,23 +46,17 @@ _FAILED = 1e3  # residual of a failed simulation, in sizes of the measured colum
 
 @dataclass(frozen=True)
 class SysidResult:
-    """Result of a fit.
+    """Result of a fit."""
 
-    Attributes:
-        values: parameter → (value, low, high), with the 95 % interval that sysid states [SI].
-        train_rms, held_out_rms: error over all columns, each in units of its own noise [-], as in
-            `Diagnosis`: on training data and on held-out data.
-        signals: column → held-out error [the column's unit].
-        seconds: duration of the fit [s].
-        note: caveat for the reader.
-    """
-
+    # parameter → (value, low, high), with the 95 % interval that sysid states [SI]
     values: Mapping[str, tuple[float, float, float]]
+    # error over all columns, each in units of its own noise [-], as in Diagnosis: on training data
+    # and on held-out data
     train_rms: float
     held_out_rms: float
-    signals: Mapping[str, float]
-    seconds: float
-    note: str
+    signals: Mapping[str, float]  # column → held-out error [the column's unit]
+    seconds: float  # duration of the fit [s]
+    note: str  # caveat for the reader
 
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as in `result.json`."""

@@ -136,12 +136,10 @@ def unexplained_excess(initial: float) -> float:
 
 def bar(problem: Problem, deviations: Mapping[str, float]) -> FloatArray:
     """(m,) measure of each residual: noise and reproducibility together [noise]."""
-    return np.concatenate(
-        [
-            np.full(size, np.hypot(1.0, deviations.get(column, 0.0) / problem.noise[k][column]))
-            for k, column, size in problem.layout()
-        ]
-    )
+    bars = np.empty(problem.in_train.size)
+    for k, column, rows in problem.signals:
+        bars[rows] = np.hypot(1.0, deviations.get(column, 0.0) / problem.noise[k][column])
+    return bars
 
 
 Errors = Mapping[tuple[int, str], FloatArray]

@@ -23,20 +23,15 @@ _WORSE = 1.05  # times the error before, from which a signal got worse
 
 @dataclass(frozen=True)
 class ErrorReduction:
-    """Root mean square errors before and after effects were added.
+    """Root mean square errors before and after effects were added."""
 
-    Attributes:
-        before, after: over all signals [``unit``], each in units of its own.
-        noise_floor: error of a perfect model, 1 by definition of the unit.
-        signals: column → (before, after, one unit) [the column's unit].
-        unit: noise, or noise and reproducibility together.
-    """
-
+    # over all signals [unit], each in units of its own
     before: float
     after: float
-    noise_floor: float
+    noise_floor: float  # error of a perfect model, 1 by definition of the unit
+    # column → (before, after, one unit) [the column's unit]
     signals: dict[str, tuple[float, float, float]]
-    unit: str = NOISE
+    unit: str = NOISE  # noise, or noise and reproducibility together
 
     @property
     def reducible_closed(self) -> float:

@@ -52,18 +52,14 @@ _APART = float(np.sqrt(SMALLEST_EXCESS))  # noise, rms: less is not worth a name
 
 @dataclass(frozen=True)
 class Difference:
-    """Difference between the predictions of two explanations.
+    """Difference between the predictions of two explanations."""
 
-    Attributes:
-        one, other: labels of the two.
-        recorded: rms in the recordings [noise].
-        expected: rms in the experiment that is suggested, after a fit of one to the other; without
-            one, the most that an experiment within the bounds reached [noise].
-    """
-
+    # labels of the two
     one: str
     other: str
-    recorded: float
+    recorded: float  # rms in the recordings [noise]
+    # rms in the experiment that is suggested, after a fit of one to the other; without one, the
+    # most that an experiment within the bounds reached [noise]
     expected: float
 
     @property

@@ -174,11 +174,7 @@ def low_pass(series: FloatArray, timestep: float, lag: float) -> FloatArray:
 
 def stored_readouts(model: mujoco.MjModel) -> FloatArray:
     """(nsensor, 5) from the sensors' user data; a row of zeros, or none, is a plain sensor's."""
-    rows = np.tile(np.array(Readout()[:USER_NUMBERS]), (model.nsensor, 1))
-    if model.nuser_sensor >= USER_NUMBERS:
-        given = model.sensor_user[:, :USER_NUMBERS]
-        rows = np.where(given.any(axis=1)[:, None], given, rows)
-    return rows
+    return _stored(model.sensor_user, Readout()[:USER_NUMBERS], USER_NUMBERS)
 
 
 def plain_commands(model: mujoco.MjModel) -> dict[str, float]:
@@ -197,11 +193,15 @@ def stored_commands(model: mujoco.MjModel) -> FloatArray:
 
     With two numbers, scale and offset, no command is late.
     """
-    rows = np.tile([1.0, 0.0, 0.0], (model.nactuator, 1))
-    size = min(model.nuser_actuator, 3)
-    if size >= 2:
-        given = model.actuator_user[:, :size]
-        rows[:, :size] = np.where(given.any(axis=1)[:, None], given, rows[:, :size])
+    return _stored(model.actuator_user, (1.0, 0.0, 0.0), 2)
+
+
+def _stored(user: FloatArray, plain: tuple[float, ...], fewest: int) -> FloatArray:
+    """Rows of user data; one of zeros, or of fewer numbers than ``fewest``, is ``plain``."""
+    rows, size = np.tile(plain, (len(user), 1)), min(user.shape[1], len(plain))
+    if size >= fewest:
+        given = user[:, :size]
+        rows[:, :size] = np.where(given.any(axis=1, keepdims=True), given, rows[:, :size])
     return rows
 
 

@@ -188,10 +188,10 @@ def test_a_parameter_is_beyond_its_range_by_more_than_half_of_its_interval(
 def test_an_error_counts_as_no_more_than_its_signal_varies() -> None:
     data = problem()
     series = [
-        data.recordings[k].columns[column] / data.noise[k][column] for k, column, _ in data.layout()
+        data.recordings[k].columns[column] / data.noise[k][column] for k, column, _ in data.signals
     ]
     most = np.mean([np.var(one) for one in series])
-    size = sum(count for _, _, count in data.layout())
+    size = data.in_train.size
     assert reducible_excess(data, np.full(size, 1e6)) == pytest.approx(most)
     assert reducible_excess(data, np.full(size, 1.1)) == pytest.approx(0.21)
 

@@ -20,33 +20,21 @@ _LARGEST_LOGARITHM = 700.0
 
 @dataclass(frozen=True)
 class SystemDescription:
-    """Elements and parameters of a model and its recordings that effects can bind to.
+    """Elements and parameters of a model and its recordings that effects can bind to."""
 
-    Attributes:
-        values: parameter → value in the model [its SI unit].
-        known: parameters that were measured on the rig and are never fitted.
-        uncertain: parameters that are calibrated in any case.
-        spans: sensor → largest minus smallest measured value [the sensor's unit].
-        inputs: driven actuators and joints.
-        free_joints: joints that no driven actuator moves.
-        motors: inputs whose force depends on their control alone.
-        slides: joints that slide.
-        joints: parameter of an actuator or a body → the joints that it is on or that move it.
-        reference: position → its value in the model's reference pose, where not 0.
-        columns: the inputs of each column that drives several.
-    """
-
-    values: Mapping[str, float]
-    known: frozenset[str]
-    uncertain: frozenset[str]
-    spans: Mapping[str, float]
-    inputs: tuple[str, ...]
-    free_joints: tuple[str, ...]
-    motors: tuple[str, ...] = ()
-    slides: frozenset[str] = frozenset()
+    values: Mapping[str, float]  # parameter → value in the model [its SI unit]
+    known: frozenset[str]  # parameters that were measured on the rig and are never fitted
+    uncertain: frozenset[str]  # parameters that are calibrated in any case
+    spans: Mapping[str, float]  # sensor → largest minus smallest measured value [the sensor's unit]
+    inputs: tuple[str, ...]  # driven actuators and joints
+    free_joints: tuple[str, ...]  # joints that no driven actuator moves
+    motors: tuple[str, ...] = ()  # inputs whose force depends on their control alone
+    slides: frozenset[str] = frozenset()  # joints that slide
+    # parameter of an actuator or a body → the joints that it is on or that move it
     joints: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    # position → its value in the model's reference pose, where not 0
     reference: Mapping[str, float] = field(default_factory=dict)
-    columns: tuple[tuple[str, ...], ...] = ()
+    columns: tuple[tuple[str, ...], ...] = ()  # the inputs of each column that drives several
 
     def elements(self, parameter: str) -> list[str]:
         """Elements that have a parameter of that name."""
@@ -71,30 +59,22 @@ class Constant(NamedTuple):
 
 @dataclass(frozen=True)
 class Term:
-    """A number to be fitted, which all its targets get.
+    """A number to be fitted, which all its targets get."""
 
-    Attributes:
-        targets: simulator parameters that it writes.
-        unit: of the number.
-        inert: value at which nothing changes.
-        low, high: physically sensible range.
-        probe: change from inert by which screening judges its influence; the fit's scale.
-        starts: values to begin from, for a number that shapes an effect and does nothing alone; its
-            logarithm is fitted.
-        spread: standard deviation about inert that is expected of it; 0 where none is.
-        depends_on: parameter of the targets' elements that their values depend on; or empty.
-        constants: parameters that are written with it at fixed values: of an event, its times.
-    """
-
-    targets: tuple[str, ...]
-    unit: str
-    inert: float
+    targets: tuple[str, ...]  # simulator parameters that it writes
+    unit: str  # of the number
+    inert: float  # value at which nothing changes
+    # physically sensible range
     low: float
     high: float
-    probe: float
+    probe: float  # change from inert by which screening judges its influence; the fit's scale
+    # values to begin from, for a number that shapes an effect and does nothing alone; its logarithm
+    # is fitted
     starts: tuple[float, ...] = ()
-    spread: float = 0.0
+    spread: float = 0.0  # standard deviation about inert that is expected of it; 0 where none is
+    # parameter of the targets' elements that their values depend on; or empty
     depends_on: str = field(default="", kw_only=True)
+    # parameters that are written with it at fixed values: of an event, its times
     constants: tuple[Constant, ...] = field(default=(), kw_only=True)
 
     def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
