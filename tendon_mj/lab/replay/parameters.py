@@ -95,7 +95,8 @@ class DrawnBends:
     def __init__(self, model: mujoco.MjModel, live: Parameters) -> None:
         self._model, self._live = model, live
         # sheath → difference of its drawn bend from the path's [rad]; and ``extra_bend`` without it
-        self.corrections = _stored_corrections(model)
+        stored = custom_numbers(model, CORRECTION, 1, lambda name: name in sheaths(model))
+        self.corrections = {sheath: correction for sheath, (correction,) in stored.items()}
         self._added = {
             sheath: live[f"{sheath}.{EXTRA_BEND}"] - correction
             for sheath, correction in self.corrections.items()
@@ -183,10 +184,10 @@ class Adjustable:
         self.geared = _geared(model, self.data)
         gearless = np.tile(Readout()[USER_NUMBERS:], (model.nsensor, 1))
         self.readings = np.hstack([stored_readouts(model), gearless])
-        for sensor in self.geared:
-            text = mujoco.mj_name2id(model, _OBJ.mjOBJ_TEXT, model.sensor(sensor).name + GEAR)
-            if text >= 0:
-                self.readings[sensor, -len(GEARED) :] = custom_numbers(model, text, len(GEARED))
+        geared = {model.sensor(k).name: k for k in self.geared}
+        stored = custom_numbers(model, GEAR, len(GEARED), geared.__contains__)
+        for name, numbers in stored.items():
+            self.readings[geared[name], -len(GEARED) :] = numbers
         self._entries: dict[str, tuple[Parameter, tuple[_Place, ...]]] = {}
         self._add_joints()
         self._add_bodies()
@@ -409,16 +410,6 @@ def _shown_tendon(model: mujoco.MjModel, sensor: int) -> int:
     instance = int(model.sensor_plugin[sensor])
     written = C.mj_getPluginConfig(model._address, instance, b"tendon") or b""
     return int(mujoco.mj_name2id(model, _OBJ.mjOBJ_TENDON, written.decode()))
-
-
-def _stored_corrections(model: mujoco.MjModel) -> dict[str, float]:
-    """Sheath → difference of its drawn bend from the path's, of a patched model [rad]."""
-    known, corrections = sheaths(model) if model.ntext else {}, {}
-    for k in range(model.ntext):
-        name = str(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, k))
-        if name.endswith(CORRECTION) and name.removesuffix(CORRECTION) in known:
-            corrections[name.removesuffix(CORRECTION)] = custom_numbers(model, k, 1)[0]
-    return corrections
 
 
 def _live_unit(name: str) -> str:

@@ -113,13 +113,8 @@ def read_intervals(model: mujoco.MjModel) -> dict[str, tuple[float, float]]:
     Raises:
         InvalidValueError: a custom text with the name of an interval that is none.
     """
-    intervals = {}
-    for k in range(model.ntext):
-        name = str(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, k))
-        if name.endswith(_INTERVAL) and "." in name.removesuffix(_INTERVAL):
-            low, high = custom_numbers(model, k, 2)
-            intervals[name.removesuffix(_INTERVAL)] = (low, high)
-    return intervals
+    stored = custom_numbers(model, _INTERVAL, 2, lambda name: "." in name)
+    return {name: (low, high) for name, (low, high) in stored.items()}
 
 
 class _Patch:

@@ -15,7 +15,9 @@ compiled, and a fit of it would repeat the simulation.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Final, NamedTuple
 
 import mujoco
@@ -211,18 +213,28 @@ def stored_joint_commands(model: mujoco.MjModel) -> FloatArray:
     The user data of joints are left to the model's author.
     """
     rows = np.tile([1.0, 0.0, 0.0], (model.njnt, 1))
-    for k in range(model.ntext):
-        name = str(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, k))
-        joint = mujoco.mj_name2id(
-            model, mujoco.mjtObj.mjOBJ_JOINT, name.removesuffix(JOINT_COMMAND)
-        )
-        if name.endswith(JOINT_COMMAND) and joint >= 0:
-            rows[joint] = custom_numbers(model, k, 3)
+    joint = partial(mujoco.mj_name2id, model, mujoco.mjtObj.mjOBJ_JOINT.value)
+    stored = custom_numbers(model, JOINT_COMMAND, 3, lambda name: joint(name) >= 0)
+    for name, command in stored.items():
+        rows[joint(name)] = command
     return rows
 
 
-def custom_numbers(model: mujoco.MjModel, text: int, count: int) -> list[float]:
-    """The ``count`` numbers in a custom text of a model, which holds nothing else."""
+def custom_numbers(
+    model: mujoco.MjModel, ending: str, count: int, ours: Callable[[str], bool]
+) -> dict[str, list[float]]:
+    """Name → the ``count`` numbers of the custom text ``<name><ending>``, where it is ours."""
+    texts = {
+        str(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, k)): k for k in range(model.ntext)
+    }
+    return {
+        name.removesuffix(ending): _numbers(model, k, count)
+        for name, k in texts.items()
+        if name.endswith(ending) and ours(name.removesuffix(ending))
+    }
+
+
+def _numbers(model: mujoco.MjModel, text: int, count: int) -> list[float]:
     start, size = model.text_adr[text], model.text_size[text]
     content = bytes(model.text_data[start : start + size]).rstrip(b"\0").decode(errors="replace")
     try:
