@@ -92,7 +92,7 @@ class HeldOut:
     proof: Problem  # held-out recordings with the model's own step; own where there are none
     step: float | None  # of the search, see with_step
     base: Mapping[str, float]  # parameter → value of the model
-    _refits: dict[int, tuple[Fit, list[Fit]]] = field(default_factory=dict, init=False)
+    _refits: dict[Fit, list[Fit]] = field(default_factory=dict, init=False)
 
     @property
     def has_recordings(self) -> bool:
@@ -148,10 +148,10 @@ class HeldOut:
         """The model fitted to all recordings but each; none where all are of one state."""
         if not by_recording(self.problem.recordings):
             return []
-        if id(fitted) not in self._refits:  # kept with the fit, so that its id stays its own
-            refits = [self._without(k, fitted) for k in range(len(self.problem.recordings))]
-            self._refits[id(fitted)] = fitted, refits
-        return self._refits[id(fitted)][1]
+        if fitted not in self._refits:
+            left_out = range(len(self.problem.recordings))
+            self._refits[fitted] = [self._without(k, fitted) for k in left_out]
+        return self._refits[fitted]
 
     def _without(self, left_out: int, fitted: Fit) -> Fit:
         """The model fitted to all recordings but one."""

@@ -177,9 +177,7 @@ class FrameRecorder:
             rows.append(segment_tensions(model, self._scratch, name))
 
     def frames(self) -> Frames:
-        """All frames that were kept; InvalidValueError if there is none."""
-        if not self._kept:
-            raise InvalidValueError("no frame was recorded; pass the recorder to a simulation")
+        """All frames that were kept."""
         poses, controls, readings, contacts = zip(*self._kept, strict=True)
         return Frames(
             fps=self.fps,

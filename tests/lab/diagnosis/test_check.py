@@ -129,7 +129,7 @@ def with_parameters(given: object) -> Callable[[object], object]:
     ("simulator", "facts"),
     [
         (SHORT, ["'Odd'", "'r0'", "'input_tension_N'", "(599,)", "(600,)"]),
-        (ONE_SENSOR, ["'Odd'", "'r0'", "answered 'input_tension_N'", "'output_tension_N'"]),
+        (ONE_SENSOR, ["'Odd'", "'r0'", "'output_tension_N'", "nothing"]),
         (ONE_SET, ["'Odd' answered 0 of 1"]),
         (ONE_RECORDING, ["'Odd' answered for 1 of 3"]),
         (Bare, ["'Bare' lacks 'joints', 'steps', 'in_steps'", "tendon_mj.Simulates"]),

@@ -17,9 +17,6 @@ Effects = Mapping[str, Effect] | Iterable[Effect]  # of a mapping the values cou
 
 def by_identifier(effects: Effects) -> dict[str, Effect]:
     """Identifier → effect, in the given order."""
-    if isinstance(effects, str | Effect) or not isinstance(effects, Iterable):
-        shown = effects.identifier if isinstance(effects, Effect) else effects
-        raise InvalidValueError(f"catalogue: {shown!r} must be a list of effects, such as [effect]")
     catalogue: dict[str, Effect] = {}
     for effect in effects.values() if isinstance(effects, Mapping) else effects:
         if not isinstance(effect, Effect):
@@ -30,8 +27,6 @@ def by_identifier(effects: Effects) -> dict[str, Effect]:
         if effect.identifier in catalogue:
             raise InvalidValueError(f"catalogue: two effects are called {effect.identifier!r}")
         catalogue[effect.identifier] = effect
-    if not catalogue:
-        raise InvalidValueError("catalogue: it is empty; a diagnosis needs an effect to name")
     return catalogue
 
 
@@ -70,6 +65,7 @@ def check_bindings(
     unbound = [effect for effect in catalogue.values() if not effect.binding(system)]
     if len(unbound) == len(catalogue):
         reasons = "; ".join(f"{e.identifier!r}: {_why_nowhere(e, system)}" for e in unbound[:3])
+        reasons = reasons or "it is empty"
         more = f"; and {len(unbound) - 3} more" if len(unbound) > 3 else ""
         raise InvalidValueError(f"no effect of the catalogue binds on the model: {reasons}{more}")
     for effect in unbound:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, get_args
 
-from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.errors import UnknownNameError
 from tendon_mj.lab.replay import Readout, recording_of, value_in
 
 EffectKind = Literal["missing", "parameter"]
@@ -236,7 +236,6 @@ class Effect:
         tell_apart: identifier of another effect → experiment that tells the two apart.
 
     Raises:
-        InvalidValueError: the identifier is empty.
         UnknownNameError: the kind is none of the two.
     """
 
@@ -258,8 +257,6 @@ class Effect:
     tell_apart: Mapping[str, str] | None = field(default=None, repr=False, hash=False)
 
     def __post_init__(self) -> None:
-        if not self.identifier.strip():
-            raise InvalidValueError(f"effect {self.name!r}: the identifier must not be empty")
         if self.kind not in get_args(EffectKind):
             where = f"effect {self.identifier!r}"
             raise UnknownNameError("kind of an effect", self.kind, get_args(EffectKind), where)
