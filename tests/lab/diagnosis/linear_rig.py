@@ -24,8 +24,8 @@ from tendon_mj.lab.diagnosis import (
 from tendon_mj.lab.diagnosis.effects.effect import Bound, EffectKind
 from tendon_mj.lab.diagnosis.selection import CONVERGED, select_effects
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import Parameter, Simulates
 from tendon_mj.typing import FloatArray
+from tests.lab.diagnosis.toy import Added
 from tests.lab.recorded import recorded
 
 Shape = Mapping[str, float]  # waveform → amplitude
@@ -42,25 +42,18 @@ def wave(frequency: int, time: FloatArray) -> FloatArray:
     return np.sqrt(2.0) * np.sin(2.0 * np.pi * frequency * time)
 
 
-class LinearRig(Simulates):
+class LinearRig(Added):
     """Simulator of a rig that adds the shapes of its parameters."""
 
     def __init__(self, recordings: Sequence[Recording], shapes: Mapping[str, Shape]) -> None:
-        self.recordings, self.shapes = recordings, shapes
-        self.parameters = {name: Parameter(0.0, "-", "live") for name in shapes}
+        super().__init__(recordings, dict.fromkeys(shapes, 0.0))
+        self.shapes = shapes
 
-    def __call__(
-        self, parameter_sets: Sequence[Mapping[str, float]]
-    ) -> list[list[dict[str, FloatArray]]]:
-        """Series for every set and recording."""
-        return [[{COLUMN: self._sum(s, r.time)} for r in self.recordings] for s in parameter_sets]
-
-    def _sum(self, values: Mapping[str, float], time: FloatArray) -> FloatArray:
-        total = np.zeros(time.size)
-        for name, value in values.items():
-            for letter, amplitude in self.shapes[name].items():
-                total += value * amplitude * wave(1 + WAVES.index(letter), time)
-        return total
+    def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
+        waves = (
+            a * wave(1 + WAVES.index(w), recording.time) for w, a in self.shapes[parameter].items()
+        )
+        return sum(waves, np.zeros(recording.time.size))
 
 
 def effect(

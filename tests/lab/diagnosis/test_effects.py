@@ -35,7 +35,6 @@ from tendon_mj.typing import FloatArray
 from tests.lab.diagnosis.toy import (
     COLUMNS,
     NOISE,
-    WEIGHTS,
     Stepped,
     Toy,
     bench_recording,
@@ -202,10 +201,10 @@ class Longer(Toy):
         super().__init__(recordings)
         self.parameters = {**self.parameters, self.parameter: Parameter(0.0, "SI", self.kind)}
 
-    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
-        toy = {name: value for name, value in changed.items() if name in WEIGHTS}
-        more = changed.get(self.parameter, 0.0) * np.sin(9.0 * recording.time)
-        return {column: series + more for column, series in super()._one(toy, recording).items()}
+    def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
+        if parameter == self.parameter:
+            return np.sin(9.0 * recording.time)
+        return super().waveform(parameter, column, recording)
 
 
 class Jointed(Longer):

@@ -152,13 +152,11 @@ class TwoSheaths(Toy):
         radii = {name: Parameter(value, "m", "live") for name, value in self.RADII.items()}
         self.parameters = {**self.parameters, **radii}
 
-    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
-        toy = {name: value for name, value in changed.items() if name not in self.RADII}
-        radii = {**self.RADII, **changed}
-        place = recording.columns["input_displacement_m"] / 1e-3
-        left = 200.0 * radii["left.output_radius"] * np.cos(3.0 * place)
-        right = 200.0 * radii["right.output_radius"] * np.cos(7.0 * place)
-        return {c: s + left + right for c, s in super()._one(toy, recording).items()}
+    def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
+        if parameter not in self.RADII:
+            return super().waveform(parameter, column, recording)
+        waves = 3.0 if parameter == "left.output_radius" else 7.0
+        return 200.0 * np.cos(waves * recording.columns["input_displacement_m"] / 1e-3)
 
 
 @pytest.mark.parametrize("factor", [0.7, 1.3])

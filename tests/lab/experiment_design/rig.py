@@ -15,9 +15,8 @@ import numpy as np
 from tendon_mj.lab.diagnosis import Diagnosis, Effect, ParameterSpecification, diagnose, on_sheaths
 from tendon_mj.lab.experiment_design import DriveBounds, ExperimentBounds
 from tendon_mj.lab.recordings import Recording, Uncertain
-from tendon_mj.lab.replay import Parameter, Simulates
 from tendon_mj.typing import FloatArray
-from tests.lab.diagnosis.toy import measured_by
+from tests.lab.diagnosis.toy import Added, measured_by
 from tests.lab.recorded import recorded
 
 Shapes = Mapping[str, Callable[[FloatArray, FloatArray], FloatArray]]  # (time [s], x [mm]) → N
@@ -27,31 +26,20 @@ DRIVE, TENSION, INPUT = "input_displacement_m", "output_tension_N", "input_tensi
 PRETENSION = "sheath.pretension"
 
 
-class ShapedRig(Simulates):
+class ShapedRig(Added):
     """Simulator that adds up the shapes of its parameters."""
 
+    rest = 20.0  # [N]
+
     def __init__(self, recordings: Sequence[Recording], shapes: Shapes) -> None:
-        self.recordings, self.shapes = list(recordings), shapes
-        self.parameters = {name: Parameter(0.0, "N", "live") for name in shapes}
-        self.parameters[PRETENSION] = Parameter(20.0, "N", "live")
+        super().__init__(recordings, dict.fromkeys(shapes, 0.0) | {PRETENSION: 20.0})
+        self.shapes = shapes
 
-    def __call__(
-        self, parameter_sets: Sequence[Mapping[str, float]]
-    ) -> list[list[dict[str, FloatArray]]]:
-        """Series for every set and recording."""
-        return [[self._one(s, r) for r in self.recordings] for s in parameter_sets]
-
-    def _one(self, values: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
-        felt = {name: value for name, value in values.items() if name == "sheath.a"}
-        tensions = {TENSION: self._sum(values, recording), INPUT: self._sum(felt, recording)}
-        return {column: tensions[column] for column in recording.measured}
-
-    def _sum(self, values: Mapping[str, float], recording: Recording) -> FloatArray:
+    def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
+        if parameter == PRETENSION or (column == INPUT and parameter != "sheath.a"):
+            return np.zeros(recording.time.size)
         place = recording.columns[DRIVE] / 1e-3 * recording.known.get(PRETENSION, 20.0) / 20.0
-        series = np.full(place.size, 20.0)
-        for name, shape in self.shapes.items():
-            series += values.get(name, 0.0) * shape(recording.time, place)
-        return series
+        return self.shapes[parameter](recording.time, place)
 
 
 def effect(name: str) -> Effect:
