@@ -9,8 +9,14 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
-from tendon_mj.lab.recordings import Recording, Session, Uncertain
+from tendon_mj.errors import RecordingError, UnknownNameError
+from tendon_mj.lab.recordings import (
+    NOT_NEGATIVE,
+    POSITIVE_NUMBER,
+    Recording,
+    Session,
+    Uncertain,
+)
 from tendon_mj.lab.replay.names import expand
 from tendon_mj.lab.replay.parameters import Adjustable
 from tendon_mj.lab.replay.patch import read_intervals
@@ -69,11 +75,9 @@ class Schedule:
         timestep: float | None = None,
     ) -> None:
         settle = recording.settle if settle is None else settle
-        if not (math.isfinite(settle) and settle >= 0.0):
-            raise InvalidValueError(f"settle = {settle} [s] must be finite and ≥ 0")
+        NOT_NEGATIVE.check("settle", settle, "s")
         longest = model.opt.timestep if timestep is None else timestep
-        if not (math.isfinite(longest) and longest > 0.0):
-            raise InvalidValueError(f"timestep = {longest} [s] must be finite and > 0")
+        POSITIVE_NUMBER.check("timestep", longest, "s")
         self.recording = recording
         self.actuators, self.joints = _driven(recording, model)
         self.addresses = _sensor_addresses(recording, model)
