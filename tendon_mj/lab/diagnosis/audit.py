@@ -21,16 +21,16 @@ from typing import Any
 
 import numpy as np
 
-from tendon_mj.lab.diagnosis.result import BeforeAfter, Diagnosis
-from tendon_mj.lab.diagnosis.statistics import correlation_matrix
-from tendon_mj.lab.diagnosis.thresholds import SMALLEST_EXCESS
-from tendon_mj.lab.diagnosis.verdict import (
+from tendon_mj.lab.diagnosis.criteria import (
     LARGEST_EXCESS,
+    SMALLEST_EXCESS,
     ErrorReduction,
     Evidence,
     Verdict,
     decide,
 )
+from tendon_mj.lab.diagnosis.result import BeforeAfter, Diagnosis
+from tendon_mj.lab.diagnosis.statistics import correlation_matrix
 from tendon_mj.lab.diagnosis.wording import reason
 from tendon_mj.lab.recordings import Recording, table_beside
 from tendon_mj.models import model_path

@@ -10,6 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tendon_mj.lab.diagnosis.criteria import (
+    STANDARD_ERRORS,
+    detection_limit,
+    least_share,
+    unexplained_excess,
+)
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.lab.diagnosis.events import find_events
@@ -28,12 +34,6 @@ from tendon_mj.lab.diagnosis.statistics import (
     rate_effect,
     simplest,
     tied,
-)
-from tendon_mj.lab.diagnosis.thresholds import (
-    STANDARD_ERRORS,
-    detection_limit,
-    least_share,
-    unexplained_excess,
 )
 from tendon_mj.lab.progress import Progress
 

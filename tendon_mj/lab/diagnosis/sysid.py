@@ -23,6 +23,7 @@ import numpy as np
 from mujoco import sysid
 
 from tendon_mj.errors import TendonError
+from tendon_mj.lab.diagnosis.criteria import measure_errors
 from tendon_mj.lab.diagnosis.data import (
     MakeSimulator,
     Problem,
@@ -31,7 +32,6 @@ from tendon_mj.lab.diagnosis.data import (
     training_samples,
     uncertain_terms,
 )
-from tendon_mj.lab.diagnosis.verdict import measure_errors
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Simulator, suppress_unsolved_warnings

@@ -6,10 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
+from tendon_mj.lab.diagnosis.criteria import CLOSED, NOISE, PART, ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, ShiftTerm, Term, element
 from tendon_mj.lab.diagnosis.result import Finding, Value
-from tendon_mj.lab.diagnosis.thresholds import CLOSED, PART
-from tendon_mj.lab.diagnosis.verdict import NOISE, ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.replay import (
     Parameter,
     column_name,
