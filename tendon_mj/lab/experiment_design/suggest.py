@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,6 @@ from tendon_mj.lab.experiment_design.experiment import (
 )
 from tendon_mj.lab.experiment_design.separation import (
     Adaptation,
-    Alternative,
     ExperimentSimulations,
     Predictions,
     Tie,
@@ -216,7 +215,6 @@ class _Tried:
     """An experiment, and how far each pair differs in it."""
 
     point: FloatArray  # of the cube
-    experiment: Experiment  # there
     predictions: list[Predictions]  # of every alternative
     # (pairs,) rms difference [noise], of which a fit of one to the other may remove some
     most: FloatArray
@@ -224,25 +222,17 @@ class _Tried:
     remaining: FloatArray | None = None
 
 
-@dataclass(eq=False)
 class _Search:
     """Search of a family of experiments."""
 
-    family: Family
-    rig: ExperimentSimulations
-    ties: Sequence[Tie]
-    progress: Progress
-    alternatives: list[Alternative] = field(init=False)
-    pairs: list[tuple[int, int]] = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.alternatives = [a for tie in self.ties for a in tie]
-        place = {id(a): k for k, a in enumerate(self.alternatives)}
-        self.pairs = [
-            (place[id(a)], place[id(b)]) for tie in self.ties for a, b in combinations(tie, 2)
-        ]
-        used = self.rig.problem.in_train
-        self.adaptations = [Adaptation(a, used) for a in self.alternatives]
+    def __init__(
+        self, family: Family, rig: ExperimentSimulations, ties: Sequence[Tie], progress: Progress
+    ) -> None:
+        self.family, self.rig, self.progress = family, rig, progress
+        self.alternatives = [a for tie in ties for a in tie]
+        place = {a: k for k, a in enumerate(self.alternatives)}
+        self.pairs = [(place[a], place[b]) for tie in ties for a, b in combinations(tie, 2)]
+        self.adaptations = [Adaptation(a, rig.problem.in_train) for a in self.alternatives]
 
     def run(self) -> Suggestion:
         """Sample, fit the alternatives to each other where they differ most, and refine."""
@@ -293,12 +283,10 @@ class _Search:
             part = points[first : first + _BATCH]
             experiments = [self.family.at(p, f"{_NAME}_{k}") for k, p in enumerate(part)]
             predicted = self.rig.predict(experiments, self.alternatives)
-            for point, experiment, row in zip(part, experiments, predicted, strict=True):
+            for point, row in zip(part, predicted, strict=True):
                 if all(p.within_limits for p in row):
-                    most = np.array(
-                        [_rms(row[a].readings - row[b].readings) for a, b in self.pairs]
-                    )
-                    tried.append(_Tried(point, experiment, row, most))
+                    most = [_rms(row[a].readings - row[b].readings) for a, b in self.pairs]
+                    tried.append(_Tried(point, row, np.array(most)))
         if label:
             self.progress(label, len(points), len(points))
         return tried
