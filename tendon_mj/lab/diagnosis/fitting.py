@@ -144,12 +144,8 @@ def fit(
 
     A term with a `spread` adds its deviation from inert, over the spread, as one more residual.
 
-    Args:
-        problem, base: data, and parameter → value of the model.
-        calibrated, effects: their terms are fitted.
-        start: values of the terms.
-        correction: (m,) near ``start``; default: none.
-        evaluations: at most, in the first round, unless the cost and the terms converge.
+    ``base`` is parameter → value of the model, ``correction`` (m,) is that near ``start``, if it is
+    known, and ``evaluations`` are at most in the first round.
     """
     terms = (*calibrated, *(term for effect in effects for term in effect.terms))
     solver = _Solver(problem, base, terms, correction)

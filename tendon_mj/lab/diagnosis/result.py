@@ -340,11 +340,7 @@ def _regimes(before: Located, after: Located) -> list[dict[str, Any]]:
 
 
 def write_before_after(simulated: Sequence[BeforeAfter], folder: Path) -> list[Path]:
-    """Write simulations as recordings, ``<k>_<name>_before.csv`` and ``<k>_<name>_after.csv``.
-
-    Returns:
-        Paths of the CSVs in the existing ``folder``, each next to its description.
-    """
+    """Write simulations as recordings, ``<k>_<name>_before.csv`` and ``<k>_<name>_after.csv``."""
     return [
         write_recording(recording, folder / f"{k}_{row.measured.name}_{when}.csv")
         for k, row in enumerate(simulated)

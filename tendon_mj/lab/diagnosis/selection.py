@@ -319,10 +319,8 @@ def swap(context: SelectionContext, selection: ForwardSelection) -> tuple[Fitted
     """Swap each effect of a model for one that leaves significantly less.
 
     An early choice may have imitated two effects. For the last effect all others were tried when it
-    was added, unless one before it was swapped.
-
-    Returns:
-        The model, and for each of its effects the models it was chosen from, best first.
+    was added, unless one before it was swapped. Returns the model, and for each of its effects the
+    models it was chosen from, best first.
     """
     model, rivals = selection.model, dict[str, list[FittedCandidate]]()
     for candidate in selection.model.fit.effects:

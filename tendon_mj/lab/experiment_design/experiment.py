@@ -111,13 +111,7 @@ class ExperimentBounds:
         NOT_NEGATIVE.check("duration", self.duration, "s")
 
     def check(self, recording: Recording, parameters: Mapping[str, object]) -> None:
-        """Refuse bounds of columns and parameters that a rig does not have, or that are fitted.
-
-        Raises:
-            UnknownNameError: no such driven or measured column, or no such parameter.
-            InvalidValueError: a state is uncertain in the recordings, or a column to be measured is
-                in them already.
-        """
+        """Refuse bounds of columns and parameters that a rig does not have, or that are fitted."""
         for kind, names, there in (
             ("driven column", self.drive, recording.drive),
             ("measured column", self.limits, {*recording.measured, *self.measure}),

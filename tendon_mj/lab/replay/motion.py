@@ -74,11 +74,9 @@ def default_motion(name: str, model: mujoco.MjModel) -> Drive:
 def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
     """Controls of a model from a CSV, and how long they last [s].
 
-    Args:
-        path: of a CSV with `time_s` and one column per actuator that moves, named as it is and
-            with its unit: `command_rad`. Any unit will do where the kind of actuator does
-            not define it, as a muscle's.
-        model: compiled; its actuators without a column stay at 0.
+    It has `time_s` and one column per actuator that moves, named as it is and with its unit:
+    `command_rad`. Any unit will do where the kind of actuator does not define it, as a muscle's.
+    Actuators without a column stay at 0.
     """
     if not path.is_file():
         columns = ", ".join(f"{model.actuator(k).name}_…" for k in range(min(model.nu, 3)))
@@ -225,16 +223,10 @@ def record_frames(
     parameters: Mapping[str, float] | None = None,
     progress: Progress | None = None,
 ) -> Frames:
-    """Simulate a model from its reference pose, and return frames of it.
+    """Simulate a model from its reference pose for a duration [s], and return frames of it.
 
-    Args:
-        model: to move; it is not changed.
-        drive: time [s] → (nu,) controls; or a (steps, nu) row of them per time step, of which the
-            last one holds on.
-        duration: of the simulation [s].
-        fps: frames per second [1/s].
-        parameters: ``<element>.<parameter>`` to value (see `replay.parameters`).
-        progress: called with the task, the frames that are done, and their number.
+    ``drive`` is time [s] → (nu,) controls; or a (steps, nu) row of them per time step, of which the
+    last one holds on. ``parameters`` are those of `replay.parameters`; the model is not changed.
     """
     check_frames(model, duration, fps)
     control, recorder, data = _control(model, drive), FrameRecorder(fps), mujoco.MjData(model)

@@ -273,14 +273,10 @@ def stated_values(
     names: Collection[str],
     described: bool | None = None,
 ) -> dict[str, float]:
-    """Parameters that a recording's description sets on a model.
+    """Parameters that a recording's description sets on a model; ``names`` are of all there are.
 
-    Args:
-        recording: with its description.
-        model: of the simulation.
-        names: of all parameters.
-        described: whether ``known``, ``uncertain`` and ``session`` are applied. None: all; but if
-            ``model`` carries intervals of a diagnosis, neither those parameters nor ``uncertain``.
+    ``described`` says whether ``known``, ``uncertain`` and ``session`` are applied. None: all; but
+    if ``model`` carries intervals of a diagnosis, neither those parameters nor ``uncertain``.
     """
     if described is False:
         return {}

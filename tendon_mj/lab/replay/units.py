@@ -158,9 +158,7 @@ class EngineeringUnit(NamedTuple):
 def engineering_unit(unit: str, values: Iterable[float]) -> EngineeringUnit:
     """The unit in which the largest of some values has one to three digits before the point.
 
-    Args:
-        unit: of the values: an SI unit; others, as "noise", stay as they are.
-        values: [unit] of one table row or axis; those that are not finite do not count.
+    Units that are not SI, as "noise", stay as they are; values that are not finite do not count.
     """
     if unit in _UNITLESS:
         return EngineeringUnit("", 1.0)
@@ -185,13 +183,7 @@ def plain(value: float, digits: int = 3) -> str:
 
 
 def quantity(value: float, unit: str, digits: int = 3) -> str:
-    """A value with its unit, as in "12 mN m", "4°" or "0.18".
-
-    Args:
-        value: [unit].
-        unit: an SI unit; "-" or empty for a ratio.
-        digits: significant ones.
-    """
+    """A value [unit] with its unit, as in "12 mN m", "4°" or "0.18"; "-" or empty for a ratio."""
     chosen = engineering_unit(unit, [value])
     return with_unit(plain(value * chosen.factor, digits), chosen)
 
@@ -199,13 +191,9 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
 def from_to(
     before: float, after: float, unit: str, between: str = " → ", beside: Iterable[float] = ()
 ) -> str:
-    """Two values in one unit, as in "4° → 0.11°" or "0.36 → 0.026 mm".
+    """Two values [unit] in one unit, as in "4° → 0.11°" or "0.36 → 0.026 mm".
 
-    Args:
-        before, after: [unit].
-        unit: as in `quantity`.
-        between: written between the two.
-        beside: values [unit] that are written in the same unit elsewhere.
+    ``beside`` are values that are written in the same unit elsewhere.
     """
     chosen = engineering_unit(unit, [before, after, *beside])
     first, second = (plain(value * chosen.factor) for value in (before, after))

@@ -235,12 +235,7 @@ def _numbers(motion: FirstMotion) -> dict[str, float]:
 
 
 def compare_bench(bench: Bench | None = None, progress: Progress = silent) -> Comparison:
-    """Compare the bench with the closed form: loops, sweep, limit, convergence, step cost.
-
-    Args:
-        bench: its parameters; default: those of the package's model.
-        progress: called with the stage, the number done and the total.
-    """
+    """Compare the bench with the closed form: loops, sweep, limit, convergence, step cost."""
     bench = bench or Bench()
     limit = dataclasses.replace(bench, guides=LIMIT_GUIDES).stiffened(LIMIT_FACTOR)
     # so slow that the carriages' damping does not show

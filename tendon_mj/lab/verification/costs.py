@@ -329,13 +329,7 @@ def prepare_model(name: str, steps: int = _STEPS) -> PreparedModel:
 def measure_models(
     models: Sequence[str] = (), *, rounds: int = 15, progress: Progress = silent
 ) -> dict[str, ModelCost]:
-    """Cost of the package's bench, its tapping finger, and given models with friction, by name.
-
-    Args:
-        models: MJCF files, to every tendon of which friction is added.
-        rounds: of every measurement, ≥ 1.
-        progress: called with the stage, the number done and the total.
-    """
+    """Cost of the package's bench, its tapping finger, and MJCF files with friction, by name."""
     if rounds < 1:
         raise InvalidValueError(f"rounds = {rounds} must be 1 or more")
     prepared = [prepare_model(name) for name in models]
