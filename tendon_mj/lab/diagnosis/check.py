@@ -62,12 +62,13 @@ def _check_same_rig(recording: Recording, first: Recording) -> None:
     where = f"recording {recording.name!r}"
     if not recording.measured:
         raise RecordingError(f"{where}: [measured] lists no column to compare with")
-    same_model = is_same_model(recording.model, first.model)
-    for name, mine, theirs in (
-        ("model", recording.model, recording.model if same_model else first.model),
-        ("uncertain", dict(recording.uncertain), dict(first.uncertain)),
+    models = recording.model, first.model
+    uncertain = dict(recording.uncertain), dict(first.uncertain)
+    for name, (mine, theirs), same in (
+        ("model", models, is_same_model(*models)),
+        ("uncertain", uncertain, uncertain[0] == uncertain[1]),
     ):
-        if mine != theirs:
+        if not same:
             raise RecordingError(
                 f"{where}: its {name} {mine!r} differs from {theirs!r} of"
                 f" {first.name!r}; recordings that are diagnosed together are of one rig"

@@ -239,7 +239,6 @@ class _Solver:
         return written(self.terms, natural(self.terms, point), self.base)
 
     def _residual(self, point: FloatArray) -> FloatArray:
-        """(m,) simulated residual."""
         key = point.tobytes()
         if key not in self._simulated:
             self._simulated[key] = self.problem.residuals([self._parameters(point)])[0]

@@ -98,7 +98,6 @@ def screen(
 
 
 def _promising(scores: Sequence[ScreeningScore], share: float) -> list[ScreeningScore]:
-    """Scores that explain at least a share of the best reduction of χ²."""
     least = share * max((score.explained for score in scores), default=0.0)
     return [score for score in scores if score.explained > 0.0 and score.explained >= least]
 

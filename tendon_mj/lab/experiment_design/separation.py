@@ -248,7 +248,6 @@ class ExperimentSimulations:
     def _run(
         self, simulate: Simulates, sets: Sequence[Mapping[str, float]]
     ) -> list[list[Predictions]]:
-        """Predictions of every set, for every experiment."""
         return [
             [self._predictions(series) for series in row]
             for row in simulate([{**self.problem.fixed, **s} for s in sets])

@@ -223,8 +223,6 @@ class _Tried:
 
 
 class _Search:
-    """Search of a family of experiments."""
-
     def __init__(
         self, family: Family, rig: ExperimentSimulations, ties: Sequence[Tie], progress: Progress
     ) -> None:

@@ -349,7 +349,6 @@ class Adjustable:
 
 
 def _slides(model: mujoco.MjModel, joint: int) -> bool:
-    """Whether a joint is not a hinge."""
     return bool(model.jnt_type[joint] != _HINGE)
 
 
