@@ -1,7 +1,23 @@
 """Closed form of a tendon in a frictional sheath, NumPy only (Kaneko et al. 1991).
 
-First motion, outer branches: ``stiffness``, ``first_motion``; any history: ``history``. Units are
-SI; ξ is positive toward the actuator and λ is positive while pulling. Equations: docs/theory.md.
+First motion, outer branches: ``stiffness``, ``first_motion``; any history: ``history``. Equations:
+docs/theory.md. Arguments and results are in SI units, and broadcast:
+
+| argument | symbol | |
+|---|---|---|
+| lam | λ [–] | friction exponent, positive while pulling; of `stiffness`. A motion gives the |
+| | | direction: where its tension or displacement is an argument, the sign of λ is ignored |
+| input_tension | T_in [N] | above T_0 it pulls, below it loosens |
+| pretension | T_0 [N] | uniform before any motion |
+| displacement | ξ_in [m] | of the input end, positive toward the actuator |
+| position | x [m] | from the input end, 0 to L |
+| axial_stiffness | EA [N] | force per unit strain |
+| length | L [m] | of the sheath |
+| output_stiffness | k_se [N/m] | of the spring at the output end; ``inf`` (default) holds it |
+| environment_stiffness, sensor_stiffness | k_e, k_s [N/m] | its two parts; ``inf``: rigid |
+
+A history has time on axis 0, and is monotone between samples; results of it have shape (time,
+broadcast of the rest). An argument out of its range raises InvalidValueError, which names it.
 """
 
 from tendon_mj.theory.first_motion import elongation_profile as elongation_profile

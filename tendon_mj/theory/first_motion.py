@@ -10,11 +10,7 @@ from numpy.typing import ArrayLike
 
 from tendon_mj.theory import _check
 from tendon_mj.theory._exponential import log_ratio, mean_excess, relative_excess
-from tendon_mj.theory.stiffness import (
-    equivalent_backlash,
-    tendon_stiffness,
-    transmission_stiffness,
-)
+from tendon_mj.theory.stiffness import equivalent_backlash, tendon_stiffness, transmission_stiffness
 from tendon_mj.typing import FloatArray
 
 
@@ -24,13 +20,6 @@ def sliding_length(
     """Length from the input end over which the tendon has slid.
 
     L_1 = min{x : T(x) = T_0} = L |ln(T_in/T_0)|/|λ|, at most L.
-
-    ``input_tension``: T_in [N] (above T_0 it pulls, below it loosens); ``lam``: λ [–] (its sign is
-    ignored, T_in gives the direction); ``pretension``: T_0 [N]; ``length``: L [m]. Returns L_1 [m],
-    in the shape the arguments broadcast to; 0 where T_in = T_0.
-
-    Raises:
-        InvalidValueError: a tension negative, lam not finite, length not positive.
 
     Source: Kaneko et al. 1991, eq. (8).
     """
@@ -57,13 +46,6 @@ def tension_profile(
 
     T(x) = T_in e^{−λx/L} for x < L_1, T_0 beyond, with λ signed by T_in − T_0.
 
-    ``position``: x from the input end [m], 0 to L; ``input_tension``: T_in [N]; ``lam``: λ [–] (its
-    sign is ignored); ``pretension``: T_0 [N]; ``length``: L [m]. Returns T(x) [N], in the shape the
-    arguments broadcast to.
-
-    Raises:
-        InvalidValueError: position outside 0 … L, or as in ``sliding_length``.
-
     Source: Kaneko et al. 1991, eq. (5).
     """
     slid = sliding_length(input_tension, lam, pretension, length)
@@ -86,13 +68,6 @@ def elongation_profile(
 
     δ(x) = (1/EA)[(L/λ) T_in (1 − e^{−λx/L}) − T_0 x], constant for x ≥ L_1: the integral of
     dδ/dx = (T − T_0)/EA. The paper's transcript of (7) has L_1 where x must stand.
-
-    ``position``: x from the input end [m], 0 to L; ``input_tension``: T_in [N]; ``lam``: λ [–] (its
-    sign is ignored); ``pretension``: T_0 [N]; ``axial_stiffness``: EA [N]; ``length``: L [m].
-    Returns δ(x) [m], in the shape the arguments broadcast to.
-
-    Raises:
-        InvalidValueError: EA not positive, or as in ``tension_profile``.
 
     Source: Kaneko et al. 1991, eqs. (6) and (7), corrected.
     """
@@ -120,11 +95,6 @@ def first_output_tension(
     """Output tension after a first motion of the input end: still in the backlash, then a line.
 
     T_out = T_0 for |ξ_in| ≤ |ξ_B|, else T_out − T_0 = K_t (ξ_in − ξ_B), λ signed by ξ_in.
-
-    ``displacement``: ξ_in [m], positive toward the actuator; ``lam``: λ [–] (its sign is ignored);
-    ``pretension``: T_0 [N]; ``axial_stiffness``: EA [N]; ``length``: L [m]; ``output_stiffness``:
-    k_se [N/m], ``series_stiffness(k_e, k_s)`` (``inf`` holds the output). Returns T_out [N], in the
-    shape the arguments broadcast to.
 
     Raises:
         InvalidValueError: an argument out of its range, or so much paid out that the tendon
@@ -159,14 +129,6 @@ def first_input_tension(
     Outside the backlash T_in = T_out e^λ. Inside, T_in = T_0 e^w with e^w − 1 − w =
     |λ| EA |ξ_in|/(L T_0) and w of the sign of ξ_in: eq. (6) at x = L_1, |w| = |λ| L_1/L.
 
-    ``displacement``: ξ_in [m], positive toward the actuator; ``lam``: λ [–] (its sign is ignored);
-    ``pretension``: T_0 [N]; ``axial_stiffness``: EA [N]; ``length``: L [m]; ``output_stiffness``:
-    k_se [N/m] (``inf`` holds the output). Returns T_in [N], in the shape the arguments broadcast
-    to.
-
-    Raises:
-        InvalidValueError: as in ``first_output_tension``.
-
     Source: Kaneko et al. 1991, eqs. (5), (6) and (14).
     """
     far = first_output_tension(
@@ -192,13 +154,6 @@ def first_displacement(
     """Displacement of the input end when T_in is reached in a first motion.
 
     ξ_in = δ(L) + (T_out − T_0)/k_se.
-
-    ``input_tension``: T_in [N]; ``lam``: λ [–] (its sign is ignored); ``pretension``: T_0 [N];
-    ``axial_stiffness``: EA [N]; ``length``: L [m]; ``output_stiffness``: k_se [N/m] (``inf`` holds
-    the output). Returns ξ_in [m], in the shape the arguments broadcast to.
-
-    Raises:
-        InvalidValueError: an argument out of its range.
 
     Source: Kaneko et al. 1991, eqs. (14) and (15).
     """

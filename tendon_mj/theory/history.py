@@ -35,9 +35,6 @@ class TensionMemory:
         pretension: T_0 [N], uniform before any motion, positive.
         turning_points: input tensions [N], oldest first, the present one last.
 
-    Raises:
-        InvalidValueError: a tension that is not positive and finite.
-
     Source: Kaneko et al. 1991, eq. (5), for any history.
     """
 
@@ -168,14 +165,8 @@ def each_sheath(
 def output_tension(input_tension: ArrayLike, lam: ArrayLike, pretension: ArrayLike) -> FloatArray:
     """Output tension for any history of input tension, from a uniform T_0 before it.
 
-    ln T_out = Play_{|λ|}[ln T_in]: T_out ← clip(T_out, T_in e^{−|λ|}, T_in e^{+|λ|}).
-
-    ``input_tension``: T_in [N], time on axis 0 (monotone between samples); ``lam``: λ [–] up to the
-    point of interest (its sign is ignored); ``pretension``: T_0 [N]. Returns T_out [N], shape
-    (time, broadcast of the rest).
-
-    Raises:
-        InvalidValueError: a tension that is not positive and finite, lam not finite, no time axis.
+    ln T_out = Play_{|λ|}[ln T_in]: T_out ← clip(T_out, T_in e^{−|λ|}, T_in e^{+|λ|}), with λ up to
+    the point of interest.
 
     Source: Kaneko et al. 1991, eq. (5), for any history.
     """
@@ -206,14 +197,6 @@ def displacement(
     ξ_in = ξ_out + ∫(T − T_0)/EA dx over a uniform curvature, ξ_out = (T_out − T_0)/k_se.
     With the output held (the default) it is the elongation of the tendon.
 
-    ``input_tension``: T_in [N], time on axis 0 (monotone between samples); ``lam``: λ [–] (its sign
-    is ignored); ``pretension``: T_0 [N]; ``axial_stiffness``: EA [N]; ``length``: L [m];
-    ``output_stiffness``: k_se [N/m] (``inf`` holds the output). Returns ξ_in [m], shape (time,
-    broadcast of the rest).
-
-    Raises:
-        InvalidValueError: as in ``output_tension``; a stiffness or length that is not positive.
-
     Source: Kaneko et al. 1991, eqs. (6), (14) and (15), for any history.
     """
     series = _check.history("input_tension", _check.positive("input_tension", input_tension))
@@ -241,11 +224,6 @@ def driven_tensions(
 
     Inverse of ``displacement``, the output end on a spring, T_out − T_0 = k_se ξ_out: at each
     sample the one T_in is found whose displacement is ξ_in. Before it, ξ_in = 0 and T = T_0.
-
-    ``displacement``: ξ_in [m], time on axis 0 (monotone between samples); ``lam``: λ [–] (its sign
-    is ignored); ``pretension``: T_0 [N]; ``axial_stiffness``: EA [N]; ``length``: L [m];
-    ``output_stiffness``: k_se [N/m] (``inf`` holds the output). Returns T_in [N] and T_out [N],
-    each of shape (time, broadcast of the rest).
 
     Raises:
         InvalidValueError: an argument out of its range, or so much paid out that the tendon

@@ -18,12 +18,6 @@ def friction_exponent(friction: ArrayLike, bend: ArrayLike, direction: ArrayLike
 
     λ = μ φ sgn ξ̇ with φ = L/R. Positive while pulling; rest counts as pulling, as in eq. (4).
 
-    ``friction``: coefficient μ [–]; ``bend``: total bend angle φ [rad]; ``direction``: velocity of
-    the tendon or any number with its sign. Returns λ [–], in the shape the arguments broadcast to.
-
-    Raises:
-        InvalidValueError: friction or bend negative or not finite, direction not finite.
-
     Source: Kaneko et al. 1991, eq. (12).
     """
     mu = _check.non_negative("friction", friction)
@@ -35,12 +29,6 @@ def friction_exponent(friction: ArrayLike, bend: ArrayLike, direction: ArrayLike
 def tendon_stiffness(axial_stiffness: ArrayLike, length: ArrayLike) -> FloatArray:
     """Stiffness of the tendon without friction, K_w = EA/L.
 
-    ``axial_stiffness``: EA, force per unit strain [N]; ``length``: L of the sheath [m]. Returns K_w
-    [N/m], in the shape the arguments broadcast to.
-
-    Raises:
-        InvalidValueError: an argument that is not positive and finite.
-
     Source: Kaneko et al. 1991, eq. (19).
     """
     stiffness = _check.positive("axial_stiffness", axial_stiffness)
@@ -51,12 +39,6 @@ def apparent_stiffness(lam: ArrayLike, axial_stiffness: ArrayLike, length: Array
     """Stiffness that the tendon shows while all of it slides: soft pulling, stiff loosening.
 
     K_ap = K_w λ/(e^λ − 1), which tends to K_w for λ → 0.
-
-    ``lam``: λ [–], signed; ``axial_stiffness``: EA [N]; ``length``: L [m]. Returns K_ap [N/m], in
-    the shape the arguments broadcast to.
-
-    Raises:
-        InvalidValueError: lam not finite, another argument not positive and finite.
 
     Source: Kaneko et al. 1991, eq. (18).
     """
@@ -70,12 +52,6 @@ def equivalent_backlash(
 
     ξ_B = (T_0 L/EA)(e^λ − λ − 1)/λ, which tends to 0 for λ → 0 and has the sign of λ.
     The paper's transcript of (11) lacks the −λ; its own series (13) has it.
-
-    ``lam``: λ [–], signed; ``pretension``: T_0 [N]; ``axial_stiffness``: EA [N]; ``length``: L [m].
-    Returns ξ_B [m], in the shape the arguments broadcast to.
-
-    Raises:
-        InvalidValueError: lam not finite, pretension negative, EA or L not positive.
 
     Source: Kaneko et al. 1991, eq. (11), corrected by eq. (13).
     """
@@ -91,13 +67,6 @@ def reversal_backlash(
     Δξ = (T* L/EA)(e^λ + e^{−λ} − 2)/λ = (T* L/EA) 4 sinh²(λ/2)/λ, which tends to 0 for λ → 0.
     A motion of exponent λ ends at T*; Δξ is paid out before T* changes (λ < 0: −Δξ is taken in).
 
-    ``lam``: λ [–] of the motion that ends, signed; ``tension``: output tension T* at the reversal
-    [N]; ``axial_stiffness``: EA [N]; ``length``: L [m]. Returns Δξ [m], in the shape the arguments
-    broadcast to; odd in λ.
-
-    Raises:
-        InvalidValueError: lam not finite, tension negative, EA or L not positive.
-
     Source: Kaneko et al. 1991, eqs. (5) and (6) for a reversal.
     """
     exponent = _check.finite("lam", lam)
@@ -110,12 +79,6 @@ def reversal_backlash(
 
 def series_stiffness(*stiffness: ArrayLike) -> FloatArray:
     """Stiffness of springs in a row, 1/k = Σ 1/k_i.
-
-    ``stiffness``: each k_i [N/m] (``inf`` for a rigid part). Returns k [N/m], in the shape the
-    arguments broadcast to; ``inf`` where all are rigid.
-
-    Raises:
-        InvalidValueError: a stiffness that is not positive.
 
     Source: Kaneko et al. 1991, eq. (15).
     """
@@ -136,13 +99,6 @@ def transmission_stiffness(
     """Slope of output tension over input displacement, outside the backlash.
 
     1/K_t = 1/k_e + 1/k_s + 1/K_ap.
-
-    ``lam``: λ [–], signed; ``axial_stiffness``: EA [N]; ``length``: L [m];
-    ``environment_stiffness``: k_e [N/m] (``inf`` for a rigid one); ``sensor_stiffness``: k_s [N/m]
-    (``inf`` for a rigid one). Returns K_t [N/m], in the shape the arguments broadcast to.
-
-    Raises:
-        InvalidValueError: lam not finite, another argument not positive.
 
     Source: Kaneko et al. 1991, eq. (17).
     """

@@ -82,11 +82,3 @@ def test_transmission_is_tendon_environment_and_sensor_in_a_row():
     full = transmission_stiffness(0.47, EA, LENGTH, 10e3, 40e3)
     assert full == pytest.approx(series_stiffness(10e3, 40e3, tendon), rel=1e-14)
     assert transmission_stiffness(0.47, EA, LENGTH) == tendon
-
-
-def test_arguments_broadcast():
-    lam, stiffness, length = np.ones((4, 1, 1)), np.full((3, 1), EA), np.full(2, LENGTH)
-    assert apparent_stiffness(lam, stiffness, length).shape == (4, 3, 2)
-    assert equivalent_backlash(lam, 20.0, stiffness, length).shape == (4, 3, 2)
-    assert reversal_backlash(lam, 20.0, stiffness, length).shape == (4, 3, 2)
-    assert transmission_stiffness(lam, EA, LENGTH, stiffness, np.full(2, np.inf)).shape == (4, 3, 2)

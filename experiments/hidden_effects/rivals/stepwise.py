@@ -139,7 +139,7 @@ def solve(case: Case) -> dict[str, Any]:
     """Select on a case; content of result.json."""
     stepwise = Stepwise(case)
     effects, fit = model = stepwise.select()
-    kinds = {effect.kind for effect in effects}
+    kinds = {candidate.effect.kind for candidate in effects}
     verdict = "named" if "missing" in kinds else "parameter" if kinds else "nothing missing"
     parameters = fit.parameters(stepwise.rig.base)
     return {

@@ -21,16 +21,16 @@ from typing import Any
 
 import numpy as np
 
-from tendon_mj.lab.diagnosis.result import BeforeAfter, Diagnosis
-from tendon_mj.lab.diagnosis.statistics import correlation_matrix
-from tendon_mj.lab.diagnosis.thresholds import SMALLEST_EXCESS
-from tendon_mj.lab.diagnosis.verdict import (
+from tendon_mj.lab.diagnosis.criteria import (
     LARGEST_EXCESS,
+    SMALLEST_EXCESS,
     ErrorReduction,
     Evidence,
     Verdict,
     decide,
 )
+from tendon_mj.lab.diagnosis.result import BeforeAfter, Diagnosis
+from tendon_mj.lab.diagnosis.statistics import correlation_matrix
 from tendon_mj.lab.diagnosis.wording import reason
 from tendon_mj.lab.recordings import Recording, table_beside
 from tendon_mj.models import model_path
@@ -52,39 +52,28 @@ _PACKAGES = ("tendon-mj", "mujoco", "numpy", "scipy", "numba")
 
 @dataclass(frozen=True)
 class NoiseCase:
-    """The criteria of a verdict for another noise.
+    """The criteria of a verdict for another noise."""
 
-    Attributes:
-        factor: noise over the stated one.
-        before, after: rms error on held-out data [that noise and reproducibility].
-        closed: share of the error above that which is removed; 1 where all is.
-        verdict: that the criteria give for the same findings; None where an error remains to which
-            no finding belongs, so that a search would have to decide.
-        reason: the criterion that decides, in a sentence.
-    """
-
-    factor: float
+    factor: float  # noise over the stated one
+    # rms error on held-out data [that noise and reproducibility]
     before: float
     after: float
-    closed: float
+    closed: float  # share of the error above that which is removed; 1 where all is
+    # that the criteria give for the same findings; None where an error remains to which no finding
+    # belongs, so that a search would have to decide
     verdict: Verdict | None
-    reason: str
+    reason: str  # the criterion that decides, in a sentence
 
 
 @dataclass(frozen=True)
 class NoiseSensitivity:
-    """Dependence of a verdict on the noise.
+    """Dependence of a verdict on the noise."""
 
-    Attributes:
-        cases: in the order of the factors.
-        low, high: the verdict is the same from ``low`` to ``high`` times the stated noise.
-        farthest: largest factor that was tried; its reciprocal is the smallest.
-    """
-
-    cases: tuple[NoiseCase, ...]
+    cases: tuple[NoiseCase, ...]  # in the order of the factors
+    # the verdict is the same from low to high times the stated noise
     low: float
     high: float
-    farthest: float = _FARTHEST
+    farthest: float = _FARTHEST  # largest factor that was tried; its reciprocal is the smallest
 
 
 def noise_sensitivity(
@@ -151,15 +140,10 @@ def _reach(evidence: Evidence, verdict: Verdict, ratio: float) -> float:
 
 @dataclass(frozen=True)
 class Correlations:
-    """Correlations of estimates: which of the fitted parameters compensate each other.
+    """Correlations of estimates: which of the fitted parameters compensate each other."""
 
-    Attributes:
-        names: of the parameters; of those that share one number, the first.
-        matrix: (n, n) correlation coefficients [-].
-    """
-
-    names: tuple[str, ...]
-    matrix: tuple[tuple[float, ...], ...]
+    names: tuple[str, ...]  # of the parameters; of those that share one number, the first
+    matrix: tuple[tuple[float, ...], ...]  # (n, n) correlation coefficients [-]
 
     @property
     def high(self) -> list[tuple[str, str, float]]:
@@ -191,17 +175,11 @@ def parameter_correlations(diagnosis: Diagnosis) -> Correlations | None:
 
 @dataclass(frozen=True, eq=False)
 class Autocorrelation:
-    """Autocorrelation of a residual.
+    """Autocorrelation of a residual."""
 
-    Attributes:
-        lags: (n,) [s], from one sample on.
-        values: (n,) ρ(lag), 1 at lag 0 [-].
-        band: 95 % of the values of white noise lie within ± this [-].
-    """
-
-    lags: FloatArray
-    values: FloatArray
-    band: float
+    lags: FloatArray  # (n,) [s], from one sample on
+    values: FloatArray  # (n,) ρ(lag), 1 at lag 0 [-]
+    band: float  # 95 % of the values of white noise lie within ± this [-]
 
     @property
     def inside(self) -> float:
@@ -243,18 +221,12 @@ def residual_autocorrelations(
 
 @dataclass(frozen=True)
 class Provenance:
-    """Versions, command, date and files of a result.
+    """Versions, command, date and files of a result."""
 
-    Attributes:
-        date: ISO 8601, with the offset of local time.
-        versions: "python" and packages → version.
-        command: as it was typed; empty where there was none.
-        files: file as it was given → SHA-256 of its bytes, in hexadecimal digits.
-    """
-
-    date: str
-    versions: Mapping[str, str]
-    command: str = ""
+    date: str  # ISO 8601, with the offset of local time
+    versions: Mapping[str, str]  # "python" and packages → version
+    command: str = ""  # as it was typed; empty where there was none
+    # file as it was given → SHA-256 of its bytes, in hexadecimal digits
     files: Mapping[str, str] = field(default_factory=dict)
 
     def result(self) -> dict[str, Any]:
@@ -267,10 +239,8 @@ def files_of(
 ) -> list[Path]:
     """Files that a diagnosis of recordings read: their data, descriptions, and models.
 
-    Args:
-        paths: of the recordings, as given: a file of data, its TOML, or the stem of both.
-        description: TOML of all recordings, where they have not one each.
-        recordings: as read from them; a model's own includes are not among the files.
+    A path is of a file of data, of its TOML, or the stem of both; ``description`` is the TOML of
+    recordings that have not one each. A model's own includes are not among the files.
     """
     files = list[Path]()
     for path in paths:
@@ -281,11 +251,7 @@ def files_of(
 
 
 def collect_provenance(command: str = "", files: Iterable[str | Path] = ()) -> Provenance:
-    """Provenance of a result that is made now, by a command as typed, from files to be hashed.
-
-    Raises:
-        OSError: a file cannot be read.
-    """
+    """Provenance of a result that is made now, by a command as typed, from files to be hashed."""
     versions = {"python": platform.python_version()}
     return Provenance(
         date=datetime.now().astimezone().isoformat(timespec="seconds"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,11 +30,7 @@ _MEMBERS = ("parameters", "__call__", "joints", "steps", "in_steps")  # of `Simu
 
 
 def check_recordings(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
-    """Refuse recordings that are unusable for a diagnosis.
-
-    Raises:
-        RecordingError: names the recording and the reason.
-    """
+    """Refuse recordings that are unusable for a diagnosis."""
     if isinstance(train, Recording) or isinstance(held_out, Recording):
         raise RecordingError("recordings are needed as lists: write [recording]")
     if not train:
@@ -47,17 +43,16 @@ def check_recordings(train: Sequence[Recording], held_out: Sequence[Recording]) 
             _check_column(recording, column, mask)
     _check_rests(train, _FEWEST_RESTS, "a diagnosis")
     _check_rests(held_out, _FEWEST_PROVE, "its proof")
-    for recordings in (train, held_out):
-        for one, other in combinations(recordings, 2):
-            if _same_data(one, other):
-                raise RecordingError(
-                    f"recording {other.name!r}: holds the same data as {one.name!r}, which would"
-                    " count double"
-                )
-    for recording in held_out:
-        if any(_same_data(recording, other) for other in train):
+    for one, other in (*combinations(train, 2), *combinations(held_out, 2)):
+        if _same_data(one, other):
             raise RecordingError(
-                f"recording {recording.name!r}: held out, and among the training data; proof needs"
+                f"recording {other.name!r}: holds the same data as {one.name!r}, which would"
+                " count double"
+            )
+    for seen, unseen in product(train, held_out):
+        if _same_data(seen, unseen):
+            raise RecordingError(
+                f"recording {unseen.name!r}: held out, and among the training data; proof needs"
                 " data that the selection has not seen"
             )
 
@@ -67,11 +62,15 @@ def _check_same_rig(recording: Recording, first: Recording) -> None:
     where = f"recording {recording.name!r}"
     if not recording.measured:
         raise RecordingError(f"{where}: [measured] lists no column to compare with")
-    for name in ("model", "uncertain"):
-        mine, theirs = getattr(recording, name), getattr(first, name)
-        if mine != theirs and not (name == "model" and is_same_model(mine, theirs)):
+    models = recording.model, first.model
+    uncertain = dict(recording.uncertain), dict(first.uncertain)
+    for name, (mine, theirs), same in (
+        ("model", models, is_same_model(*models)),
+        ("uncertain", uncertain, uncertain[0] == uncertain[1]),
+    ):
+        if not same:
             raise RecordingError(
-                f"{where}: its {name} {_plain(mine)!r} differs from {_plain(theirs)!r} of"
+                f"{where}: its {name} {mine!r} differs from {theirs!r} of"
                 f" {first.name!r}; recordings that are diagnosed together are of one rig"
             )
 
@@ -146,21 +145,15 @@ def _same_data(one: Recording, other: Recording) -> bool:
 
 
 def make_simulator(make: MakeSimulator, recordings: Sequence[Recording]) -> Simulates:
-    """Make a simulator of recordings, and refuse one that lacks a member.
-
-    Raises:
-        InvalidValueError: names the members that it lacks, or the entry that is not a parameter.
-    """
+    """Make a simulator of recordings, and refuse one that lacks a member."""
     if not isinstance(make, type) and hasattr(make, "parameters"):
         raise InvalidValueError(
             f"simulator: {type(make).__name__!r} object is a simulator already; give a function"
             " that makes one of recordings, such as its class"
         )
-    abstract = sorted(getattr(make, "__abstractmethods__", ()))  # else Python raises a TypeError
-    made = None if abstract else make(recordings)
-    missing = abstract or [member for member in _MEMBERS if not hasattr(made, member)]
-    name = (make if isinstance(make, type) else type(made)).__name__
-    if made is None or missing:
+    made = make(recordings)
+    name, missing = type(made).__name__, [m for m in _MEMBERS if not hasattr(made, m)]
+    if missing:
         raise InvalidValueError(
             f"simulator {name!r} lacks {', '.join(map(repr, missing))}; derive it from"
             " tendon_mj.Simulates, set 'parameters' and define '__call__': the other members then"
@@ -178,12 +171,7 @@ def make_simulator(make: MakeSimulator, recordings: Sequence[Recording]) -> Simu
 
 
 def check_simulation(problem: Problem) -> None:
-    """Refuse recordings under which the model, as described, becomes unstable.
-
-    Raises:
-        InvalidValueError: the simulator answers in another shape than that of the recordings.
-        RecordingError: names the recording and the range of its drive.
-    """
+    """Refuse recordings under which the model, as described, becomes unstable."""
     answers = problem.simulate([{}])
     check_answers(answers, 1, problem.recordings, problem.simulate)
     for recording, series in zip(problem.recordings, answers[0], strict=True):
@@ -207,7 +195,3 @@ def _described(recording: Recording) -> str:
     shown = [f"{name} = {value:g}" for name, value in values[:_SHOWN]]
     more = f" and {len(values) - _SHOWN} values more" if len(values) > _SHOWN else ""
     return f" with {', '.join(shown)}{more}" if shown else ""
-
-
-def _plain(value: object) -> object:
-    return dict(value) if isinstance(value, Mapping) else value

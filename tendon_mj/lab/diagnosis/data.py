@@ -62,19 +62,15 @@ class Problem:
 
     A residual is (simulated − measured)/noise; a simulated reading is cut off where its column
     is. Residuals are stacked by recording, then column, then sample.
-
-    Attributes:
-        recordings: measured data.
-        simulate: parameter sets → a series for every set, recording and measured column.
-        train: for every recording (samples,) mask of the training data; the rest is held out.
-        half_step: ``simulate`` with half the step, see `extrapolate`; None where it has no steps.
-        fixed: parameters that every simulation has, below those of its own.
     """
 
-    recordings: tuple[Recording, ...]
-    simulate: Simulates
+    recordings: tuple[Recording, ...]  # measured data
+    simulate: Simulates  # parameter sets → a series for every set, recording and measured column
+    # for every recording (samples,) mask of the training data; the rest is held out
     train: tuple[NDArray[np.bool_], ...]
+    # simulate with half the step, see extrapolate; None where it has no steps
     half_step: Simulates | None = None
+    # parameters that every simulation has, below those of its own
     fixed: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
@@ -93,23 +89,17 @@ class Problem:
     @cached_property
     def in_train(self) -> NDArray[np.bool_]:
         """(m,) which residuals are training data."""
-        return np.concatenate([self.train[k] for k, _, _ in self.layout()])
-
-    def layout(self) -> list[tuple[int, str, int]]:
-        """(recording, column, samples) in the order of the residuals."""
-        return [
-            (k, column, recording.time.size)
-            for k, recording in enumerate(self.recordings)
-            for column in recording.measured
-        ]
+        return np.concatenate([self.train[k] for k, _, _ in self.signals])
 
     @cached_property
     def signals(self) -> list[tuple[int, str, slice]]:
         """(recording, column, its residuals) in the order of the residuals."""
-        ends = np.cumsum([size for _, _, size in self.layout()]).tolist()
-        return [
-            (k, c, slice(end - n, end)) for (k, c, n), end in zip(self.layout(), ends, strict=True)
-        ]
+        signals, first = [], 0
+        for k, recording in enumerate(self.recordings):
+            for column in recording.measured:
+                signals.append((k, column, slice(first, first + recording.time.size)))
+                first += recording.time.size
+        return signals
 
     @cached_property
     def blocks(self) -> NDArray[np.int64]:
@@ -130,7 +120,10 @@ class Problem:
     @cached_property
     def recording_of(self) -> NDArray[np.int64]:
         """(m,) recording of each residual."""
-        return np.concatenate([np.full(size, k) for k, _, size in self.layout()])
+        return np.repeat(
+            np.arange(len(self.recordings)),
+            [r.time.size * len(r.measured) for r in self.recordings],
+        )
 
     @cached_property
     def parts(self) -> NDArray[np.int64]:
@@ -172,11 +165,10 @@ class Problem:
         rows = []
         for answers in answered:
             parts = [
-                (np.clip(series[column], *ends[column]) - recording.columns[column]) / level
-                for recording, noise, ends, series in zip(
-                    self.recordings, self.noise, self.ends, answers, strict=True
-                )
-                for column, level in noise.items()
+                (np.clip(answers[k][column], *self.ends[k][column]) - recording.columns[column])
+                / level
+                for k, recording in enumerate(self.recordings)
+                for column, level in self.noise[k].items()
             ]
             row = np.concatenate(parts)
             rows.append(row if np.isfinite(row).all() else np.full(row.shape, np.inf))
@@ -189,11 +181,7 @@ def check_answers(
     recordings: Sequence[Recording],
     simulator: Simulates,
 ) -> None:
-    """Refuse answers of a simulator to ``sets`` parameter sets that lack a series or a sample.
-
-    Raises:
-        InvalidValueError: names the recording and column, and the answer.
-    """
+    """Refuse answers of a simulator to ``sets`` parameter sets that lack a series or a sample."""
     who = f"simulator {type(simulator).__name__!r}"
     if len(answers) != sets:
         raise InvalidValueError(f"{who} answered {len(answers)} of {sets} sets of parameters")
@@ -205,15 +193,11 @@ def check_answers(
         for recording, series in zip(recordings, answer, strict=True):
             where = f"{who}, recording {recording.name!r}"
             for column in recording.measured:
-                if column not in series:
-                    answered = ", ".join(map(repr, series)) or "nothing"
+                shape = np.shape(series[column]) if column in series else "nothing"
+                if shape != recording.time.shape:
                     raise InvalidValueError(
-                        f"{where}: answered {answered}, but {column!r} is in [measured]"
-                    )
-                if np.shape(series[column]) != recording.time.shape:
-                    raise InvalidValueError(
-                        f"{where}, column {column!r}: answered shape {np.shape(series[column])},"
-                        f" but the recording has {recording.time.shape}"
+                        f"{where}, column {column!r}: answered {shape}, but the recording has"
+                        f" {recording.time.shape} samples of it"
                     )
 
 
@@ -294,10 +278,6 @@ def uncertain_terms(problem: Problem) -> tuple[Term, ...]:
     """Terms of the uncertain parameters; those that one name stands for share it, or have each one.
 
     A parameter that is named by itself, in any table, is not part of a name with wildcards.
-
-    Raises:
-        InvalidValueError: two names or tables speak of one parameter alike.
-        UnknownNameError: wildcards that no parameter fits.
     """
     parameters, terms = problem.simulate.parameters, list[Term]()
     first = problem.recordings[0]
@@ -322,29 +302,16 @@ def uncertain_terms(problem: Problem) -> tuple[Term, ...]:
 
 @dataclass(frozen=True)
 class Spread:
-    """Values of a parameter that was set again for each recording, and their spread.
+    """Values of a parameter that was set again for each recording, and their spread."""
 
-    Attributes:
-        stated: standard deviation that the recordings state [unit].
-        estimated: root mean square deviation of the fitted values from the stated one [unit].
-        unit: of both and of the values.
-        values: recording → fitted value [unit].
-    """
-
-    stated: float
-    estimated: float
-    unit: str
-    values: Mapping[str, float]
+    stated: float  # standard deviation that the recordings state [unit]
+    estimated: float  # root mean square deviation of the fitted values from the stated one [unit]
+    unit: str  # of both and of the values
+    values: Mapping[str, float]  # recording → fitted value [unit]
 
 
 def session_terms(recordings: Sequence[Recording], simulate: Simulates) -> tuple[Term, ...]:
-    """Terms of every recording's own values.
-
-    Raises:
-        RecordingError: two recordings with such values have one name.
-        InvalidValueError: the simulator takes no values for single recordings.
-        UnknownNameError: no such parameter.
-    """
+    """Terms of every recording's own values."""
     named = [recording for recording in recordings if recording.session]
     if named and not simulate.sessions:
         raise InvalidValueError(
@@ -404,7 +371,11 @@ def spreads(terms: Sequence[Term], values: Sequence[float] | np.ndarray) -> dict
 def describe_system(problem: Problem) -> SystemDescription:
     """Describe the model and the recordings to the catalogue."""
     first, parameters = problem.recordings[0], problem.simulate.parameters
-    fitted = _fitted(problem)
+    fitted = [
+        name
+        for recording in problem.recordings
+        for name in expand({**recording.uncertain, **recording.session}, parameters)
+    ]
     joints, motors = (_elements(parameters, kind) for kind in ("joint", "motor"))
     driven, inputs = problem.simulate.joints, tuple(name for _, name in first.driven)
     return SystemDescription(
@@ -415,17 +386,15 @@ def describe_system(problem: Problem) -> SystemDescription:
         inputs=inputs,
         free_joints=tuple(joint for joint in joints if not driven.get(joint)),
         motors=tuple(name for name in inputs if name in motors),
-        slides=_slides(parameters),
+        slides=frozenset(
+            element(name)
+            for name, p in parameters.items()
+            if name.endswith(".armature") and (p.kind, p.unit) == _SLIDING
+        ),
         joints={name: p.joints for name, p in parameters.items() if p.joints},
         reference={name: p.reference for name, p in parameters.items() if p.reference},
         columns=tuple(names for names in first.drive.values() if not isinstance(names, str)),
     )
-
-
-def _fitted(problem: Problem) -> list[str]:
-    """Uncertain parameters of a recording, and those of its [session]."""
-    names = problem.simulate.parameters
-    return [n for r in problem.recordings for n in expand({**r.uncertain, **r.session}, names)]
 
 
 def _spans(recordings: Sequence[Recording]) -> dict[str, float]:
@@ -455,11 +424,4 @@ def _drawn_bends(names: Iterable[str]) -> list[str]:
 
 
 def _elements(parameters: Mapping[str, Parameter], kind: Kind) -> list[str]:
-    """Elements of a kind that have parameters, sorted."""
     return sorted({element(name) for name, p in parameters.items() if p.kind == kind})
-
-
-def _slides(parameters: Mapping[str, Parameter]) -> frozenset[str]:
-    """Joints that slide, by the unit of their armatures."""
-    armatures = {name: p for name, p in parameters.items() if name.endswith(".armature")}
-    return frozenset(element(n) for n, p in armatures.items() if (p.kind, p.unit) == _SLIDING)

@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_mj.lab.diagnosis.data import Problem
-from tendon_mj.lab.diagnosis.effects.effect import Candidate, Constant, EventTerm
+from tendon_mj.lab.diagnosis.effects.effect import Candidate, Constant, Term
 from tendon_mj.lab.diagnosis.fitting import Fit
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import name_in_session, suppress_unsolved_warnings
@@ -48,21 +48,15 @@ _CLEARLY = 1.1  # times the Δχ² that a step of one reading's zero explains, f
 
 @dataclass(frozen=True, eq=False)
 class _Event:
-    """An event of one candidate in one recording, and the Δχ² that it explains.
-
-    Attributes:
-        time: at which it begins [s].
-        duration: [s].
-        ends: between which it may be, by the scan [s].
-    """
+    """An event of one candidate in one recording, and the Δχ² that it explains."""
 
     candidate: Candidate
     recording: int
-    time: float
+    time: float  # at which it begins [s]
     size: float
     explained: float
-    ends: tuple[float, float]
-    duration: float = 0.0
+    ends: tuple[float, float]  # between which it may be, by the scan [s]
+    duration: float = 0.0  # [s]
 
 
 @suppress_unsolved_warnings()
@@ -115,7 +109,7 @@ class _Scan:
         residual = fitted.residual[self.used]
         self.residual = residual - self.basis @ (self.basis.T @ residual)
         self.owner = problem.recording_of[self.used]
-        clocks = [problem.recordings[k].time[problem.train[k]] for k, _, _ in problem.layout()]
+        clocks = [problem.recordings[k].time[problem.train[k]] for k, _, _ in problem.signals]
         self.times = np.concatenate(clocks)
         self.column = np.repeat(np.arange(len(clocks)), [clock.size for clock in clocks])
 
@@ -242,7 +236,7 @@ class _Scan:
         """Largest Δχ² that a step of one reading's zero in the recording explains."""
         return max(
             float(self._explained((self.column == j).astype(float), recording)[0].max())
-            for j, (k, _, _) in enumerate(self.problem.layout())
+            for j, (k, _, _) in enumerate(self.problem.signals)
             if k == recording
         )
 
@@ -261,14 +255,14 @@ class _Scan:
         span, (term,) = self._range(template), template.terms
         when, long = (self.name(template, best.recording, e) for e in ("_time", "_duration"))
         sign = 1.0 if best.size > 0.0 else -1.0
-        located = EventTerm(
+        located = Term(
             targets=(self.name(template, best.recording),),
             unit=term.unit,
             inert=term.inert,
             low=min(0.0, sign * span),
             high=max(0.0, sign * span),
             probe=min(abs(best.size), span),
-            times=(Constant(when, *times), Constant(long, *lasting)),
+            constants=(Constant(when, *times), Constant(long, *lasting)),
         )
         where = f"{template.where} in {recording.name}"
         return replace(template, where=where, terms=(located,))

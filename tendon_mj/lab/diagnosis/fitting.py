@@ -38,27 +38,16 @@ _FARTHEST = 1e9  # probes: a farther end of a range does not count
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Terms of a model and the values at which they fit best.
+    """Terms of a model and the values at which they fit best."""
 
-    Attributes:
-        calibrated: terms of the uncertain parameters; they come first.
-        effects: candidates in the model; their terms follow.
-        values: (p,) of the terms [their units].
-        residual: (m,) of the problem at these values, extrapolated [-].
-        correction: (m,) extrapolated less simulated residual.
-        jacobian: (m, p) by the scaled terms.
-        scaled: (p,) values as the solver sees them.
-        bounds: (2, p) of the scaled values.
-    """
-
-    calibrated: tuple[Term, ...]
-    effects: tuple[Candidate, ...]
-    values: FloatArray
-    residual: FloatArray
-    correction: FloatArray
-    jacobian: FloatArray
-    scaled: FloatArray
-    bounds: FloatArray
+    calibrated: tuple[Term, ...]  # terms of the uncertain parameters; they come first
+    effects: tuple[Candidate, ...]  # candidates in the model; their terms follow
+    values: FloatArray  # (p,) of the terms [their units]
+    residual: FloatArray  # (m,) of the problem at these values, extrapolated [-]
+    correction: FloatArray  # (m,) extrapolated less simulated residual
+    jacobian: FloatArray  # (m, p) by the scaled terms
+    scaled: FloatArray  # (p,) values as the solver sees them
+    bounds: FloatArray  # (2, p) of the scaled values
 
     @property
     def terms(self) -> tuple[Term, ...]:
@@ -84,9 +73,9 @@ class Fit:
         low, high = self.bounds
         margin = _margin(self.bounds)
         inside = (self.scaled > low + margin) & (self.scaled < high - margin)
-        for effect in self.effects:
-            strength = self.terms_of(effect).start
-            if effect.terms[0].low == effect.absent != effect.terms[0].inert:
+        for candidate in self.effects:
+            strength, term = self.terms_of(candidate).start, candidate.terms[0]
+            if term.low == candidate.effect.absent != term.inert:
                 inside[strength] = self.scaled[strength] < (high - margin)[strength]
         visible = np.abs(self.jacobian).max(axis=0, initial=0.0) > 0.0
         free: NDArray[np.bool_] = inside & visible
@@ -155,12 +144,8 @@ def fit(
 
     A term with a `spread` adds its deviation from inert, over the spread, as one more residual.
 
-    Args:
-        problem, base: data, and parameter → value of the model.
-        calibrated, effects: their terms are fitted.
-        start: values of the terms.
-        correction: (m,) near ``start``; default: none.
-        evaluations: at most, in the first round, unless the cost and the terms converge.
+    ``base`` is parameter → value of the model, ``correction`` (m,) is that near ``start``, if it is
+    known, and ``evaluations`` are at most in the first round.
     """
     terms = (*calibrated, *(term for effect in effects for term in effect.terms))
     solver = _Solver(problem, base, terms, correction)
@@ -185,21 +170,15 @@ def fit(
 
 @dataclass(frozen=True, eq=False)
 class _Solution:
-    """Result of one round.
+    """Result of one round."""
 
-    Attributes:
-        point: (p,) scaled terms.
-        residual, correction, jacobian: as in `Fit`.
-        cost: mean square of the training residuals.
-        change: of the correction since the round before, mean square.
-    """
-
-    point: FloatArray
+    point: FloatArray  # (p,) scaled terms
+    # as in Fit
     residual: FloatArray
     correction: FloatArray
     jacobian: FloatArray
-    cost: float
-    change: float
+    cost: float  # mean square of the training residuals
+    change: float  # of the correction since the round before, mean square
 
 
 class _Solver:
@@ -260,7 +239,6 @@ class _Solver:
         return written(self.terms, natural(self.terms, point), self.base)
 
     def _residual(self, point: FloatArray) -> FloatArray:
-        """(m,) simulated residual."""
         key = point.tobytes()
         if key not in self._simulated:
             self._simulated[key] = self.problem.residuals([self._parameters(point)])[0]

@@ -43,19 +43,12 @@ _STEPS = 2.0  # time steps in the shortest time constant that MuJoCo takes
 
 
 class LumpedSheath(NamedTuple):
-    """A sheath in few guides.
+    """A sheath in few guides."""
 
-    Attributes:
-        name: of the sheath.
-        guides: that it has.
-        error: that lumping it into these leaves at most [noise].
-        enough: guides with which no more than the noise would be left.
-    """
-
-    name: str
-    guides: int
-    error: float
-    enough: int
+    name: str  # of the sheath
+    guides: int  # that it has
+    error: float  # that lumping it into these leaves at most [noise]
+    enough: int  # guides with which no more than the noise would be left
 
 
 def too_few_guides(
@@ -69,7 +62,7 @@ def too_few_guides(
         return []
     tensions = [
         float(np.ptp(problem.recordings[k].columns[column])) / problem.noise[k][column]
-        for k, column, _ in problem.layout()
+        for k, column, _ in problem.signals
         if column_unit(column) == "N"
     ]
     finest = max(tensions, default=0.0)

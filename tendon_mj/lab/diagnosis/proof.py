@@ -1,19 +1,46 @@
-"""Proof on held-out data: from the models of a selection to a verdict and a result."""
+"""Proof on held-out data: from the models of a selection to a verdict and a result.
+
+Fitted models simulate the held-out data in one of three ways.
+
+* Recordings that were held out: all of each.
+* None, and recordings of different states of the rig: each by a model that is fitted to the others.
+* None, and recordings of one state: the last quarter of each.
+
+Values that were set anew for a recording are fitted to it, by every model alike. An event of one
+recording is in no other one: a recording in which one was found is judged next to those that were
+held out, and with the event as it was fitted to it.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.lab.data_check import DataWarning
-from tendon_mj.lab.diagnosis.data import Problem, spreads, step_error
+from tendon_mj.lab.diagnosis.criteria import (
+    LARGEST_EXCESS,
+    Evidence,
+    bar,
+    decide,
+    detection_limit,
+    discretisation_error,
+    measure_errors,
+    reproducibility,
+)
+from tendon_mj.lab.diagnosis.data import (
+    Problem,
+    by_recording,
+    session_terms,
+    spreads,
+    step_error,
+    with_step,
+)
 from tendon_mj.lab.diagnosis.effects.effect import Effect, Term
-from tendon_mj.lab.diagnosis.fitting import Fit
-from tendon_mj.lab.diagnosis.held_out import HeldOut, Unseen
+from tendon_mj.lab.diagnosis.fitting import Fit, fit
 from tendon_mj.lab.diagnosis.model_faults import (
     too_few_guides,
     warn_of_guides,
@@ -29,13 +56,6 @@ from tendon_mj.lab.diagnosis.statistics import (
     beyond_range,
     intervals,
 )
-from tendon_mj.lab.diagnosis.thresholds import (
-    bar,
-    detection_limit,
-    discretisation_error,
-    reproducibility,
-)
-from tendon_mj.lab.diagnosis.verdict import LARGEST_EXCESS, Evidence, decide, measure_errors
 from tendon_mj.lab.diagnosis.wording import (
     ABOVE_NOISE,
     state,
@@ -43,34 +63,141 @@ from tendon_mj.lab.diagnosis.wording import (
     warn_of_ends,
     warn_of_step_and_noise,
 )
-from tendon_mj.lab.replay import Parameter, parameter_of, value_in
+from tendon_mj.lab.replay import Parameter, parameter_of, recording_of, value_in
 from tendon_mj.typing import FloatArray
 
 _EXPLAINS = 0.01  # of the excess χ², to be in the ranking
 # A calibrated value this near to an end is held by it: a hundredth of the range, or, in a range of
 # decades, of the range about its guess.
 _MARGIN = 0.2  # of a probe
+_REFIT = 6  # evaluations: a model changes little when one recording is left out
+_SESSION = 8  # evaluations, of a few numbers that hardly depend on each other
+
+
+@dataclass(frozen=True, eq=False)
+class Unseen:
+    """Held-out data as one model simulates them."""
+
+    extrapolated: FloatArray  # (m,) residual for a step of zero
+    correction: FloatArray  # (m,) extrapolated less simulated residual
+    stated: FloatArray  # (m,) residual with the model's own step
+    # values set anew for each recording outside the training data, <parameter> @ <recording> →
+    # value
+    sessions: Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Data of a proof."""
+
+    problem: Problem  # training data, with the step of the search
+    own: Problem  # training data with the model's own step
+    proof: Problem  # held-out recordings with the model's own step; own where there are none
+    step: float | None  # of the search, see with_step
+    base: Mapping[str, float]  # parameter → value of the model
+    _refits: dict[Fit, list[Fit]] = field(default_factory=dict, init=False)
+
+    @property
+    def has_recordings(self) -> bool:
+        """Whether recordings were held out."""
+        return self.proof is not self.own
+
+    @property
+    def leaves_one_out(self) -> bool:
+        """Whether each recording is held out in turn."""
+        return not self.has_recordings and by_recording(self.own.recordings)
+
+    @property
+    def mask(self) -> NDArray[np.bool_]:
+        """(m,) residuals of ``proof`` that are held out."""
+        if self.has_recordings or self.leaves_one_out:
+            return np.ones(self.proof.in_train.size, bool)
+        return ~self.own.in_train
+
+    def simulate(self, fitted: Fit) -> Unseen:
+        """Simulate the held-out data with a model that was fitted to the training data."""
+        if self.has_recordings:
+            return self._recordings(fitted)
+        if self.leaves_one_out:
+            return self._each_by_the_others(fitted)
+        parameters = fitted.parameters(self.base)
+        stated = self.own.residuals([parameters])[0]
+        return Unseen(fitted.residual, fitted.correction, stated, {})
+
+    def _recordings(self, fitted: Fit) -> Unseen:
+        shared, judged = _shared(fitted, self.base), with_step(self.proof, self.step)
+        shared |= _events(fitted, self.base, {r.name for r in self.proof.recordings})
+        terms = session_terms(self.proof.recordings, self.proof.simulate)
+        alone = _fit_sessions(judged, shared, terms)
+        sessions = alone.parameters(self.base)
+        stated = self.proof.residuals([{**shared, **sessions}])[0]
+        return Unseen(alone.residual, alone.correction, stated, sessions)
+
+    def _each_by_the_others(self, fitted: Fit) -> Unseen:
+        rows = self.problem.recording_of
+        parts = np.empty((3, rows.size))
+        for k, refitted in enumerate(self.refits(fitted)):
+            recording = self.problem.recordings[k]
+            shared = _shared(refitted, self.base) | _events(fitted, self.base, {recording.name})
+            terms = [t for t in fitted.calibrated if recording_of(t.targets[0]) == recording.name]
+            masks = [np.full(t.size, j == k) for j, t in enumerate(self.problem.train)]
+            alone = _fit_sessions(replace(self.problem, train=tuple(masks)), shared, terms)
+            stated = self.own.residuals([{**shared, **alone.parameters(self.base)}])[0]
+            own = rows == k
+            parts[:, own] = alone.residual[own], alone.correction[own], stated[own]
+        return Unseen(parts[0], parts[1], parts[2], {})
+
+    def refits(self, fitted: Fit) -> list[Fit]:
+        """The model fitted to all recordings but each; none where all are of one state."""
+        if not by_recording(self.problem.recordings):
+            return []
+        if fitted not in self._refits:
+            left_out = range(len(self.problem.recordings))
+            self._refits[fitted] = [self._without(k, fitted) for k in left_out]
+        return self._refits[fitted]
+
+    def _without(self, left_out: int, fitted: Fit) -> Fit:
+        """The model fitted to all recordings but one."""
+        masks = [mask & (k != left_out) for k, mask in enumerate(self.problem.train)]
+        return fit(
+            replace(self.problem, train=tuple(masks)),
+            self.base,
+            fitted.calibrated,
+            fitted.effects,
+            fitted.values,
+            correction=fitted.correction,
+            evaluations=_REFIT,
+        )
+
+
+def _shared(fitted: Fit, base: Mapping[str, float]) -> dict[str, float]:
+    """Parameter → value that holds in all recordings."""
+    return {n: value for n, value in fitted.parameters(base).items() if not recording_of(n)}
+
+
+def _events(fitted: Fit, base: Mapping[str, float], names: Collection[str]) -> dict[str, float]:
+    """Parameter → value of the events of a model in recordings of these names."""
+    written = fitted.parameters(base)
+    own = {n for e in fitted.effects for t in e.terms for n in t.write(0.0, {**base, **written})}
+    return {n: v for n, v in written.items() if n in own and recording_of(n) in names}
+
+
+def _fit_sessions(problem: Problem, shared: Mapping[str, float], terms: Sequence[Term]) -> Fit:
+    """Fit the values of single recordings, with all others fixed; or simulate them."""
+    start = np.array([term.inert for term in terms])
+    return fit(replace(problem, fixed=shared), {}, terms, (), start, evaluations=_SESSION)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Proof:
-    """Data on which selections are proven, and everything that goes from there into a result.
+    """Data on which selections are proven, and everything that goes from there into a result."""
 
-    Attributes:
-        own: training data with the model's own step.
-        held_out: held-out recordings, likewise; ``own`` where there are none.
-        catalogue: identifier → effect, of all that could have been named.
-        excluded: identifiers of effects that were not considered.
-        checks: warnings about the recordings.
-        began: start of the diagnosis (`time.perf_counter`) [s].
-    """
-
-    own: Problem
-    held_out: Problem
-    catalogue: Mapping[str, Effect]
-    excluded: Collection[str]
-    checks: Sequence[DataWarning]
-    began: float
+    own: Problem  # training data with the model's own step
+    held_out: Problem  # held-out recordings, likewise; own where there are none
+    catalogue: Mapping[str, Effect]  # identifier → effect, of all that could have been named
+    excluded: Collection[str]  # identifiers of effects that were not considered
+    checks: Sequence[DataWarning]  # warnings about the recordings
+    began: float  # start of the diagnosis (time.perf_counter) [s]
 
     def judge_selection(
         self, context: SelectionContext, selection: Selection, step: float | None
@@ -79,11 +206,8 @@ class Proof:
 
         The decision rests on extrapolated errors, in units of noise and reproducibility together;
         the result states those of a replay with the model's own step. Where part of the error
-        remains, an effect that explains less than that is taken out.
-
-        Args:
-            context, selection: training data, and the models selected on it.
-            step: of the selection, see `with_step`.
+        remains, an effect that explains less than that is taken out. ``step`` is that of the
+        selection, see `with_step`.
         """
         data = HeldOut(context.problem, self.own, self.held_out, step, context.base)
         before = data.simulate(selection.calibrated.fit)
@@ -99,14 +223,23 @@ class Proof:
             selection = fewer
         base, final = context.base, selection.final.fit
         parameters = [fit.parameters(base) for fit in (selection.calibrated.fit, final)]
-        findings = _findings(context, selection, self.catalogue)
-        model = {**base, **parameters[1], **after.sessions}
+        known, final_values = self.own.simulate.parameters, {**base, **parameters[1]}
+        findings = tuple(
+            _finding(effect, known, base, final_values) for effect in selection.effects
+        )
+        model = {**final_values, **after.sessions}
         calibrated, fitted = fitted_values(context.problem, base, final, data.refits(final))
         left = evidence.held_out.after
         lumped = too_few_guides(self.held_out, model, left) if left > ABOVE_NOISE else []
         limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
         if verdict in ("partly", "unknown"):
-            limits += warn_of_soft_friction(self.own.simulate, model, _considered(selection))
+            considered = {
+                target
+                for selected in selection.effects
+                for candidate in (selected.candidate, *selected.rivals)
+                for target in candidate.targets
+            }
+            limits += warn_of_soft_friction(self.own.simulate, model, considered)
         limits += warn_of_soft_flanks(self.own.simulate, model, {**calibrated, **fitted})
         seen, first = self.own.residuals(parameters), len(final.calibrated)
         proven = verdict in ("named", "parameter", "partly")
@@ -170,7 +303,7 @@ def _weigh(
         largest=max(LARGEST_EXCESS, lumping),
         beyond=parameters_beyond_range(context.problem, final),
         at_end=not all(final.determines(candidate) for candidate in effects),
-        non_smooth=any(candidate.non_smooth for candidate in effects),
+        non_smooth=any(candidate.effect.non_smooth for candidate in effects),
         excess=selection.calibrated.excess,
         step=step,
         lumping=lumping,
@@ -205,42 +338,26 @@ def _without_imitation(
     return imitation
 
 
-def _considered(selection: Selection) -> set[str]:
-    """Parameters of the selected effects and of their rivals."""
-    candidates = (c for s in selection.effects for c in (s.candidate, *s.rivals))
-    return {target for candidate in candidates for target in candidate.targets}
-
-
-def _findings(
-    context: SelectionContext, selection: Selection, catalogue: Mapping[str, Effect]
-) -> tuple[Finding, ...]:
-    """Findings of a selection; rivals are other effects, or the same one elsewhere."""
-    base, known = context.base, context.problem.simulate.parameters
-    final = {**base, **selection.final.fit.parameters(base)}
-    return tuple(_finding(effect, catalogue, known, base, final) for effect in selection.effects)
-
-
 def _finding(
     selected: SelectedEffect,
-    catalogue: Mapping[str, Effect],
     parameters: Mapping[str, Parameter],
     before: Mapping[str, float],
     after: Mapping[str, float],
 ) -> Finding:
-    candidate, rivals = selected.candidate, selected.rivals
-    effect = catalogue[candidate.identifier]
+    candidate, rivals = selected.candidate, selected.rivals  # these may be the same one elsewhere
+    effect = candidate.effect
     return Finding(
         identifier=effect.identifier,
         name=effect.name,
         equation=effect.equation,
         where=candidate.where,
-        kind="parameter" if candidate.in_model(before) else candidate.kind,
+        kind="parameter" if candidate.in_model(before) else effect.kind,
         confidence=selected.confidence,
         rivals=tuple(
             dict.fromkeys(r.identifier for r in rivals if r.identifier != effect.identifier)
         ),
         elsewhere=tuple(r.where for r in rivals if r.identifier == effect.identifier),
-        statement=state_finding(effect, candidate, parameters, before, after),
+        statement=state_finding(candidate, parameters, before, after),
         parameter=candidate.terms[0].targets[0],
         recording=candidate.recording,
     )
@@ -296,7 +413,8 @@ def fitted_values(
             continue
         values = calibrated if k < len(fit.calibrated) else of_effects
         at_end = bool(near[k])
-        determined = bool(fit.free[k]) and _narrower(ranges[k], term) and not at_end
+        narrower = bool(ranges[k, 0] > term.low or ranges[k, 1] < term.high)
+        determined = bool(fit.free[k]) and narrower and not at_end
         span = ranges[k] if determined else (term.low, term.high)
         written = [term.write(float(end), others) for end in span for others in around]
         for name in term.targets:
@@ -309,11 +427,6 @@ def fitted_values(
             unit, before = parameters[parameter_of(name)].unit, value_in(base, name)
             values[name] = Value(value, low, high, unit, before)
     return calibrated, of_effects
-
-
-def _narrower(interval: FloatArray, term: Term) -> bool:
-    """Whether an interval is narrower than the range of its term."""
-    return bool(interval[0] > term.low or interval[1] < term.high)
 
 
 def parameters_beyond_range(problem: Problem, fit: Fit) -> list[str]:

@@ -33,26 +33,17 @@ _CONCENTRATED = 1.5  # share of the excess over share of the samples, to be repo
 
 @dataclass(frozen=True, eq=False)
 class _Regime:
-    """One coordinate, cut into bins.
+    """One coordinate, cut into bins."""
 
-    Attributes:
-        name: coordinate, such as "speed".
-        labels: range of each bin, with its unit.
-        bins: (samples,) bin of every sample.
-    """
-
-    name: str
-    labels: tuple[str, ...]
-    bins: NDArray[np.int64]
+    name: str  # coordinate, such as "speed"
+    labels: tuple[str, ...]  # range of each bin, with its unit
+    bins: NDArray[np.int64]  # (samples,) bin of every sample
 
 
 def motion(recording: Recording) -> tuple[str, FloatArray, FloatArray]:
     """Driven column that reverses most often, its values, and its rate [unit/s].
 
     Of a rest it is the move before it, which says in which direction friction acts.
-
-    Raises:
-        RecordingError: no column is driven, or none reverses.
     """
     where = f"recording {recording.name!r}"
     if not recording.drive:
@@ -183,35 +174,24 @@ def _cut(name: str, series: FloatArray, unit: str, low: float, high: float) -> _
 
 @dataclass(frozen=True)
 class Bin:
-    """One bin of one regime.
+    """One bin of one regime."""
 
-    Attributes:
-        regime, label: coordinate and range.
-        excess: share of the excess χ² in the bin; all bins of a regime add up to 1.
-        time: share of the samples in the bin.
-        rms: of the residual in the bin [noise].
-    """
-
+    # coordinate and range
     regime: str
     label: str
-    excess: float
-    time: float
-    rms: float
+    excess: float  # share of the excess χ² in the bin; all bins of a regime add up to 1
+    time: float  # share of the samples in the bin
+    rms: float  # of the residual in the bin [noise]
 
 
 @dataclass(frozen=True)
 class Located:
-    """Location of a residual.
+    """Location of a residual."""
 
-    Attributes:
-        bins: of every regime, those that were visited.
-        sentence: summary in words.
-        frequency: frequency below which half of the excess lies [Hz]; 0 where there is no excess,
-            or where rows are rests.
-    """
-
-    bins: tuple[Bin, ...]
-    sentence: str
+    bins: tuple[Bin, ...]  # of every regime, those that were visited
+    sentence: str  # summary in words
+    # frequency below which half of the excess lies [Hz]; 0 where there is no excess, or where rows
+    # are rests
     frequency: float
 
 

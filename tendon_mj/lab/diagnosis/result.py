@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tendon_mj.lab.data_check import DataWarning
+from tendon_mj.lab.diagnosis.criteria import ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.diagnosis.data import Spread, by_recording
 from tendon_mj.lab.diagnosis.effects.effect import Effect
 from tendon_mj.lab.diagnosis.regimes import Located
 from tendon_mj.lab.diagnosis.selection import Selection, SelectionContext
-from tendon_mj.lab.diagnosis.verdict import ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording, write_recording
 from tendon_mj.lab.replay import (
@@ -25,28 +25,19 @@ from tendon_mj.lab.replay import (
     values_for,
 )
 
-_LONGEST_NAME = 200  # bytes
-
 
 @dataclass(frozen=True)
 class Value:
-    """A fitted parameter and its 95 % interval.
+    """A fitted parameter and its 95 % interval."""
 
-    Attributes:
-        value, low, high: estimate and ends of the interval [unit].
-        unit: of all three.
-        before: value in the model as described [unit].
-        determined: whether the data determine it; else ``low`` and ``high`` are its range.
-        at_end: whether it is calibrated, and at an end of its range.
-    """
-
+    # estimate and ends of the interval [unit]
     value: float
     low: float
     high: float
-    unit: str
-    before: float
-    determined: bool = True
-    at_end: bool = False
+    unit: str  # of all three
+    before: float  # value in the model as described [unit]
+    determined: bool = True  # whether the data determine it; else low and high are its range
+    at_end: bool = False  # whether it is calibrated, and at an end of its range
 
     @property
     def suffix(self) -> str:
@@ -56,31 +47,22 @@ class Value:
 
 @dataclass(frozen=True)
 class Finding:
-    """An effect that is missing, or a parameter that was wrong.
+    """An effect that is missing, or a parameter that was wrong."""
 
-    Attributes:
-        identifier, name, equation: from the catalogue.
-        where: elements it is on.
-        kind: "missing", or "parameter" for a number that the model has at another value.
-        confidence: that it is this one and none of the rivals, 0 … 1.
-        rivals: identifiers of effects that the data cannot tell from it.
-        elsewhere: elements on which the data cannot tell the same effect from it.
-        statement: the finding in words, with its value; see `state_finding`.
-        parameter: name of the parameter that is its strength; the first, where it has several.
-        recording: the one that it happened in, of an event; else empty.
-    """
-
+    # from the catalogue
     identifier: str
     name: str
     equation: str
-    where: str
-    kind: str
-    confidence: float
-    rivals: tuple[str, ...]
+    where: str  # elements it is on
+    kind: str  # "missing", or "parameter" for a number that the model has at another value
+    confidence: float  # that it is this one and none of the rivals, 0 … 1
+    rivals: tuple[str, ...]  # identifiers of effects that the data cannot tell from it
+    # elements on which the data cannot tell the same effect from it
     elsewhere: tuple[str, ...] = ()
-    statement: str = ""
+    statement: str = ""  # the finding in words, with its value; see state_finding
+    # name of the parameter that is its strength; the first, where it has several
     parameter: str = ""
-    recording: str = ""
+    recording: str = ""  # the one that it happened in, of an event; else empty
 
     @property
     def summary(self) -> str:
@@ -92,37 +74,25 @@ class Finding:
 
 @dataclass(frozen=True)
 class Ranked:
-    """A candidate for the first finding.
+    """A candidate for the first finding."""
 
-    Attributes:
-        identifier, where: effect and elements.
-        explains: share of the calibrated model's excess χ² that it removes by screening [-].
-        left: cross-validated rms error [noise]; None where it was not fitted, as others promised
-            more.
-        at_end: end of its range at which its strength stands, so that it names nothing [unit].
-        unit: of its strength.
-    """
-
+    # effect and elements
     identifier: str
     where: str
-    explains: float
+    explains: float  # share of the calibrated model's excess χ² that it removes by screening [-]
+    # cross-validated rms error [noise]; None where it was not fitted, as others promised more
     left: float | None
+    # end of its range at which its strength stands, so that it names nothing [unit]
     at_end: float | None = None
-    unit: str = ""
+    unit: str = ""  # of its strength
 
 
 class BeforeAfter(NamedTuple):
-    """A recording and two simulations of it.
+    """A recording and two simulations of it."""
 
-    Attributes:
-        measured: the recording.
-        before: by the model with only the uncertain parameters fitted.
-        after: by the final model.
-    """
-
-    measured: Recording
-    before: Recording
-    after: Recording
+    measured: Recording  # the recording
+    before: Recording  # by the model with only the uncertain parameters fitted
+    after: Recording  # by the final model
 
 
 @dataclass(frozen=True, eq=False)
@@ -370,19 +340,9 @@ def _regimes(before: Located, after: Located) -> list[dict[str, Any]]:
 
 
 def write_before_after(simulated: Sequence[BeforeAfter], folder: Path) -> list[Path]:
-    """Write simulations as recordings, ``<k>_<name>_before.csv`` and ``<k>_<name>_after.csv``.
-
-    Returns:
-        Paths of the CSVs in the existing ``folder``, each next to its description. A name that is
-        too long for a file is cut.
-    """
+    """Write simulations as recordings, ``<k>_<name>_before.csv`` and ``<k>_<name>_after.csv``."""
     return [
-        write_recording(recording, folder / f"{k}_{_short(row.measured.name)}_{when}.csv")
+        write_recording(recording, folder / f"{k}_{row.measured.name}_{when}.csv")
         for k, row in enumerate(simulated)
         for when, recording in (("before", row.before), ("after", row.after))
     ]
-
-
-def _short(name: str) -> str:
-    """The beginning of a name, short enough for the 255 bytes of a file name."""
-    return name.encode()[:_LONGEST_NAME].decode(errors="ignore")

@@ -51,19 +51,13 @@ _POPULATION = 6  # points of a generation, for every term
 
 @dataclass(frozen=True, eq=False)
 class ScreeningScore:
-    """Reduction of χ² that screening finds for a candidate.
+    """Reduction of χ² that screening finds for a candidate."""
 
-    Attributes:
-        candidate: screened effect.
-        start: (fitted terms and the candidate's,) values to begin a fit from [their units].
-        explained: reduction of the reduced χ² at these values [-].
-        attempt: which of the candidate's starts it came from.
-    """
-
-    candidate: Candidate
+    candidate: Candidate  # screened effect
+    # (fitted terms and the candidate's,) values to begin a fit from [their units]
     start: FloatArray
-    explained: float
-    attempt: int
+    explained: float  # reduction of the reduced χ² at these values [-]
+    attempt: int  # which of the candidate's starts it came from
 
     @property
     def key(self) -> tuple[str, int]:
@@ -104,7 +98,6 @@ def screen(
 
 
 def _promising(scores: Sequence[ScreeningScore], share: float) -> list[ScreeningScore]:
-    """Scores that explain at least a share of the best reduction of χ²."""
     least = share * max((score.explained for score in scores), default=0.0)
     return [score for score in scores if score.explained > 0.0 and score.explained >= least]
 

@@ -10,6 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tendon_mj.lab.diagnosis.criteria import (
+    STANDARD_ERRORS,
+    detection_limit,
+    least_share,
+    unexplained_excess,
+)
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.lab.diagnosis.events import find_events
@@ -29,12 +35,6 @@ from tendon_mj.lab.diagnosis.statistics import (
     simplest,
     tied,
 )
-from tendon_mj.lab.diagnosis.thresholds import (
-    STANDARD_ERRORS,
-    detection_limit,
-    least_share,
-    unexplained_excess,
-)
 from tendon_mj.lab.progress import Progress
 
 CONVERGED = 25  # evaluations: enough for a fit to converge
@@ -52,41 +52,27 @@ _MOST_EFFECTS = 3
 
 @dataclass(frozen=True, eq=False)
 class CandidateSet:
-    """Candidates for one more effect.
+    """Candidates for one more effect."""
 
-    Attributes:
-        scores: of all that change a residual, best first.
-        fitted: fitted candidates of which the data determine the strength, best first.
-        at_end: those that were fitted and ended at an end of their range, best first.
-    """
-
-    scores: tuple[ScreeningScore, ...]
+    scores: tuple[ScreeningScore, ...]  # of all that change a residual, best first
+    # fitted candidates of which the data determine the strength, best first
     fitted: tuple[FittedCandidate, ...]
+    # those that were fitted and ended at an end of their range, best first
     at_end: tuple[FittedCandidate, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class SelectionContext:
-    """Everything that stays the same during a selection.
+    """Everything that stays the same during a selection."""
 
-    Attributes:
-        problem: data.
-        base: parameter → value of the model.
-        calibrated: terms of the uncertain parameters.
-        candidates: catalogue on this model.
-        step_error: of the simulation, see `step_error`.
-        initial_excess: excess χ² of the calibrated model, see `reducible_excess`.
-        progress: callback.
-        searched: end of every global search, so that backtracking does not search a model again.
-    """
-
-    problem: Problem
-    base: Mapping[str, float]
-    calibrated: tuple[Term, ...]
-    candidates: tuple[Candidate, ...]
-    step_error: float
-    initial_excess: float
-    progress: Progress
+    problem: Problem  # data
+    base: Mapping[str, float]  # parameter → value of the model
+    calibrated: tuple[Term, ...]  # terms of the uncertain parameters
+    candidates: tuple[Candidate, ...]  # catalogue on this model
+    step_error: float  # of the simulation, see step_error
+    initial_excess: float  # excess χ² of the calibrated model, see reducible_excess
+    progress: Progress  # callback
+    # end of every global search, so that backtracking does not search a model again
     searched: dict[Hashable, FittedCandidate] = field(default_factory=dict)
 
     def fit_model(
@@ -138,11 +124,11 @@ class SelectionContext:
         taken = frozenset[str]().union(*(effect.targets for effect in model.fit.effects))
         values = {**self.base, **model.fit.parameters(self.base)}
         least = max(0.5 * self.smallest_gain, _EVENT * model.excess)
-        events = [candidate for candidate in self.candidates if candidate.event]
+        events = [candidate for candidate in self.candidates if candidate.effect.event]
         return [
             c
             for c in self.candidates
-            if not c.targets & taken and c.acts_on(values) and not c.event
+            if not c.targets & taken and c.acts_on(values) and not c.effect.event
         ] + find_events(self.problem, self.base, model.fit, events, taken, least)
 
     def _explains(self, model: FittedCandidate, extended: FittedCandidate) -> bool:
@@ -170,7 +156,7 @@ class SelectionContext:
     def optimise(self, model: FittedCandidate) -> FittedCandidate:
         """Continue a fit to convergence, and to the global minimum for a non-smooth last effect."""
         best = self.polish(model)
-        if best.candidate is not None and best.candidate.non_smooth:
+        if best.candidate is not None and best.candidate.effect.non_smooth:
             for whole_range in (True, False):
                 if not self._may_be_local(best):
                     break
@@ -180,7 +166,7 @@ class SelectionContext:
     def optimise_nearby(self, model: FittedCandidate) -> FittedCandidate:
         """Continue a fit with another step, searching near it where the cost is non-smooth."""
         best = self.polish(model)
-        non_smooth = any(effect.non_smooth for effect in best.fit.effects)
+        non_smooth = any(candidate.effect.non_smooth for candidate in best.fit.effects)
         if non_smooth and self._may_be_local(best):
             return self._search(best, whole_range=False)
         return best
@@ -265,20 +251,14 @@ Rivals = Mapping[str, list[FittedCandidate]]  # label of an effect → all it wa
 
 
 class ForwardSelection(NamedTuple):
-    """Result of a forward selection.
+    """Result of a forward selection."""
 
-    Attributes:
-        model: last model.
-        rivals: for every effect the models it was chosen from, best first.
-        first: all candidates for the first effect; None where none was added.
-        rounds: at every addition the models that could have been chosen, best first.
-        reduced: last model without one of its effects, by label, where that was fitted.
-    """
-
-    model: FittedCandidate
-    rivals: Rivals
-    first: CandidateSet | None
+    model: FittedCandidate  # last model
+    rivals: Rivals  # for every effect the models it was chosen from, best first
+    first: CandidateSet | None  # all candidates for the first effect; None where none was added
+    # at every addition the models that could have been chosen, best first
     rounds: list[list[FittedCandidate]]
+    # last model without one of its effects, by label, where that was fitted
     reduced: dict[str, FittedCandidate]
 
 
@@ -339,10 +319,8 @@ def swap(context: SelectionContext, selection: ForwardSelection) -> tuple[Fitted
     """Swap each effect of a model for one that leaves significantly less.
 
     An early choice may have imitated two effects. For the last effect all others were tried when it
-    was added, unless one before it was swapped.
-
-    Returns:
-        The model, and for each of its effects the models it was chosen from, best first.
+    was added, unless one before it was swapped. Returns the model, and for each of its effects the
+    models it was chosen from, best first.
     """
     model, rivals = selection.model, dict[str, list[FittedCandidate]]()
     for candidate in selection.model.fit.effects:
@@ -376,18 +354,12 @@ def _in_place_of(
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """Result of a selection.
+    """Result of a selection."""
 
-    Attributes:
-        calibrated: model with only the uncertain parameters fitted.
-        final: model with the selected effects.
-        effects: selected, those first without which the model leaves most.
-        first: all candidates for the first of them; None where the calibrated model suffices.
-    """
-
-    calibrated: FittedCandidate
-    final: FittedCandidate
-    effects: tuple[SelectedEffect, ...]
+    calibrated: FittedCandidate  # model with only the uncertain parameters fitted
+    final: FittedCandidate  # model with the selected effects
+    effects: tuple[SelectedEffect, ...]  # selected, those first without which the model leaves most
+    # all candidates for the first of them; None where the calibrated model suffices
     first: CandidateSet | None
 
 

@@ -35,10 +35,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from tendon_mj.lab.diagnosis.criteria import STANDARD_ERRORS
 from tendon_mj.lab.diagnosis.data import Problem, step_error
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
 from tendon_mj.lab.diagnosis.fitting import Fit
-from tendon_mj.lab.diagnosis.thresholds import STANDARD_ERRORS
 from tendon_mj.typing import FloatArray
 
 _LEVEL = 0.95
@@ -49,15 +49,10 @@ _CORRELATION = 0.2  # ρ, of unmodelled structure with a column of J
 
 @dataclass(frozen=True, eq=False)
 class CrossValidation:
-    """Cross-validated χ² of a model.
+    """Cross-validated χ² of a model."""
 
-    Attributes:
-        chi2: (parts,) sum of squared left-out residuals in units of noise.
-        samples: number in all parts.
-    """
-
-    chi2: FloatArray
-    samples: int
+    chi2: FloatArray  # (parts,) sum of squared left-out residuals in units of noise
+    samples: int  # number in all parts
 
     @property
     def excess(self) -> float:
@@ -69,7 +64,7 @@ def cross_validate(problem: Problem, fit: Fit) -> CrossValidation:
     """Cross-validate a fit on the training data."""
     used = problem.in_train
     residual, parts = fit.residual[used], problem.parts[used]
-    refitted = fit.free & (not any(effect.non_smooth for effect in fit.effects))
+    refitted = fit.free & (not any(candidate.effect.non_smooth for candidate in fit.effects))
     jacobian = fit.jacobian[used][:, refitted]
     names, part_of = np.unique(parts, return_inverse=True)
     weights, shared = fit.weights[refitted] ** 2, fit.shared[refitted]
@@ -97,16 +92,12 @@ def cross_validate(problem: Problem, fit: Fit) -> CrossValidation:
 
 @dataclass(frozen=True)
 class Gain:
-    """Reduction of the cross-validated reduced χ² from one model to another.
+    """Reduction of the cross-validated reduced χ² from one model to another."""
 
-    Attributes:
-        mean: difference of the reduced χ² [-].
-        standard_error: of the mean [-]. An effect may show in two blocks of thirty and be certain;
-            only the blocks that it makes worse speak against it. By chance as many improve by as
-            much, hence √(2 Σ worse²).
-    """
-
-    mean: float
+    mean: float  # difference of the reduced χ² [-]
+    # of the mean [-]. An effect may show in two blocks of thirty and be certain; only the blocks
+    # that it makes worse speak against it. By chance as many improve by as much, hence √(2 Σ
+    # worse²)
     standard_error: float
 
 
@@ -120,17 +111,12 @@ def gain(before: CrossValidation, after: CrossValidation) -> Gain:
 
 @dataclass(frozen=True, eq=False)
 class FittedCandidate:
-    """A model fitted with a candidate effect, and its cross-validation.
+    """A model fitted with a candidate effect, and its cross-validation."""
 
-    Attributes:
-        candidate: effect that was added or swapped in last; None for the calibrated model.
-        fit: of all terms of the model.
-        validation: on blocks left out of the fit.
-    """
-
+    # effect that was added or swapped in last; None for the calibrated model
     candidate: Candidate | None
-    fit: Fit
-    validation: CrossValidation
+    fit: Fit  # of all terms of the model
+    validation: CrossValidation  # on blocks left out of the fit
 
     @property
     def excess(self) -> float:
@@ -174,23 +160,17 @@ def _complexity(candidate: Candidate | None) -> tuple[bool, bool, int]:
     if candidate is None:
         return (False, False, 0)
     count = len(candidate.terms)
-    return (candidate.kind == "missing" or count > 1, candidate.on_sensor, count)
+    return (candidate.effect.kind == "missing" or count > 1, candidate.on_sensor, count)
 
 
 @dataclass(frozen=True, eq=False)
 class SelectedEffect:
-    """An effect in the final model, and its rivals.
+    """An effect in the final model, and its rivals."""
 
-    Attributes:
-        candidate: the effect.
-        rivals: others that the data cannot tell from it.
-        confidence: that it is this one and not another effect, 0 … 1.
-        models: those that were fitted with the rivals, in their order.
-    """
-
-    candidate: Candidate
-    rivals: tuple[Candidate, ...]
-    confidence: float
+    candidate: Candidate  # the effect
+    rivals: tuple[Candidate, ...]  # others that the data cannot tell from it
+    confidence: float  # that it is this one and not another effect, 0 … 1
+    # those that were fitted with the rivals, in their order
     models: tuple[FittedCandidate, ...] = ()
 
 

@@ -23,6 +23,7 @@ import numpy as np
 from mujoco import sysid
 
 from tendon_mj.errors import TendonError
+from tendon_mj.lab.diagnosis.criteria import measure_errors
 from tendon_mj.lab.diagnosis.data import (
     MakeSimulator,
     Problem,
@@ -31,7 +32,6 @@ from tendon_mj.lab.diagnosis.data import (
     training_samples,
     uncertain_terms,
 )
-from tendon_mj.lab.diagnosis.verdict import measure_errors
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Simulator, suppress_unsolved_warnings
@@ -46,23 +46,17 @@ _FAILED = 1e3  # residual of a failed simulation, in sizes of the measured colum
 
 @dataclass(frozen=True)
 class SysidResult:
-    """Result of a fit.
+    """Result of a fit."""
 
-    Attributes:
-        values: parameter → (value, low, high), with the 95 % interval that sysid states [SI].
-        train_rms, held_out_rms: error over all columns, each in units of its own noise [-], as in
-            `Diagnosis`: on training data and on held-out data.
-        signals: column → held-out error [the column's unit].
-        seconds: duration of the fit [s].
-        note: caveat for the reader.
-    """
-
+    # parameter → (value, low, high), with the 95 % interval that sysid states [SI]
     values: Mapping[str, tuple[float, float, float]]
+    # error over all columns, each in units of its own noise [-], as in Diagnosis: on training data
+    # and on held-out data
     train_rms: float
     held_out_rms: float
-    signals: Mapping[str, float]
-    seconds: float
-    note: str
+    signals: Mapping[str, float]  # column → held-out error [the column's unit]
+    seconds: float  # duration of the fit [s]
+    note: str  # caveat for the reader
 
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as in `result.json`."""

@@ -6,10 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from tendon_mj.lab.diagnosis.effects.effect import Candidate, Effect, ShiftTerm, Term, element
+from tendon_mj.lab.diagnosis.criteria import CLOSED, NOISE, PART, ErrorReduction, Evidence, Verdict
+from tendon_mj.lab.diagnosis.effects.effect import Candidate, ShiftTerm, Term, element
 from tendon_mj.lab.diagnosis.result import Finding, Value
-from tendon_mj.lab.diagnosis.thresholds import CLOSED, PART
-from tendon_mj.lab.diagnosis.verdict import NOISE, ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.replay import (
     Parameter,
     column_name,
@@ -278,7 +277,6 @@ def reason(evidence: Evidence, verdict: Verdict | None) -> str:
 
 
 def state_finding(
-    effect: Effect,
     candidate: Candidate,
     parameters: Mapping[str, Parameter],
     before: Mapping[str, float],
@@ -288,15 +286,15 @@ def state_finding(
 
     ``before`` and ``after`` are parameter → value of the model, and as fitted.
     """
-    first = candidate.terms[0].targets[0]
+    effect, first = candidate.effect, candidate.terms[0].targets[0]
     unit = parameters[parameter_of(first)].unit
-    if candidate.event:
+    if effect.event:
         return _event(candidate, unit, after)
-    if candidate.kind == "missing" and not candidate.in_model(before):
+    if effect.kind == "missing" and not candidate.in_model(before):
         name = "" if engineering_unit(unit, ()).symbol else f"{_named(first)} "
-        return f"{_placed(effect, candidate)}, {name}{quantity(after[first], unit)}"
-    numbers = candidate.terms if candidate.kind == "parameter" else candidate.terms[:1]
-    return ", and ".join(_wrong(t, candidate.absent, parameters, before, after) for t in numbers)
+        return f"{_placed(candidate)}, {name}{quantity(after[first], unit)}"
+    numbers = candidate.terms if effect.kind == "parameter" else candidate.terms[:1]
+    return ", and ".join(_wrong(t, effect.absent, parameters, before, after) for t in numbers)
 
 
 def _event(candidate: Candidate, unit: str, after: Mapping[str, float]) -> str:
@@ -336,11 +334,12 @@ def _wrong(
     return f"{text}: {from_to(value, before[first], unit, ', not ')}"
 
 
-def _placed(effect: Effect, candidate: Candidate) -> str:
+def _placed(candidate: Candidate) -> str:
     """An effect's name with the elements it is on: "dry friction of joint elbow"."""
-    if "a joint" in effect.name and "," not in candidate.where:
-        return effect.name.replace("a joint", f"joint {candidate.where}")
-    return f"{effect.name} ({candidate.where})"
+    name, where = candidate.effect.name, candidate.where
+    if "a joint" in name and "," not in where:
+        return name.replace("a joint", f"joint {where}")
+    return f"{name} ({where})"
 
 
 def _named(parameter: str) -> str:

@@ -20,6 +20,7 @@ import numpy as np
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.lab.data_check import DataWarning, check_recording
 from tendon_mj.lab.diagnosis.check import check_recordings, check_simulation, make_simulator
+from tendon_mj.lab.diagnosis.criteria import SMALLEST_EXCESS, Verdict, reducible_excess
 from tendon_mj.lab.diagnosis.data import (
     MakeSimulator,
     Problem,
@@ -43,11 +44,9 @@ from tendon_mj.lab.diagnosis.proof import Proof
 from tendon_mj.lab.diagnosis.result import Diagnosis
 from tendon_mj.lab.diagnosis.selection import CONVERGED, Selection, SelectionContext, select_effects
 from tendon_mj.lab.diagnosis.statistics import FittedCandidate
-from tendon_mj.lab.diagnosis.thresholds import SMALLEST_EXCESS, reducible_excess
-from tendon_mj.lab.diagnosis.verdict import Verdict
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import Simulates, Simulator, matching
+from tendon_mj.lab.replay import Simulator, matching
 
 _EXPLAINED = ("named", "parameter", "nothing missing")
 _AT_NOISE = 1.2  # noises that an effect leaves at most, for it to be more than a fault of a column
@@ -104,10 +103,14 @@ def diagnose(
                 raise UnknownNameError("parameter", target, system.values)
     check_bindings(system, exclude, effects)
     at_rest = all(recording.quasi_static for recording in train)
-    bound = tuple(c for c in candidates(system, exclude, effects) if not (at_rest and c.in_motion))
+    bound = tuple(
+        c for c in candidates(system, exclude, effects) if not (at_rest and c.effect.in_motion)
+    )
     check_simulation(own)
     if checks is None:
-        checks = _check((*train, *held_out), simulate)
+        model = simulate.model if isinstance(simulate, Simulator) else None
+        made = (check_recording(r, model, described=True) for r in (*train, *held_out) if model)
+        checks = [warning for checked in made for warning in checked.warnings]
     terms = (*uncertain_terms(own), *session_terms(train, simulate))
     context = SelectionContext(own, system.values, terms, (), 0.0, 0.0, progress)
     context, calibrated, step = _calibrate(context, search_step(own))
@@ -120,8 +123,9 @@ def diagnose(
 
     def select_and_judge(context: SelectionContext) -> Diagnosis:
         selection, judged = select_effects(context, calibrated), own
-        if held_out:
-            recordings = (*held_out, *_with_events(train, held_out, selection))
+        if held_out:  # and training recordings with an event, which no held-out one can show
+            names = {s.candidate.recording for s in selection.effects} - {r.name for r in held_out}
+            recordings = (*held_out, *(recording for recording in train if recording.name in names))
             judged = Problem(recordings, simulator(recordings), all_samples(recordings))
         proof = Proof(
             own=own,
@@ -152,22 +156,6 @@ def _judge_with_short_steps(
         result = proof.judge_selection(context, selection, step)
         context.progress("repeat with a shorter step", 1, 1)
     return result
-
-
-def _check(recordings: Sequence[Recording], simulate: Simulates) -> list[DataWarning]:
-    """Warnings about recordings, which a search would take for properties of the rig."""
-    if not isinstance(simulate, Simulator):
-        return []
-    model = simulate.model
-    return [w for r in recordings for w in check_recording(r, model, described=True).warnings]
-
-
-def _with_events(
-    train: Sequence[Recording], held_out: Sequence[Recording], selection: Selection
-) -> list[Recording]:
-    """Training recordings in which an event was found, which no held-out one can show."""
-    names = {s.candidate.recording for s in selection.effects} - {r.name for r in held_out}
-    return [recording for recording in train if recording.name in names]
 
 
 def _calibrate(

@@ -111,13 +111,7 @@ class ExperimentBounds:
         NOT_NEGATIVE.check("duration", self.duration, "s")
 
     def check(self, recording: Recording, parameters: Mapping[str, object]) -> None:
-        """Refuse bounds of columns and parameters that a rig does not have, or that are fitted.
-
-        Raises:
-            UnknownNameError: no such driven or measured column, or no such parameter.
-            InvalidValueError: a state is uncertain in the recordings, or a column to be measured is
-                in them already.
-        """
+        """Refuse bounds of columns and parameters that a rig does not have, or that are fitted."""
         for kind, names, there in (
             ("driven column", self.drive, recording.drive),
             ("measured column", self.limits, {*recording.measured, *self.measure}),
@@ -191,22 +185,15 @@ def _check_interval(where: str, low: float, high: float) -> None:
 
 @dataclass(frozen=True)
 class _ColumnMotion:
-    """Motion of one driven column.
+    """Motion of one driven column."""
 
-    Attributes:
-        shape: one of `SHAPES`.
-        start: where it begins [the column's unit].
-        low, high: levels between which it goes [unit].
-        rate: highest speed [unit/s].
-        dwell: rest at each turn [s].
-    """
-
-    shape: str
-    start: float
+    shape: str  # one of SHAPES
+    start: float  # where it begins [the column's unit]
+    # levels between which it goes [unit]
     low: float
     high: float
-    rate: float
-    dwell: float = 0.0
+    rate: float  # highest speed [unit/s]
+    dwell: float = 0.0  # rest at each turn [s]
 
     @property
     def frequency(self) -> float:
@@ -278,14 +265,10 @@ class _ColumnMotion:
 def motion_at(
     point: FloatArray, bounds: DriveBounds, start: float, duration: float, interval: float
 ) -> _ColumnMotion:
-    """The motion at a point of the unit cube.
+    """The motion at a ``point`` (`NUMBERS`,) of the unit cube.
 
-    Args:
-        point: (`NUMBERS`,) each 0 … 1.
-        bounds: of the column.
-        start: where it begins [the column's unit].
-        duration: of the recording [s].
-        interval: between samples [s].
+    It begins at ``start`` [the column's unit] and lasts for a ``duration`` [s], with samples in an
+    ``interval`` [s].
     """
     shape = SHAPES[min(int(point[0] * len(SHAPES)), len(SHAPES) - 1)]
     whole = bounds.high - bounds.low
@@ -318,19 +301,12 @@ def rounded(value: float, scale: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """An experiment that has not been run.
+    """An experiment that has not been run."""
 
-    Attributes:
-        motions: driven column → how it moves.
-        states: parameter → value that is set for it [SI].
-        besides: columns that are to be measured for the first time.
-        recording: template; its measured columns are 0.
-    """
-
-    motions: Mapping[str, _ColumnMotion]
-    states: Mapping[str, float]
-    besides: Sequence[str]
-    recording: Recording
+    motions: Mapping[str, _ColumnMotion]  # driven column → how it moves
+    states: Mapping[str, float]  # parameter → value that is set for it [SI]
+    besides: Sequence[str]  # columns that are to be measured for the first time
+    recording: Recording  # template; its measured columns are 0
 
     @property
     def words(self) -> str:
@@ -351,17 +327,12 @@ class Experiment:
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """All experiments within bounds, as points of a unit cube.
+    """All experiments within bounds, as points of a unit cube."""
 
-    Attributes:
-        recordings: that there are; of the first is all that an experiment does not change.
-        bounds: of the rig.
-        besides: whether the further sensors of the bounds are read.
-    """
-
+    # that there are; of the first is all that an experiment does not change
     recordings: Sequence[Recording]
-    bounds: ExperimentBounds
-    besides: bool = False
+    bounds: ExperimentBounds  # of the rig
+    besides: bool = False  # whether the further sensors of the bounds are read
 
     @property
     def dimensions(self) -> int:
@@ -429,16 +400,9 @@ def draw_experiment(
 
 
 def check_bounds(
-    recordings: Sequence[Recording],
-    bounds: ExperimentBounds,
-    simulator: MakeSimulator = Simulator,
+    recordings: Sequence[Recording], bounds: ExperimentBounds, simulator: MakeSimulator = Simulator
 ) -> None:
-    """Refuse bounds within which no experiment can be simulated.
-
-    Raises:
-        UnknownNameError: the bounds name a column or parameter that the rig lacks.
-        InvalidValueError: the model cannot simulate an experiment within them.
-    """
+    """Refuse bounds within which no experiment can be simulated."""
     bounds.check(recordings[0], simulator(recordings).parameters)
     family = Family(recordings, bounds, besides=bool(bounds.measure))
     try:

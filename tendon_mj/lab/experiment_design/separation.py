@@ -25,7 +25,6 @@ from scipy.linalg import cho_solve, cholesky
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.diagnosis import (
-    Candidate,
     Fit,
     FittedCandidate,
     MakeSimulator,
@@ -61,17 +60,11 @@ _DIFFERENCE = 1e-2  # of a probe, as in fits
 
 @dataclass(frozen=True, eq=False)
 class Alternative:
-    """A model of the recordings.
+    """A model of the recordings."""
 
-    Attributes:
-        label: its difference to the others.
-        fit: its terms, and their values.
-        held: (p,) terms that define it, which are not fitted to another's data.
-    """
-
-    label: str
-    fit: Fit
-    held: BoolArray
+    label: str  # its difference to the others
+    fit: Fit  # its terms, and their values
+    held: BoolArray  # (p,) terms that define it, which are not fitted to another's data
 
 
 Tie = tuple[Alternative, ...]  # two or more
@@ -113,25 +106,17 @@ def _undetermined(context: SelectionContext, final: FittedCandidate) -> list[Tie
     """The model at both ends of the profile of each number that is not determined by itself."""
     fitted, ties = final.fit, list[Tie]()
     ranges = intervals(context.problem, fitted)
-    loose = [k for k in map(int, np.flatnonzero(fitted.shared)) if _is_loose(fitted, k, ranges[k])]
-    for k in loose:
-        if any(_follows(tie, k, ranges[k]) for tie in ties):
+    for k in map(int, np.flatnonzero(fitted.shared)):
+        width, value = float(np.ptp(ranges[k])), abs(float(fitted.values[k]))
+        if width <= max(_WIDE[0] * value, _WIDE[1] * fitted.terms[k].probe):
+            continue
+        moved = (abs(float(tie[1].fit.values[k] - tie[0].fit.values[k])) for tie in ties)
+        if any(way > _FOLLOWS * width for way in moved):  # part of another profile
             continue
         ends = [_end_of_profile(context, final, k, float(end)) for end in ranges[k]]
         if ends[0] is not ends[1]:
             ties.append(tuple(_alternative(_at(end.fit, k), end, k) for end in ends))
     return ties
-
-
-def _is_loose(fitted: Fit, k: int, interval: FloatArray) -> bool:
-    term, value = fitted.terms[k], abs(float(fitted.values[k]))
-    return bool(interval[1] - interval[0] > max(_WIDE[0] * value, _WIDE[1] * term.probe))
-
-
-def _follows(tie: Tie, k: int, interval: FloatArray) -> bool:
-    """Whether term k moves along with the profile of a tie."""
-    moved = abs(float(tie[1].fit.values[k] - tie[0].fit.values[k]))
-    return moved > _FOLLOWS * float(interval[1] - interval[0])
 
 
 def _end_of_profile(
@@ -150,20 +135,14 @@ def _end_of_profile(
             replace(term, low=at - half, high=at + half) if j == k else term
             for j, term in enumerate(fitted.terms)
         ]
-        calibrated, effects = _split(fitted, terms)
+        calibrated = tuple(terms[: len(fitted.calibrated)])
+        effects = [replace(e, terms=tuple(terms[fitted.terms_of(e)])) for e in fitted.effects]
         held = replace(context, calibrated=calibrated).fit_model(
             effects, start, near=fitted, evaluations=_EVALUATIONS
         )
         if tied(final, held):
             return held
     return final
-
-
-def _split(fitted: Fit, terms: Sequence[Term]) -> tuple[tuple[Term, ...], tuple[Candidate, ...]]:
-    """Terms of a fit as those of its calibrated parameters and those of its effects."""
-    first = len(fitted.calibrated)
-    effects = [replace(e, terms=tuple(terms[fitted.terms_of(e)])) for e in fitted.effects]
-    return tuple(terms[:first]), tuple(effects)
 
 
 def _at(fitted: Fit, k: int) -> str:
@@ -174,36 +153,23 @@ def _at(fitted: Fit, k: int) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Predictions:
-    """Readings that an alternative predicts for one experiment.
+    """Readings that an alternative predicts for one experiment."""
 
-    Attributes:
-        readings: (m,) in units of noise; infinite where the simulation failed.
-        within_limits: whether no reading leaves the limits.
-    """
-
-    readings: FloatArray
-    within_limits: bool
+    readings: FloatArray  # (m,) in units of noise; infinite where the simulation failed
+    within_limits: bool  # whether no reading leaves the limits
 
 
 @dataclass(frozen=True, eq=False)
 class ExperimentSimulations:
-    """Simulations of experiments that have not been run.
+    """Simulations of experiments that have not been run."""
 
-    Attributes:
-        problem: recordings that there are.
-        base: parameter → value of the model.
-        levels: measured column → noise [its unit].
-        limits: measured column → (low, high) that no reading may leave [its unit].
-        make: makes the simulator of recordings.
-        step: of the simulation, in steps of the model.
-    """
-
-    problem: Problem
-    base: Mapping[str, float]
-    levels: Mapping[str, float]
+    problem: Problem  # recordings that there are
+    base: Mapping[str, float]  # parameter → value of the model
+    levels: Mapping[str, float]  # measured column → noise [its unit]
+    # measured column → (low, high) that no reading may leave [its unit]
     limits: Mapping[str, tuple[float, float]]
-    make: MakeSimulator
-    step: float = 1.0
+    make: MakeSimulator  # makes the simulator of recordings
+    step: float = 1.0  # of the simulation, in steps of the model
 
     def predict(
         self, experiments: Sequence[Experiment], alternatives: Sequence[Alternative]
@@ -211,7 +177,7 @@ class ExperimentSimulations:
         """Predictions of every alternative, for every experiment."""
         simulate = self._simulator(experiments)
         sets = [self._parameters(a.fit, a.fit.values, experiments) for a in alternatives]
-        return [list(row) for row in zip(*self._run(simulate, sets, experiments), strict=True)]
+        return [list(row) for row in zip(*self._run(simulate, sets), strict=True)]
 
     def slopes(
         self, experiments: Sequence[Experiment], alternative: Alternative, near: list[Predictions]
@@ -230,7 +196,7 @@ class ExperimentSimulations:
             stands | {t.targets[0]: t.natural(_DIFFERENCE) for t in terms} for terms in own.values()
         ]
         signs = [*_steps(alternative)[1], *(1.0 for _ in own)]
-        moved = self._run(simulate, sets, experiments)
+        moved = self._run(simulate, sets)
         return [
             np.array(
                 [
@@ -280,12 +246,8 @@ class ExperimentSimulations:
 
     @suppress_unsolved_warnings()
     def _run(
-        self,
-        simulate: Simulates,
-        sets: Sequence[Mapping[str, float]],
-        experiments: Sequence[Experiment],
+        self, simulate: Simulates, sets: Sequence[Mapping[str, float]]
     ) -> list[list[Predictions]]:
-        """Predictions of every set, for every experiment."""
         return [
             [self._predictions(series) for series in row]
             for row in simulate([{**self.problem.fixed, **s} for s in sets])
@@ -304,15 +266,10 @@ class ExperimentSimulations:
 
 @dataclass(frozen=True, eq=False)
 class Adaptation:
-    """Terms of an alternative that are fitted to new data, and their information in the old data.
+    """Terms of an alternative that new data may change, and their information in the old data."""
 
-    Attributes:
-        alternative: that has the terms.
-        in_train: (samples of the old data,) which of them it was fitted to.
-    """
-
-    alternative: Alternative
-    in_train: BoolArray
+    alternative: Alternative  # that has the terms
+    in_train: BoolArray  # (samples of the old data,) which of them it was fitted to
 
     @cached_property
     def root(self) -> FloatArray:

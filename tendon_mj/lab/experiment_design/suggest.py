@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,6 @@ from tendon_mj.lab.experiment_design.experiment import (
 )
 from tendon_mj.lab.experiment_design.separation import (
     Adaptation,
-    Alternative,
     ExperimentSimulations,
     Predictions,
     Tie,
@@ -52,18 +51,14 @@ _APART = float(np.sqrt(SMALLEST_EXCESS))  # noise, rms: less is not worth a name
 
 @dataclass(frozen=True)
 class Difference:
-    """Difference between the predictions of two explanations.
+    """Difference between the predictions of two explanations."""
 
-    Attributes:
-        one, other: labels of the two.
-        recorded: rms in the recordings [noise].
-        expected: rms in the experiment that is suggested, after a fit of one to the other; without
-            one, the most that an experiment within the bounds reached [noise].
-    """
-
+    # labels of the two
     one: str
     other: str
-    recorded: float
+    recorded: float  # rms in the recordings [noise]
+    # rms in the experiment that is suggested, after a fit of one to the other; without one, the
+    # most that an experiment within the bounds reached [noise]
     expected: float
 
     @property
@@ -104,8 +99,13 @@ class Suggestion:
         open_ones = [d for d in self.differences if not d.decided]
         text = ""
         if self.experiment is not None:
-            decided = [d for d in self.differences if d.decided]
-            text = f"Record {self.experiment.words}: there {'; '.join(map(_differ, decided))}."
+            decided = "; ".join(
+                f"{d.one} and {d.other} differ by {d.expected:.2g} times the noise; in the"
+                f" recordings, by {d.recorded:.2g}"
+                for d in self.differences
+                if d.decided
+            )
+            text = f"Record {self.experiment.words}: there {decided}."
         if open_ones:
             pairs = "; ".join(
                 f"{d.one} and {d.other}, which differ by {d.expected:.2g} times the noise at most"
@@ -130,13 +130,6 @@ class Suggestion:
             "states": dict(experiment.states) if experiment else {},
             "differences": [vars(difference) for difference in self.differences],
         }
-
-
-def _differ(difference: Difference) -> str:
-    return (
-        f"{difference.one} and {difference.other} differ by {difference.expected:.2g} times the"
-        f" noise; in the recordings, by {difference.recorded:.2g}"
-    )
 
 
 def suggest_experiment(
@@ -195,21 +188,18 @@ def suggest_experiment(
 
 def _levels(problem: Problem, fitted: Fit) -> dict[str, float]:
     """Measured column → its noise, or the residual of the final model if that is larger."""
-    edges = np.cumsum([0, *(size for _, _, size in problem.layout())])
     left: dict[str, list[FloatArray]] = {}
     noise: dict[str, list[float]] = {}
-    for (k, column, _), first, last in zip(problem.layout(), edges, edges[1:], strict=False):
-        used = problem.in_train[first:last]
+    for k, column, rows in problem.signals:
         level = problem.noise[k][column]
-        left.setdefault(column, []).append(fitted.residual[first:last][used] * level)
+        left.setdefault(column, []).append(fitted.residual[rows][problem.in_train[rows]] * level)
         noise.setdefault(column, []).append(level)
-    first_columns = problem.recordings[0].measured
     return {
         column: max(
             float(np.median(noise[column])),
             float(np.sqrt(np.mean(np.concatenate(left[column]) ** 2))),
         )
-        for column in first_columns
+        for column in problem.recordings[0].measured
     }
 
 
@@ -222,42 +212,25 @@ def _step(family: Family, simulator: MakeSimulator) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """An experiment, and how far each pair differs in it.
+    """An experiment, and how far each pair differs in it."""
 
-    Attributes:
-        point: of the cube.
-        experiment: there.
-        predictions: of every alternative.
-        most: (pairs,) rms difference [noise], of which a fit of one to the other may remove some.
-        remaining: (pairs,) the part that it cannot remove; None until the fit is made.
-    """
-
-    point: FloatArray
-    experiment: Experiment
-    predictions: list[Predictions]
+    point: FloatArray  # of the cube
+    predictions: list[Predictions]  # of every alternative
+    # (pairs,) rms difference [noise], of which a fit of one to the other may remove some
     most: FloatArray
+    # (pairs,) the part that it cannot remove; None until the fit is made
     remaining: FloatArray | None = None
 
 
-@dataclass(eq=False)
 class _Search:
-    """Search of a family of experiments."""
-
-    family: Family
-    rig: ExperimentSimulations
-    ties: Sequence[Tie]
-    progress: Progress
-    alternatives: list[Alternative] = field(init=False)
-    pairs: list[tuple[int, int]] = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.alternatives = [a for tie in self.ties for a in tie]
-        place = {id(a): k for k, a in enumerate(self.alternatives)}
-        self.pairs = [
-            (place[id(a)], place[id(b)]) for tie in self.ties for a, b in combinations(tie, 2)
-        ]
-        used = self.rig.problem.in_train
-        self.adaptations = [Adaptation(a, used) for a in self.alternatives]
+    def __init__(
+        self, family: Family, rig: ExperimentSimulations, ties: Sequence[Tie], progress: Progress
+    ) -> None:
+        self.family, self.rig, self.progress = family, rig, progress
+        self.alternatives = [a for tie in ties for a in tie]
+        place = {a: k for k, a in enumerate(self.alternatives)}
+        self.pairs = [(place[a], place[b]) for tie in ties for a, b in combinations(tie, 2)]
+        self.adaptations = [Adaptation(a, rig.problem.in_train) for a in self.alternatives]
 
     def run(self) -> Suggestion:
         """Sample, fit the alternatives to each other where they differ most, and refine."""
@@ -308,12 +281,10 @@ class _Search:
             part = points[first : first + _BATCH]
             experiments = [self.family.at(p, f"{_NAME}_{k}") for k, p in enumerate(part)]
             predicted = self.rig.predict(experiments, self.alternatives)
-            for point, experiment, row in zip(part, experiments, predicted, strict=True):
+            for point, row in zip(part, predicted, strict=True):
                 if all(p.within_limits for p in row):
-                    most = np.array(
-                        [_rms(row[a].readings - row[b].readings) for a, b in self.pairs]
-                    )
-                    tried.append(_Tried(point, experiment, row, most))
+                    most = [_rms(row[a].readings - row[b].readings) for a, b in self.pairs]
+                    tried.append(_Tried(point, row, np.array(most)))
         if label:
             self.progress(label, len(points), len(points))
         return tried

@@ -6,9 +6,6 @@ frames for clips; units of columns; and the template of a description.
 
 from tendon_mj.lab.replay.description_template import column_of as column_of
 from tendon_mj.lab.replay.description_template import format_template as format_template
-from tendon_mj.lab.replay.live_parameters import DRAWN_BEND as DRAWN_BEND
-from tendon_mj.lab.replay.live_parameters import EXTRA_BEND as EXTRA_BEND
-from tendon_mj.lab.replay.live_parameters import LiveParameters as LiveParameters
 from tendon_mj.lab.replay.motion import POSE as POSE
 from tendon_mj.lab.replay.motion import Cable as Cable
 from tendon_mj.lab.replay.motion import Drive as Drive
@@ -28,6 +25,8 @@ from tendon_mj.lab.replay.names import recording_of as recording_of
 from tendon_mj.lab.replay.names import value_in as value_in
 from tendon_mj.lab.replay.names import values_for as values_for
 from tendon_mj.lab.replay.names import values_in as values_in
+from tendon_mj.lab.replay.parameters import DRAWN_BEND as DRAWN_BEND
+from tendon_mj.lab.replay.parameters import EXTRA_BEND as EXTRA_BEND
 from tendon_mj.lab.replay.parameters import Adjustable as Adjustable
 from tendon_mj.lab.replay.parameters import Kind as Kind
 from tendon_mj.lab.replay.parameters import Parameter as Parameter
@@ -47,9 +46,7 @@ from tendon_mj.lab.replay.simulation import replay_recording as replay_recording
 from tendon_mj.lab.replay.simulation import rollout_named_sensors as rollout_named_sensors
 from tendon_mj.lab.replay.simulation import rollout_sensors as rollout_sensors
 from tendon_mj.lab.replay.simulation import suppress_mujoco_log as suppress_mujoco_log
-from tendon_mj.lab.replay.simulation import (
-    suppress_unsolved_warnings as suppress_unsolved_warnings,
-)
+from tendon_mj.lab.replay.simulation import suppress_unsolved_warnings as suppress_unsolved_warnings
 from tendon_mj.lab.replay.simulation import try_open_loop as try_open_loop
 from tendon_mj.lab.replay.simulation import unsolved_sheaths as unsolved_sheaths
 from tendon_mj.lab.replay.simulator import Series as Series

@@ -45,10 +45,7 @@ _UNCERTAIN = """\
 def format_template(model: mujoco.MjModel, name: str) -> str:
     """TOML text of a description for recordings of a model, to be filled in by hand.
 
-    Args:
-        model: compiled.
-        name: by which the description is to name it: a model of the package, or the path of an
-            MJCF file from the description's folder.
+    ``name`` is a model of the package, or the path of an MJCF file from the description's folder.
     """
     parameters = Adjustable(copy.copy(model)).parameters()
     columns: set[str] = set()

@@ -24,7 +24,6 @@ Drive = Callable[[float], FloatArray]
 POSE = mujoco.mjtState.mjSTATE_PHYSICS
 _FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _FPS = 30.0  # [1/s]
-_LEAST_FPS = 0.01  # of a clip [1/s]
 _MOST_MEMORY = 2.0  # that frames may take [GB]
 _FRICTION = (
     "friction",
@@ -51,19 +50,18 @@ def default_motion(name: str, model: mujoco.MjModel) -> Drive:
     `bench` winds its reel ±2 mm, `joint` follows a command of ±60°. On any other model every
     actuator goes through most of its control range; a reel without one moves ±1 mm, and another
     actuator without one goes through ±1.
-
-    Args:
-        name: of the model.
-        model: compiled.
     """
-    centre, amplitude = np.zeros(model.nu), np.zeros(model.nu)
+    limited = model.actuator_ctrllimited.astype(bool)
+    low, high = model.actuator_ctrlrange.T
+    reel = np.where(model.actuator_plugin >= 0, _REEL, _ANY)
+    centre = np.where(limited, 0.5 * (low + high), 0.0)
+    amplitude = np.where(limited, 0.5 * _SHARE * (high - low), reel)
     actuators = [model.actuator(k).name for k in range(model.nu)]
     named = _NAMED.get(name, {})
     if named and named.keys() <= set(actuators):
+        centre, amplitude = np.zeros(model.nu), np.zeros(model.nu)
         for actuator, size in named.items():
             amplitude[actuators.index(actuator)] = size
-    else:
-        centre, amplitude = _within_ranges(model)
 
     def drive(time: float) -> FloatArray:
         grown = min(time / _EASE, 1.0)
@@ -76,16 +74,9 @@ def default_motion(name: str, model: mujoco.MjModel) -> Drive:
 def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
     """Controls of a model from a CSV, and how long they last [s].
 
-    Args:
-        path: of a CSV with `time_s` and one column per actuator that moves, named as it is and
-            with its unit: `command_rad`. Any unit will do where the kind of actuator does
-            not define it, as a muscle's.
-        model: compiled; its actuators without a column stay at 0.
-
-    Raises:
-        RecordingError: the file cannot be read, a column is in another unit than the actuator's
-            control, or two are of one actuator.
-        UnknownNameError: a column names no actuator.
+    It has `time_s` and one column per actuator that moves, named as it is and with its unit:
+    `command_rad`. Any unit will do where the kind of actuator does not define it, as a muscle's.
+    Actuators without a column stay at 0.
     """
     if not path.is_file():
         columns = ", ".join(f"{model.actuator(k).name}_…" for k in range(min(model.nu, 3)))
@@ -123,49 +114,27 @@ def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
     return drive, float(time[-1] - time[0])
 
 
-def _within_ranges(model: mujoco.MjModel) -> tuple[FloatArray, FloatArray]:
-    limited = model.actuator_ctrllimited.astype(bool)
-    low, high = model.actuator_ctrlrange.T
-    reel = np.where(model.actuator_plugin >= 0, _REEL, _ANY)
-    amplitude = np.where(limited, 0.5 * _SHARE * (high - low), reel)
-    return np.where(limited, 0.5 * (low + high), 0.0), amplitude
-
-
 @dataclass(frozen=True)
 class Cable:
-    """The tendon of a sheath, frame by frame.
+    """The tendon of a sheath, frame by frame."""
 
-    Attributes:
-        points: (frames, n+2, 3) path [m], input end first.
-        tensions: (frames, n+1) of the segments between them [N].
-    """
-
-    points: FloatArray
-    tensions: FloatArray
+    points: FloatArray  # (frames, n+2, 3) path [m], input end first
+    tensions: FloatArray  # (frames, n+1) of the segments between them [N]
 
 
 @dataclass(frozen=True)
 class Frames:
-    """A simulation, frame by frame.
+    """A simulation, frame by frame."""
 
-    Attributes:
-        fps: frames per second [1/s].
-        time: (frames,) [s].
-        poses: (frames, k) states of kind ``POSE``.
-        controls: (frames, nu).
-        cables: by name of the sheath.
-        readings: (frames, nsensordata) of the sensors [SI].
-        contacts: of each frame, (k, 6): where two bodies touch [m], and the force there on the one
-            that comes later in the model [N], one row per pair of bodies. In a model with touch
-            sensors only of the bodies that they are on: the clip shows what is felt.
-    """
-
-    fps: float
-    time: FloatArray
-    poses: FloatArray
-    controls: FloatArray
-    cables: dict[str, Cable]
-    readings: FloatArray
+    fps: float  # frames per second [1/s]
+    time: FloatArray  # (frames,) [s]
+    poses: FloatArray  # (frames, k) states of kind POSE
+    controls: FloatArray  # (frames, nu)
+    cables: dict[str, Cable]  # by name of the sheath
+    readings: FloatArray  # (frames, nsensordata) of the sensors [SI]
+    # of each frame, (k, 6): where two bodies touch [m], and the force there on the one that comes
+    # later in the model [N], one row per pair of bodies. In a model with touch sensors only of the
+    # bodies that they are on: the clip shows what is felt
     contacts: tuple[FloatArray, ...]
 
 
@@ -186,11 +155,7 @@ class FrameRecorder:
         return [int(step) for step in wanted if step < max(1, steps)]
 
     def keep(self, model: mujoco.MjModel, data: mujoco.MjData, control: ArrayLike) -> None:
-        """Keep a frame of the state of ``data`` under (nu,) ``control``; ``data`` is not changed.
-
-        Raises:
-            TendonError: the simulation became unstable.
-        """
+        """Keep a frame of the state of ``data`` under (nu,) ``control``, without changing it."""
         if data.warning.number.any() or not np.isfinite(data.qpos).all():
             raise TendonError(f"the simulation became unstable before {data.time:.3g} s")
         if self._scratch is None:
@@ -210,9 +175,7 @@ class FrameRecorder:
             rows.append(segment_tensions(model, self._scratch, name))
 
     def frames(self) -> Frames:
-        """All frames that were kept; InvalidValueError if there is none."""
-        if not self._kept:
-            raise InvalidValueError("no frame was recorded; pass the recorder to a simulation")
+        """All frames that were kept."""
         poses, controls, readings, contacts = zip(*self._kept, strict=True)
         return Frames(
             fps=self.fps,
@@ -260,22 +223,10 @@ def record_frames(
     parameters: Mapping[str, float] | None = None,
     progress: Progress | None = None,
 ) -> Frames:
-    """Simulate a model from its reference pose, and return frames of it.
+    """Simulate a model from its reference pose for a duration [s], and return frames of it.
 
-    Args:
-        model: to move; it is not changed.
-        drive: time [s] → (nu,) controls; or a (steps, nu) row of them per time step, of which the
-            last one holds on.
-        duration: of the simulation [s].
-        fps: frames per second [1/s].
-        parameters: ``<element>.<parameter>`` to value (see `replay.parameters`).
-        progress: called with the task, the frames that are done, and their number.
-
-    Raises:
-        UnknownNameError: no such parameter.
-        InvalidValueError: no duration, no frame rate, more frames than memory should hold, or
-            controls of the wrong shape.
-        TendonError: the simulation became unstable; the message says when.
+    ``drive`` is time [s] → (nu,) controls; or a (steps, nu) row of them per time step, of which the
+    last one holds on. ``parameters`` are those of `replay.parameters`; the model is not changed.
     """
     check_frames(model, duration, fps)
     control, recorder, data = _control(model, drive), FrameRecorder(fps), mujoco.MjData(model)
@@ -295,15 +246,9 @@ def record_frames(
 
 
 def check_frames(model: mujoco.MjModel, duration: float, fps: float) -> None:
-    """Refuse frames of a duration [s] at ``fps`` [1/s] that do not fit into memory.
-
-    Raises:
-        InvalidValueError: with the memory that they would take.
-    """
+    """Refuse frames of a duration [s] at ``fps`` [1/s] that do not fit into memory."""
     _check_positive("duration", duration, "s")
     _check_positive("fps", fps, "1/s")
-    if fps < _LEAST_FPS:
-        raise InvalidValueError(f"fps = {fps:g} [1/s] must be at least {_LEAST_FPS:g}")
     numbers = mujoco.mj_stateSize(model, POSE) + model.nu + model.nsensordata
     numbers += 4 * model.nwrap  # points of the tendons and tensions between them
     memory = 8e-9 * numbers * duration * fps

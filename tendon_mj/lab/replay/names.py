@@ -20,11 +20,7 @@ _AT = " @ "
 
 
 def matching(name: str, names: Collection[str], where: str = "") -> list[str]:
-    """Parameters that a name stands for: itself, or all that fit its `*`, `?` and `[…]`.
-
-    Raises:
-        UnknownNameError: wildcards that no parameter fits; ``where`` begins the message.
-    """
+    """Parameters that a name stands for: itself, or all that fit its `*`, `?` and `[…]`."""
     if name in names or not _WILD & set(name):
         return [name]
     fitting = sorted(n for n in names if fnmatchcase(n, name))
@@ -40,12 +36,7 @@ def expand(table: Mapping[str, Entry], names: Collection[str]) -> dict[str, Entr
 
 
 def claims(recording: Recording, names: Collection[str]) -> dict[str, tuple[str, str]]:
-    """Parameter → (table, name in it) of a recording that describes it; a plain name goes first.
-
-    Raises:
-        InvalidValueError: two names with wildcards, or two tables, stand for one parameter alike.
-        UnknownNameError: wildcards that no parameter fits.
-    """
+    """Parameter → (table, name in it) of a recording that describes it; a plain name goes first."""
     claimed: dict[str, tuple[str, str]] = {}
     for title in ("known", "uncertain", "session"):
         for name in getattr(recording, title):

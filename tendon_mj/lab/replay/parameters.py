@@ -3,7 +3,7 @@
 | element | parameters |
 |---|---|
 | sheath, servo | those of `tendon_mj.Parameters`: friction [-], axial_stiffness [N], … |
-| sheath | drawn_bend [rad] of its path at qpos0, see `live_parameters` |
+| sheath | drawn_bend [rad] of its path at qpos0, see `DrawnBends` |
 | joint | stiffness, damping, frictionloss, armature, springref [SI of a hinge or slide] |
 | body that moves | mass [kg], with which its inertia grows in proportion |
 | actuator | gear; kp, kv of a position servo |
@@ -24,31 +24,35 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Final, Literal, NamedTuple
+from functools import cached_property
+from typing import Any, Final, Literal, NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.attach import checked_number
+from tendon_mj.attach import Parameters, checked_number
 from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameError
 from tendon_mj.lab.recordings import excess
-from tendon_mj.lab.replay.live_parameters import DRAWN_BEND, LiveParameters, custom_numbers
 from tendon_mj.lab.replay.readout import (
     USER_NUMBERS,
     Readout,
+    custom_numbers,
     stored_commands,
     stored_joint_commands,
     stored_readouts,
 )
-from tendon_mj.lab.replay.units import JOINT, UNKNOWN, control_unit, live_unit, rate
-from tendon_mj.plugin import C, sensor_kind, sheath_arrays, sheaths
+from tendon_mj.lab.replay.units import JOINT, UNKNOWN, control_unit, rate
+from tendon_mj.plugin import GAINS, PARAMETERS, C, sensor_kind, sheath_arrays, sheaths
 from tendon_mj.sheath import LAW, check_scales, check_static
 
 _OBJ, _TRN = mujoco.mjtObj, mujoco.mjtTrn
 _HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value
 _ON_JOINT = _TRN.mjTRN_JOINT.value, _TRN.mjTRN_JOINTINPARENT.value
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
+EXTRA_BEND: Final = "extra_bend"
+DRAWN_BEND: Final = "drawn_bend"
+CORRECTION: Final = ".drawn_bend.correction"  # custom text of a model: Σ φ_i to drawn_bend [rad]
 GEAR: Final = ".gear"  # custom text of a model: the numbers of a sensor's gear
 GEARED: Final = ("efficiency", "rest_in", "rest_out")
 SLIP: Final = ("slip", "slip_time", "slip_duration")
@@ -77,13 +81,80 @@ class Parameter(NamedTuple):
     reference: float = 0.0
 
 
-class _Entry(NamedTuple):
-    kind: Kind
-    unit: str
-    places: tuple[_Place, ...]
-    low: float = -math.inf
-    joints: tuple[str, ...] = ()
-    reference: float = 0.0
+class DrawnBends:
+    """Bends of the drawn paths of a model's sheaths.
+
+        φ_x of the law = extra_bend + (drawn_bend − Σ φ_i),   φ_i of the guides at qpos0 [rad]
+
+    ``drawn_bend`` starts at Σ φ_i, and another value acts as that much more ``extra_bend``: shared
+    evenly by the guides at sites and at the input end, none of which bends by less than 0. A sheath
+    without such guides, as where all are on geoms, has none: nothing would take it up. Paths are
+    computed when the first is asked for or set.
+    """
+
+    def __init__(self, model: mujoco.MjModel, live: Parameters) -> None:
+        self._model, self._live = model, live
+        # sheath → difference of its drawn bend from the path's [rad]; and ``extra_bend`` without it
+        stored = custom_numbers(model, CORRECTION, 1, lambda name: name in sheaths(model))
+        self.corrections = {sheath: correction for sheath, (correction,) in stored.items()}
+        self._added = {
+            sheath: live[f"{sheath}.{EXTRA_BEND}"] - correction
+            for sheath, correction in self.corrections.items()
+        }
+
+    @cached_property
+    def _of_paths(self) -> dict[str, float]:
+        """Σ φ_i of the sheaths that have a guide which takes up a bend that is not drawn."""
+        model, known = self._model, sheaths(self._model)
+        if not known:
+            return {}
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        paths = {name: self._path(data, name) for name in known}
+        if any(path.state["arcs"] for path in paths.values()):
+            mujoco.mj_step(model, data)  # a wrap bends only from the step after it came on
+            data.qpos[:] = model.qpos0
+            mujoco.mj_forward(model, data)
+            paths = {name: self._path(data, name) for name in known}
+        bends = {}
+        for name, path in paths.items():
+            alone = path.state["arcs"] * path.state["arc_guides"] + path.state["pulleys"]
+            if len(path.guides) > alone:
+                bends[name] = float(path.guides["angle"].sum())
+        return bends
+
+    def _path(self, data: mujoco.MjData, sheath: str) -> Any:
+        start = sheaths(self._model)[sheath].state
+        return sheath_arrays(self._model, data.plugin_state, sheath, start)
+
+    def values(self) -> dict[str, float]:
+        """Every drawn bend, and the extra bend next to each that was set."""
+        extra = {f"{sheath}.{EXTRA_BEND}": added for sheath, added in self._added.items()}
+        return extra | {
+            f"{sheath}.{DRAWN_BEND}": bend + self.corrections.get(sheath, 0.0)
+            for sheath, bend in self._of_paths.items()
+        }
+
+    def has(self, name: str) -> bool:
+        """Whether a name is of a drawn bend, or of an extra bend next to one that was set."""
+        sheath, _, parameter = name.rpartition(".")
+        if parameter == DRAWN_BEND:
+            return sheath in self._of_paths
+        return parameter == EXTRA_BEND and sheath in self.corrections
+
+    def set(self, name: str, value: float) -> None:
+        """Set one of the parameters that it has."""
+        sheath, _, parameter = name.rpartition(".")
+        extra_bend = f"{sheath}.{EXTRA_BEND}"
+        if parameter == DRAWN_BEND:
+            if not (math.isfinite(value) and value >= 0.0):
+                raise InvalidValueError(f"{name} = {value:g} must be finite and ≥ 0")
+            added = self._added.get(sheath, self._live[extra_bend])
+            correction = value - self._of_paths[sheath]
+        else:
+            added, correction = value, self.corrections[sheath]
+        self._live[extra_bend] = added + correction
+        self._added[sheath], self.corrections[sheath] = added, correction
 
 
 class Adjustable:
@@ -100,7 +171,7 @@ class Adjustable:
         readings: (nsensor, 8) `Readout` of every sensor, for the caller who runs the model.
         geared: sensor of a load → actuators that may bear it, and the sense, 1 or −1, in which
             the control of each moves against the load.
-        live: those of sheaths and servos alone.
+        live: those of sheaths and servos alone; with ``bends``, the drawn bends of these.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
@@ -108,51 +179,46 @@ class Adjustable:
         self.data = mujoco.MjData(model)
         self.commands = np.hstack([stored_commands(model), np.zeros((model.nactuator, len(SLIP)))])
         self.joint_commands = stored_joint_commands(model)
-        self.live = LiveParameters(model, self.data)
+        self.live = Parameters(model, self.data)
+        self.bends = DrawnBends(model, self.live)
         self.geared = _geared(model, self.data)
         gearless = np.tile(Readout()[USER_NUMBERS:], (model.nsensor, 1))
         self.readings = np.hstack([stored_readouts(model), gearless])
-        for sensor in self.geared:
-            text = mujoco.mj_name2id(model, _OBJ.mjOBJ_TEXT, model.sensor(sensor).name + GEAR)
-            if text >= 0:
-                self.readings[sensor, -len(GEARED) :] = custom_numbers(model, text, len(GEARED))
-        self._entries: dict[str, _Entry] = {}
+        geared = {model.sensor(k).name: k for k in self.geared}
+        stored = custom_numbers(model, GEAR, len(GEARED), geared.__contains__)
+        for name, numbers in stored.items():
+            self.readings[geared[name], -len(GEARED) :] = numbers
+        self._entries: dict[str, tuple[Parameter, tuple[_Place, ...]]] = {}
         self._add_joints()
         self._add_bodies()
         self._add_actuators()
         self._add_sensors()
         for k, axis in enumerate("xyz"):
             self._add(f"gravity.{axis}", "gravity", "m/s²", (model.opt.gravity, k, 1.0))
-        for name, entry in self._entries.items():
-            if entry.kind == "sensor" or ".command_" in name:  # user data, which nobody checked
-                _check(name, entry, _value(entry))
+        for name, (parameter, _) in self._entries.items():
+            if parameter.kind == "sensor" or ".command_" in name:  # user data, which nobody checked
+                _check(name, parameter.low, parameter.value)
 
     def names(self) -> list[str]:
         """Every parameter there is."""
-        return sorted([*self.live, *self._entries])
+        return sorted({*self.live, *self.bends.values(), *self._entries})
 
     def parameters(self) -> dict[str, Parameter]:
         """Every parameter as it is now."""
         live = {
-            name: Parameter(value, live_unit(name.rsplit(".", 1)[1]), "live", _least(name))
-            for name, value in self.live.items()
+            name: Parameter(value, _live_unit(name), "live", _least(name))
+            for name, value in {**self.live, **self.bends.values()}.items()
         }
         others = {
-            name: Parameter(_value(entry), entry.unit, entry.kind, *entry[3:])
-            for name, entry in self._entries.items()
+            name: parameter._replace(value=_value(places))
+            for name, (parameter, places) in self._entries.items()
         }
         return dict(sorted((live | others).items()))
 
     def set(self, values: Mapping[str, float]) -> None:
-        """Give parameters values; those that are not named keep theirs.
-
-        Raises:
-            UnknownNameError: no such parameter, with the nearest; nothing is changed then.
-            UnusedKeyError: one that a sheath has no use for, and why; likewise.
-            InvalidValueError: a value outside its range.
-        """
+        """Give parameters values; those that are not named keep theirs."""
         for name in values:
-            if name in self._entries:
+            if name in self._entries or self.bends.has(name):
                 continue
             try:
                 self.live[name]
@@ -161,22 +227,22 @@ class Adjustable:
         for name, given in values.items():
             value = checked_number(name, given)
             if name in self._entries:
-                entry = self._entries[name]
-                _check(name, entry, value)
-                for array, index, factor in entry.places:
+                parameter, places = self._entries[name]
+                _check(name, parameter.low, value)
+                for array, index, factor in places:
                     array[index] = factor * value
+            elif self.bends.has(name):
+                self.bends.set(name, value)
             else:
                 self.live[name] = value
         for name in values.keys() - self._entries.keys():
             self._check_sheath(name.rsplit(".", 1)[0])
-        muscles = [n for n in values.keys() & self._entries.keys() if self._is_gear_of_muscle(n)]
+        gears = [name for name in values.keys() & self._entries.keys() if name.endswith(".gear")]
+        muscles = any(len(self._entries[name][1]) > 1 for name in gears)
         if muscles:  # a gear of the other sign has turned the ends around
             self.model.actuator_lengthrange.sort(axis=1)
         if muscles or any(name.endswith((".armature", ".mass")) for name in values):
             mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
-
-    def _is_gear_of_muscle(self, name: str) -> bool:
-        return name.endswith(".gear") and len(self._entries[name].places) > 1
 
     def _check_sheath(self, sheath: str) -> None:
         law = {name: self.live.get(f"{sheath}.{name}", 0.0) for name in LAW}  # a servo has none
@@ -194,7 +260,8 @@ class Adjustable:
         joints: tuple[str, ...] = (),
         reference: float = 0.0,
     ) -> None:
-        self._entries[name] = _Entry(kind, unit, places, low, joints, reference)
+        parameter = Parameter(_value(places), unit, kind, low, joints, reference)
+        self._entries[name] = parameter, places
 
     def _add_joints(self) -> None:
         m = self.model
@@ -282,7 +349,6 @@ class Adjustable:
 
 
 def _slides(model: mujoco.MjModel, joint: int) -> bool:
-    """Whether a joint is not a hinge."""
     return bool(model.jnt_type[joint] != _HINGE)
 
 
@@ -345,8 +411,12 @@ def _shown_tendon(model: mujoco.MjModel, sensor: int) -> int:
     return int(mujoco.mj_name2id(model, _OBJ.mjOBJ_TENDON, written.decode()))
 
 
+def _live_unit(name: str) -> str:
+    parameter = name.rsplit(".", 1)[1]
+    return "rad" if parameter == DRAWN_BEND else (PARAMETERS | GAINS)[parameter].unit
+
+
 def _least(name: str) -> float:
-    """Least value that a live parameter may have."""
     parameter = name.rsplit(".", 1)[1]
     if parameter == DRAWN_BEND:
         return 0.0
@@ -354,14 +424,14 @@ def _least(name: str) -> float:
     return 0.0 if law is not None and not law.range.admits(-1.0) else -math.inf
 
 
-def _value(entry: _Entry) -> float:
-    array, index, factor = entry.places[0]
+def _value(places: tuple[_Place, ...]) -> float:
+    array, index, factor = places[0]
     return float(array[index]) * factor + 0.0  # + 0: no negative zero
 
 
-def _check(name: str, entry: _Entry, value: float) -> None:
-    if not (math.isfinite(value) and value >= entry.low):
-        bound = f" and ≥ {entry.low:g}" if math.isfinite(entry.low) else ""
+def _check(name: str, low: float, value: float) -> None:
+    if not (math.isfinite(value) and value >= low):
+        bound = f" and ≥ {low:g}" if math.isfinite(low) else ""
         raise InvalidValueError(f"{name} = {value:g} must be finite{bound}")
     if fault := excess(value):
         raise InvalidValueError(f"{name} = {fault}")

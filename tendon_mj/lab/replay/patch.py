@@ -31,9 +31,17 @@ import numpy as np
 
 from tendon_mj.attach import Mjcf, check_suffix, number_text, numbers, set_first
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
-from tendon_mj.lab.replay.live_parameters import CORRECTION, DRAWN_BEND, EXTRA_BEND, custom_numbers
-from tendon_mj.lab.replay.parameters import GEAR, GEARED, SLIP, Adjustable, is_muscle
-from tendon_mj.lab.replay.readout import JOINT_COMMAND, USER_NUMBERS
+from tendon_mj.lab.replay.parameters import (
+    CORRECTION,
+    DRAWN_BEND,
+    EXTRA_BEND,
+    GEAR,
+    GEARED,
+    SLIP,
+    Adjustable,
+    is_muscle,
+)
+from tendon_mj.lab.replay.readout import JOINT_COMMAND, USER_NUMBERS, custom_numbers
 from tendon_mj.models import load_model, load_spec, model_path
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
@@ -105,17 +113,8 @@ def read_intervals(model: mujoco.MjModel) -> dict[str, tuple[float, float]]:
     Raises:
         InvalidValueError: a custom text with the name of an interval that is none.
     """
-    intervals = {}
-    for k in range(model.ntext):
-        name = str(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, k))
-        if name.endswith(_INTERVAL) and "." in name.removesuffix(_INTERVAL):
-            low, high = custom_numbers(model, k, 2)
-            if low > high:
-                raise InvalidValueError(
-                    f"custom text {name!r} of the model: {low:g} is above {high:g}"
-                )
-            intervals[name.removesuffix(_INTERVAL)] = (low, high)
-    return intervals
+    stored = custom_numbers(model, _INTERVAL, 2, lambda name: "." in name)
+    return {name: (low, high) for name, (low, high) in stored.items()}
 
 
 class _Patch:
@@ -174,12 +173,12 @@ class _Patch:
             self.text.section("option", "gravity").set("gravity", gravity)
 
     def _write_live(self, element: str, parameter: str, value: float) -> None:
-        if parameter in (EXTRA_BEND, DRAWN_BEND):
-            correction = self.adjustable.live.correction(element)
-            if parameter == DRAWN_BEND:
-                self.write_custom(element + CORRECTION, number_text(correction))
+        if parameter == DRAWN_BEND:
+            correction = self.adjustable.bends.corrections[element]
+            self.write_custom(element + CORRECTION, number_text(correction))
             parameter = EXTRA_BEND
-            value = self.adjustable.live[f"{element}.{EXTRA_BEND}"] + correction
+        if parameter == EXTRA_BEND:  # with the correction
+            value = self.adjustable.live[f"{element}.{EXTRA_BEND}"]
         holder = self.text.plugin(element)
         for config in holder.iterfind("config"):
             if config.get("key") == parameter:
@@ -276,11 +275,7 @@ class _Patch:
         self.text.root.insert(0, ElementTree.Comment(text))
 
     def check(self, made: Path, path: Path) -> None:
-        """Compare the file ``made``, as MuJoCo compiles it, with the model that ``path`` is to be.
-
-        Raises:
-            TendonError: the file cannot be compiled, or a parameter or number of the model differs.
-        """
+        """Compare the file ``made``, as MuJoCo compiles it, with the model that was simulated."""
         try:
             written = load_model(str(made))
         except TendonError as error:

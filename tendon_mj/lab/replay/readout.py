@@ -15,7 +15,9 @@ compiled, and a fit of it would repeat the simulation.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Final, NamedTuple
 
 import mujoco
@@ -23,7 +25,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
-from tendon_mj.lab.replay.live_parameters import custom_numbers
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.lab.recordings import LARGEST
 from tendon_mj.typing import FloatArray
 
 JOINT_COMMAND: Final = ".command"  # custom text of a model: scale, offset and delay of a joint
@@ -38,19 +41,12 @@ _ROUNDING = 1e-9  # of a ratio of two times that both came from decimal text
 
 @dataclass(frozen=True)
 class Clock:
-    """Grid t_0 + k h, k = 0 … steps, and the place of every sample on it.
+    """Grid t_0 + k h, k = 0 … steps, and the place of every sample on it."""
 
-    Attributes:
-        start: t_0, time of the first sample [s].
-        timestep: h [s].
-        steps: from the first sample to the last.
-        places: (n,) of the samples, (t − t_0)/h [-].
-    """
-
-    start: float
-    timestep: float
-    steps: int
-    places: FloatArray
+    start: float  # t_0, time of the first sample [s]
+    timestep: float  # h [s]
+    steps: int  # from the first sample to the last
+    places: FloatArray  # (n,) of the samples, (t − t_0)/h [-]
 
     @property
     def time(self) -> FloatArray:
@@ -72,15 +68,11 @@ class Clock:
 
 
 def make_clock(time: ArrayLike, longest: float) -> Clock:
-    """The grid for samples at ``time``.
+    """The grid for samples at ``time`` (n,) [s], in steps no longer than ``longest`` [s].
 
     The step is the typical (median) interval between samples, divided by the smallest whole number
     that makes it no longer than ``longest``. Regular samples, also with rows left out, therefore
     lie on the grid; others are interpolated.
-
-    Args:
-        time: (n,) of the samples, strictly increasing [s].
-        longest: step allowed [s].
     """
     stamps = np.asarray(time, float)
     span = stamps[-1] - stamps[0]
@@ -93,15 +85,10 @@ def make_clock(time: ArrayLike, longest: float) -> Clock:
 
 
 class Sense(NamedTuple):
-    """Sense in which a drive moves, at its n samples and between them, 2n − 1 in the order of time.
+    """Sense in which a drive moves at its n samples and between them: 2n − 1 in order of time."""
 
-    Attributes:
-        now: 1 winding in, −1 paying out, 0 at rest.
-        last: of the last motion, 1 or −1; before the first one −1, as the drive holds.
-    """
-
-    now: FloatArray
-    last: FloatArray
+    now: FloatArray  # 1 winding in, −1 paying out, 0 at rest
+    last: FloatArray  # of the last motion, 1 or −1; before the first one −1, as the drive holds
 
     def at(self, time: FloatArray, grid: FloatArray) -> Sense:
         """The sense at times of a grid, from that at and between the samples at ``time`` (n,)."""
@@ -174,13 +161,9 @@ class Readout(NamedTuple):
 
 
 def low_pass(series: FloatArray, timestep: float, lag: float) -> FloatArray:
-    """First-order lag of a series that is linear between steps, at rest before the first.
+    """First-order lag [s] of a series (n,) that is linear between steps, at rest before the first.
 
-    Exact at the steps: x_f⁺ = a x_f + b_1 x + b_0 x⁺ with a = e^{−r}, r = h/lag.
-
-    Args:
-        series: (n,) in steps of ``timestep`` [s].
-        lag: time constant > 0 [s].
+    Exact at the steps: x_f⁺ = a x_f + b_1 x + b_0 x⁺ with a = e^{−r}, r = timestep/lag.
     """
     ratio = timestep / lag
     passed = -math.expm1(-ratio)
@@ -193,11 +176,7 @@ def low_pass(series: FloatArray, timestep: float, lag: float) -> FloatArray:
 
 def stored_readouts(model: mujoco.MjModel) -> FloatArray:
     """(nsensor, 5) from the sensors' user data; a row of zeros, or none, is a plain sensor's."""
-    rows = np.tile(np.array(Readout()[:USER_NUMBERS]), (model.nsensor, 1))
-    if model.nuser_sensor >= USER_NUMBERS:
-        given = model.sensor_user[:, :USER_NUMBERS]
-        rows = np.where(given.any(axis=1)[:, None], given, rows)
-    return rows
+    return _stored(model.sensor_user, Readout()[:USER_NUMBERS], USER_NUMBERS)
 
 
 def plain_commands(model: mujoco.MjModel) -> dict[str, float]:
@@ -216,11 +195,15 @@ def stored_commands(model: mujoco.MjModel) -> FloatArray:
 
     With two numbers, scale and offset, no command is late.
     """
-    rows = np.tile([1.0, 0.0, 0.0], (model.nactuator, 1))
-    size = min(model.nuser_actuator, 3)
-    if size >= 2:
-        given = model.actuator_user[:, :size]
-        rows[:, :size] = np.where(given.any(axis=1)[:, None], given, rows[:, :size])
+    return _stored(model.actuator_user, (1.0, 0.0, 0.0), 2)
+
+
+def _stored(user: FloatArray, plain: tuple[float, ...], fewest: int) -> FloatArray:
+    """Rows of user data; one of zeros, or of fewer numbers than ``fewest``, is ``plain``."""
+    rows, size = np.tile(plain, (len(user), 1)), min(user.shape[1], len(plain))
+    if size >= fewest:
+        given = user[:, :size]
+        rows[:, :size] = np.where(given.any(axis=1, keepdims=True), given, rows[:, :size])
     return rows
 
 
@@ -230,11 +213,38 @@ def stored_joint_commands(model: mujoco.MjModel) -> FloatArray:
     The user data of joints are left to the model's author.
     """
     rows = np.tile([1.0, 0.0, 0.0], (model.njnt, 1))
-    for k in range(model.ntext):
-        name = str(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, k))
-        joint = mujoco.mj_name2id(
-            model, mujoco.mjtObj.mjOBJ_JOINT, name.removesuffix(JOINT_COMMAND)
-        )
-        if name.endswith(JOINT_COMMAND) and joint >= 0:
-            rows[joint] = custom_numbers(model, k, 3)
+    joint = partial(mujoco.mj_name2id, model, mujoco.mjtObj.mjOBJ_JOINT.value)
+    stored = custom_numbers(model, JOINT_COMMAND, 3, lambda name: joint(name) >= 0)
+    for name, command in stored.items():
+        rows[joint(name)] = command
     return rows
+
+
+def custom_numbers(
+    model: mujoco.MjModel, ending: str, count: int, ours: Callable[[str], bool]
+) -> dict[str, list[float]]:
+    """Name → the ``count`` numbers of the custom text ``<name><ending>``, where it is ours."""
+    texts = {
+        str(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, k)): k for k in range(model.ntext)
+    }
+    return {
+        name.removesuffix(ending): _numbers(model, k, count)
+        for name, k in texts.items()
+        if name.endswith(ending) and ours(name.removesuffix(ending))
+    }
+
+
+def _numbers(model: mujoco.MjModel, text: int, count: int) -> list[float]:
+    start, size = model.text_adr[text], model.text_size[text]
+    content = bytes(model.text_data[start : start + size]).rstrip(b"\0").decode(errors="replace")
+    try:
+        numbers = [float(word) for word in content.split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(abs(number) <= LARGEST for number in numbers):
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, text)
+        raise InvalidValueError(
+            f"custom text {name!r} of the model is {content[:60]!r}; a name that ends so holds"
+            f" {count} finite number{'s' if count > 1 else ''}; mend it, or take it out"
+        )
+    return numbers

@@ -9,8 +9,14 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
-from tendon_mj.lab.recordings import Recording, Session, Uncertain
+from tendon_mj.errors import RecordingError, UnknownNameError
+from tendon_mj.lab.recordings import (
+    NOT_NEGATIVE,
+    POSITIVE_NUMBER,
+    Recording,
+    Session,
+    Uncertain,
+)
 from tendon_mj.lab.replay.names import expand
 from tendon_mj.lab.replay.parameters import Adjustable
 from tendon_mj.lab.replay.patch import read_intervals
@@ -27,15 +33,10 @@ _PRESCRIBED = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.va
 
 
 class Rests(NamedTuple):
-    """Rests of a run, of which the steps are left out in which nothing moves any more.
+    """Rests of a run, of which the steps are left out in which nothing moves any more."""
 
-    Attributes:
-        ends: step at which a rest ends → time there [s].
-        spans: (nsensordata,) range of each reading, infinite where it does not count.
-    """
-
-    ends: Mapping[int, float]
-    spans: FloatArray
+    ends: Mapping[int, float]  # step at which a rest ends → time there [s]
+    spans: FloatArray  # (nsensordata,) range of each reading, infinite where it does not count
 
 
 class Schedule:
@@ -74,11 +75,9 @@ class Schedule:
         timestep: float | None = None,
     ) -> None:
         settle = recording.settle if settle is None else settle
-        if not (math.isfinite(settle) and settle >= 0.0):
-            raise InvalidValueError(f"settle = {settle} [s] must be finite and ≥ 0")
+        NOT_NEGATIVE.check("settle", settle, "s")
         longest = model.opt.timestep if timestep is None else timestep
-        if not (math.isfinite(longest) and longest > 0.0):
-            raise InvalidValueError(f"timestep = {longest} [s] must be finite and > 0")
+        POSITIVE_NUMBER.check("timestep", longest, "s")
         self.recording = recording
         self.actuators, self.joints = _driven(recording, model)
         self.addresses = _sensor_addresses(recording, model)
@@ -181,16 +180,16 @@ class Schedule:
     ) -> FloatArray:
         """(steps+1,) driven column by scale, offset and delay, with the ramp from ``rest``."""
         scale, offset, delay = command.tolist()
-        drive = scale * self._late(column, delay) + offset + event
-        ramp = self._ramp(np.arange(1, self.lead + 1, dtype=np.float64))
-        return np.concatenate([rest + ramp * (drive[0] - rest), drive])
-
-    def _ramp(self, steps: FloatArray) -> FloatArray:
-        """Share of the first drive value, at steps from the start of settling."""
+        grid, recorded = self.clock.time, self._drive[column]
+        if delay > 0.0:
+            recorded = np.interp(grid - delay, grid, recorded)  # before, it is its first value
+        drive = scale * recorded + offset + event
+        settling = np.arange(1, self.lead + 1, dtype=np.float64)
         if self._move:
-            return _smooth(steps * self.clock.timestep / self._move)
-        ramp: FloatArray = np.minimum(1.0, steps / max(1, self.lead // 2))
-        return ramp
+            ramp = _smooth(settling * self.clock.timestep / self._move)
+        else:
+            ramp = np.minimum(1.0, settling / max(1, self.lead // 2))
+        return np.concatenate([rest + ramp * (drive[0] - rest), drive])
 
     def rests(self, adjustable: Adjustable) -> Rests | None:
         """Rests of a run, once readings are set; None where rows are samples of a motion."""
@@ -204,14 +203,6 @@ class Schedule:
             if span > 0.0 and scale != 0.0:
                 spans[address] = min(spans[address], span / abs(scale))
         return Rests(dict(zip(ends.tolist(), times.tolist(), strict=True)), spans)
-
-    def _late(self, column: str, delay: float) -> FloatArray:
-        """(steps+1,) driven column, ``delay`` ≥ 0 [s] later; before, it is its first value."""
-        drive = self._drive[column]
-        if delay == 0.0:
-            return drive
-        grid = self.clock.time
-        return np.interp(grid - delay, grid, drive)
 
     def read_out(self, adjustable: Adjustable, readings: FloatArray) -> dict[str, FloatArray]:
         """(n,) of every measured column, from the (steps+1, nsensordata) readings."""
@@ -265,15 +256,7 @@ def _held(grid: FloatArray, time: FloatArray, series: FloatArray, timestep: floa
 
 
 def described_values(recording: Recording, names: Collection[str]) -> dict[str, float]:
-    """Parameters of a recording's description: known values, and guesses.
-
-    Args:
-        recording: its names may stand for several parameters.
-        names: of all parameters.
-
-    Raises:
-        RecordingError: a name with wildcards that no parameter fits.
-    """
+    """Known values and guesses of a recording's description; ``names`` are of all parameters."""
     guesses: dict[str, Uncertain | Session] = {**recording.session, **recording.uncertain}
     try:
         return {
@@ -290,17 +273,10 @@ def stated_values(
     names: Collection[str],
     described: bool | None = None,
 ) -> dict[str, float]:
-    """Parameters that a recording's description sets on a model.
+    """Parameters that a recording's description sets on a model; ``names`` are of all there are.
 
-    Args:
-        recording: with its description.
-        model: of the simulation.
-        names: of all parameters.
-        described: whether ``known``, ``uncertain`` and ``session`` are applied. None: all; but if
-            ``model`` carries intervals of a diagnosis, neither those parameters nor ``uncertain``.
-
-    Raises:
-        RecordingError: a name with wildcards that no parameter fits.
+    ``described`` says whether ``known``, ``uncertain`` and ``session`` are applied. None: all; but
+    if ``model`` carries intervals of a diagnosis, neither those parameters nor ``uncertain``.
     """
     if described is False:
         return {}

@@ -46,21 +46,11 @@ def run_open_loop(
 ) -> FloatArray:
     """Step once for every row of controls, and read the sensors as of the start of each step.
 
-    A step's readings therefore belong to its own control and to the pose that the steps before it
-    led to. Warns where a sheath's flow was not solved.
-
-    Args:
-        model, data: where to start; ``data`` is at the end afterwards.
-        control: (steps, nu), or (steps, nu+nv) with applied forces.
-        where, when: begin of a message, and text for the time of a step.
-        progress, recorder: see `replay_recording`; they change no number.
-        rests: of the run; the rest of one is left out as soon as nothing moves any more.
-
-    Returns:
-        (steps, nsensordata) readings.
-
-    Raises:
-        TendonError: MuJoCo raised a warning, or a reading is not finite; it says when.
+    A step's readings (steps, nsensordata) therefore belong to its own control and to the pose that
+    the steps before it led to. ``data`` is at the end afterwards. A row of controls has nu numbers,
+    or nu+nv with applied forces. Of ``rests`` the steps are left out in which nothing moves any
+    more. Messages begin with ``where`` and have the time of a step from ``when``. Warns where a
+    sheath's flow was not solved.
     """
     readings = np.empty((len(control), model.nsensordata))
     start = full_state(model, data)
@@ -253,19 +243,12 @@ def as_recording(
 
 @dataclass(frozen=True)
 class Misfit:
-    """Error e = simulated − measured of one column.
+    """Error e = simulated − measured of one column."""
 
-    Attributes:
-        rmse: √(mean e²) [the column's unit].
-        share_of_range: rmse over the measured column's largest less smallest value [-].
-        largest: max |e| [the column's unit].
-        bias: mean e [the column's unit].
-    """
-
-    rmse: float
-    share_of_range: float
-    largest: float
-    bias: float
+    rmse: float  # √(mean e²) [the column's unit]
+    share_of_range: float  # rmse over the measured column's largest less smallest value [-]
+    largest: float  # max |e| [the column's unit]
+    bias: float  # mean e [the column's unit]
 
     @property
     def of_range(self) -> str:
@@ -320,14 +303,9 @@ def rollout_sensors(
     """(runs, steps, nsensordata) readings of rollouts, one thread for each of ``data``.
 
     Unlike a plain `mujoco.rollout` it keeps no states: a sheath of 64 guides has thousands of
-    numbers, and writing them down at every step would cost more than the step.
-
-    Args:
-        model: of all runs.
-        data: work space, one a thread.
-        start: (runs, state size) states of kind FULLPHYSICS.
-        control: (runs, steps, nu), or (runs, steps, nu+nv) with applied forces.
-        warmstart: (runs, nv) accelerations from which the solver starts; none are 0.
+    numbers, and writing them down at every step would cost more than the step. ``start`` are (runs,
+    state size) states of kind FULLPHYSICS; ``control`` is (runs, steps, nu), or nu+nv with applied
+    forces; ``warmstart`` are (runs, nv) accelerations from which the solver starts, by default 0.
     """
     runs, steps = control.shape[:2]
     readings = np.empty((runs, steps, model.nsensordata))
@@ -351,13 +329,7 @@ def rollout_named_sensors(
 ) -> dict[str, FloatArray]:
     """Readings by sensor of a model with one actuator, which follows ``control``.
 
-    Args:
-        model: with one actuator.
-        control: (steps,) or (runs, steps); readings have the same shape.
-        threads: simulations at a time.
-
-    Raises:
-        TendonError: a simulation became unstable or left a flow unsolved.
+    Controls are (steps,) or (runs, steps); readings have the same shape.
     """
     commands = np.atleast_2d(control)
     data = [mujoco.MjData(model) for _ in range(threads)]

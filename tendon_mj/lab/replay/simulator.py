@@ -157,7 +157,7 @@ class Simulator:
         self._strict = strict
         self.parameters: Mapping[str, Parameter] = self._described_parameters()
         self.joints: Mapping[str, bool] = self._prescribed_joints()
-        self.steps = self._count_steps()
+        self.steps = sum(schedule.steps for schedule in self._schedules)
 
     @property
     def sheaths(self) -> list[str]:
@@ -178,7 +178,6 @@ class Simulator:
         return {name: name in prescribed for name in sorted(names)}
 
     def _moved_by(self, actuator: str) -> set[str]:
-        """The joint that an actuator is on, if it is on one."""
         joint = joint_of(self.model, self.model.actuator(actuator).id)
         return {self.model.joint(joint).name} if joint >= 0 else set()
 
@@ -212,9 +211,6 @@ class Simulator:
             for column, measured in recording.measured.items()
         }
 
-    def _count_steps(self) -> int:
-        return sum(schedule.steps for schedule in self._schedules)
-
     def in_steps(self, factor: float) -> Simulator:
         """This simulator in steps ``factor`` > 0 times as long.
 
@@ -225,7 +221,7 @@ class Simulator:
             Schedule(schedule.recording, self.model, self._settle, factor * schedule.clock.timestep)
             for schedule in self._schedules
         ]
-        other.steps = other._count_steps()
+        other.steps = sum(schedule.steps for schedule in other._schedules)
         return other
 
     def __call__(self, parameter_sets: Sequence[Values]) -> list[list[Series]]:
@@ -290,10 +286,6 @@ class Simulator:
         for row, chosen in enumerate(parameter_sets):
             for name in map(str, chosen):
                 parameter = parameter_of(name)
-                if name in self.parameters and name != parameter:
-                    raise InvalidValueError(
-                        f"{name}: ' @ ' in a name stands before a recording; rename the element"
-                    )
                 if parameter not in self.parameters:
                     raise UnknownNameError("parameter", name, self.parameters)
                 if name != parameter and recording_of(name) not in recordings:

@@ -9,8 +9,7 @@ from typing import Final, NamedTuple
 import mujoco
 
 from tendon_mj.lab.recordings import UNITS
-from tendon_mj.lab.replay.live_parameters import DRAWN_BEND
-from tendon_mj.plugin import GAINS, KINDS, PARAMETERS, sensor_kind, servos
+from tendon_mj.plugin import KINDS, sensor_kind, servos
 
 _PLACE, _RATE = 1, 2  # MuJoCo's `ctrlspec` of a servo
 UNKNOWN: Final = "1"  # of a reading or a control that no column names
@@ -84,8 +83,7 @@ def reading_unit(model: mujoco.MjModel, sensor: int) -> str:
     if now in _OF_JOINT:
         return _OF_JOINT[now][int(model.jnt_type[seen] == mujoco.mjtJoint.mjJNT_SLIDE.value)]
     if now in _OF_TENDON:
-        first = model.wrap_type[model.tendon_adr[seen]]
-        return UNKNOWN if first == mujoco.mjtWrap.mjWRAP_JOINT.value else _OF_TENDON[now]
+        return UNKNOWN if _of_joints(model, seen) else _OF_TENDON[now]
     return "N" if now == mujoco.mjtSensor.mjSENS_TOUCH else UNKNOWN
 
 
@@ -104,7 +102,9 @@ def control_unit(model: mujoco.MjModel, actuator: int) -> str:
         joint = int(model.actuator_trnid[actuator, 0])
         slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE.value
         force, place, rate_of = ("N", "m", "m/s") if slides else ("N m", "rad", "rad/s")
-    elif on == mujoco.mjtTrn.mjTRN_TENDON.value and _through_sites(model, actuator):
+    elif on == mujoco.mjtTrn.mjTRN_TENDON.value and not _of_joints(
+        model, int(model.actuator_trnid[actuator, 0])
+    ):
         force, place, rate_of = "N", "m", "m/s"
     else:
         return UNKNOWN
@@ -122,11 +122,9 @@ def control_unit(model: mujoco.MjModel, actuator: int) -> str:
     return rate_of if bias[1] == 0.0 and gain == -bias[2] else UNKNOWN
 
 
-def _through_sites(model: mujoco.MjModel, actuator: int) -> bool:
-    """Whether an actuator's tendon is spatial, and none of joints."""
-    tendon = int(model.actuator_trnid[actuator, 0])
+def _of_joints(model: mujoco.MjModel, tendon: int) -> bool:
     first = model.wrap_type[model.tendon_adr[tendon]]
-    return bool(first != mujoco.mjtWrap.mjWRAP_JOINT.value)
+    return bool(first == mujoco.mjtWrap.mjWRAP_JOINT.value)
 
 
 def ending_of(unit: str) -> str:
@@ -145,37 +143,22 @@ def unit_ending(column: str) -> str:
     return max((ending for ending in UNITS if column.endswith(ending)), key=len, default="")
 
 
-def live_unit(parameter: str) -> str:
-    """The unit of a sheath's parameter or a servo's gain."""
-    if parameter == DRAWN_BEND:
-        return "rad"
-    known = PARAMETERS | GAINS
-    return known[parameter].unit if parameter in known else UNKNOWN
-
-
 def rate(unit: str) -> str:
     """A unit per second; one already per second gets a square."""
     return f"{unit}²" if unit.endswith("/s") else f"{unit}/s"
 
 
 class EngineeringUnit(NamedTuple):
-    """A unit to read values in.
+    """A unit to read values in."""
 
-    Attributes:
-        symbol: as it is written; empty for a ratio.
-        factor: by which a value in the SI unit is multiplied.
-    """
-
-    symbol: str
-    factor: float
+    symbol: str  # as it is written; empty for a ratio
+    factor: float  # by which a value in the SI unit is multiplied
 
 
 def engineering_unit(unit: str, values: Iterable[float]) -> EngineeringUnit:
     """The unit in which the largest of some values has one to three digits before the point.
 
-    Args:
-        unit: of the values: an SI unit; others, as "noise", stay as they are.
-        values: [unit] of one table row or axis; those that are not finite do not count.
+    Units that are not SI, as "noise", stay as they are; values that are not finite do not count.
     """
     if unit in _UNITLESS:
         return EngineeringUnit("", 1.0)
@@ -200,13 +183,7 @@ def plain(value: float, digits: int = 3) -> str:
 
 
 def quantity(value: float, unit: str, digits: int = 3) -> str:
-    """A value with its unit, as in "12 mN m", "4°" or "0.18".
-
-    Args:
-        value: [unit].
-        unit: an SI unit; "-" or empty for a ratio.
-        digits: significant ones.
-    """
+    """A value [unit] with its unit, as in "12 mN m", "4°" or "0.18"; "-" or empty for a ratio."""
     chosen = engineering_unit(unit, [value])
     return with_unit(plain(value * chosen.factor, digits), chosen)
 
@@ -214,13 +191,9 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
 def from_to(
     before: float, after: float, unit: str, between: str = " → ", beside: Iterable[float] = ()
 ) -> str:
-    """Two values in one unit, as in "4° → 0.11°" or "0.36 → 0.026 mm".
+    """Two values [unit] in one unit, as in "4° → 0.11°" or "0.36 → 0.026 mm".
 
-    Args:
-        before, after: [unit].
-        unit: as in `quantity`.
-        between: written between the two.
-        beside: values [unit] that are written in the same unit elsewhere.
+    ``beside`` are values that are written in the same unit elsewhere.
     """
     chosen = engineering_unit(unit, [before, after, *beside])
     first, second = (plain(value * chosen.factor) for value in (before, after))

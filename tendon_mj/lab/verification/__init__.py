@@ -15,6 +15,8 @@ from tendon_mj.lab.verification.costs import bench_step_cost as bench_step_cost
 from tendon_mj.lab.verification.costs import finger_step_cost as finger_step_cost
 from tendon_mj.lab.verification.costs import measure_models as measure_models
 from tendon_mj.lab.verification.costs import memory_of as memory_of
+from tendon_mj.lab.verification.costs import mujoco_tendon_bench as mujoco_tendon_bench
+from tendon_mj.lab.verification.costs import mujoco_tendon_finger as mujoco_tendon_finger
 from tendon_mj.lab.verification.costs import prepare_model as prepare_model
 from tendon_mj.lab.verification.costs import processor_time as processor_time
 from tendon_mj.lab.verification.costs import run_along as run_along
@@ -23,8 +25,4 @@ from tendon_mj.lab.verification.costs import step_cost as step_cost
 from tendon_mj.lab.verification.costs import step_times as step_times
 from tendon_mj.lab.verification.costs import thread_speedups as thread_speedups
 from tendon_mj.lab.verification.costs import times_in_turns as times_in_turns
-from tendon_mj.lab.verification.mujoco_models import mujoco_tendon_bench as mujoco_tendon_bench
-from tendon_mj.lab.verification.mujoco_models import mujoco_tendon_finger as mujoco_tendon_finger
-from tendon_mj.lab.verification.mujoco_models import (
-    without_tension_sensors as without_tension_sensors,
-)
+from tendon_mj.lab.verification.costs import without_tension_sensors as without_tension_sensors

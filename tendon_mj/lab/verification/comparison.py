@@ -41,34 +41,26 @@ class BenchReadings:
 
 
 def run_bench(bench: Bench, reel: FloatArray) -> BenchReadings:
-    """Simulate the bench from rest under T_0 while its reel follows ``reel``, (steps,) [m].
-
-    Raises:
-        TendonError: the simulation became unstable.
-    """
+    """Simulate the bench from rest under T_0 while its reel follows ``reel``, (steps,) [m]."""
     shown = rollout_named_sensors(build_bench(bench).compile(), reel)
     return BenchReadings(*(shown[name] for name in _SENSORS))
 
 
 @dataclass(frozen=True)
 class FirstMotion:
-    """A first motion from uniform T_0 in one direction: measured values and the closed form's.
+    """A first motion from uniform T_0 in one direction: measured values and the closed form's."""
 
-    Attributes:
-        exponent: λ with its sign, + pulling [-].
-        apparent_stiffness, analytic_stiffness: K_ap [N/m].
-        backlash, analytic_backlash: ξ_B [m].
-        backlash_error: their difference over T_in L/EA, T_in being the largest input tension until
-            the output starts: T_0 e^λ pulling, T_0 loosening.
-        transmission, analytic_transmission: T_out/T_in while sliding [-].
-    """
-
-    exponent: float
+    exponent: float  # λ with its sign, + pulling [-]
+    # K_ap [N/m]
     apparent_stiffness: float
     analytic_stiffness: float
+    # ξ_B [m]
     backlash: float
     analytic_backlash: float
+    # their difference over T_in L/EA, T_in being the largest input tension until the output starts:
+    # T_0 e^λ pulling, T_0 loosening
     backlash_error: float
+    # T_out/T_in while sliding [-]
     transmission: float
     analytic_transmission: float
 
@@ -133,17 +125,11 @@ def _sweep(
 
 @dataclass(frozen=True)
 class Convergence:
-    """Convergence of K_ap over the number of guides.
+    """Convergence of K_ap over the number of guides."""
 
-    Attributes:
-        guides: (k,) numbers of guides.
-        error: (k,) |K_ap/K_ap(finest) − 1|.
-        order: p of error ∝ guides^−p, least squares over all of them.
-    """
-
-    guides: FloatArray
-    error: FloatArray
-    order: float
+    guides: FloatArray  # (k,) numbers of guides
+    error: FloatArray  # (k,) |K_ap/K_ap(finest) − 1|
+    order: float  # p of error ∝ guides^−p, least squares over all of them
 
 
 def convergence(bench: Bench, progress: Progress = silent) -> Convergence:
@@ -164,19 +150,12 @@ def convergence(bench: Bench, progress: Progress = silent) -> Convergence:
 
 @dataclass(frozen=True)
 class LargestErrors:
-    """Largest error of a sweep.
+    """Largest error of a sweep."""
 
-    Attributes:
-        exponent: largest λ of the sweep [-].
-        apparent_stiffness: |K_ap/K_ap(closed form) − 1| [-].
-        backlash: |ξ_B − ξ_B(closed form)| over T_in L/EA [-].
-        transmission: |T_out/T_in/(closed form) − 1| while sliding [-].
-    """
-
-    exponent: float
-    apparent_stiffness: float
-    backlash: float
-    transmission: float
+    exponent: float  # largest λ of the sweep [-]
+    apparent_stiffness: float  # |K_ap/K_ap(closed form) − 1| [-]
+    backlash: float  # |ξ_B − ξ_B(closed form)| over T_in L/EA [-]
+    transmission: float  # |T_out/T_in/(closed form) − 1| while sliding [-]
 
     @classmethod
     def of(cls, motions: Sequence[FirstMotion]) -> LargestErrors:
@@ -199,25 +178,18 @@ class LargestErrors:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Results of `compare_bench`.
+    """Results of `compare_bench`."""
 
-    Attributes:
-        bench, limit_bench: parameters of the bench, and of the one in the stiff limit.
-        loop: readings of a cycle and a quarter on the bench.
-        motions, limit_motions: sweeps of λ in both directions on either.
-        convergence: over guides, at λ = 3 in the limit.
-        step_cost: time of a step over that of MuJoCo's own tendon [-].
-        rollout_speedup: of rollouts on two threads over one [-].
-    """
-
+    # parameters of the bench, and of the one in the stiff limit
     bench: Bench
     limit_bench: Bench
-    loop: BenchReadings
+    loop: BenchReadings  # readings of a cycle and a quarter on the bench
+    # sweeps of λ in both directions on either
     motions: list[FirstMotion]
     limit_motions: list[FirstMotion]
-    convergence: Convergence
-    step_cost: float
-    rollout_speedup: float
+    convergence: Convergence  # over guides, at λ = 3 in the limit
+    step_cost: float  # time of a step over that of MuJoCo's own tendon [-]
+    rollout_speedup: float  # of rollouts on two threads over one [-]
 
     @property
     def transmission_stiffness(self) -> dict[int, float]:
@@ -263,16 +235,7 @@ def _numbers(motion: FirstMotion) -> dict[str, float]:
 
 
 def compare_bench(bench: Bench | None = None, progress: Progress = silent) -> Comparison:
-    """Compare the bench with the closed form: loops, sweep, limit, convergence, step cost.
-
-    Args:
-        bench: its parameters; default: those of the package's model.
-        progress: called with the stage, the number done and the total.
-
-    Raises:
-        TendonError: a simulation became unstable.
-        EngineError: rollouts on one thread and on two differ.
-    """
+    """Compare the bench with the closed form: loops, sweep, limit, convergence, step cost."""
     bench = bench or Bench()
     limit = dataclasses.replace(bench, guides=LIMIT_GUIDES).stiffened(LIMIT_FACTOR)
     # so slow that the carriages' damping does not show

@@ -1,7 +1,8 @@
 """Cost of a step with sheaths over one of the same model without.
 
 A machine's speed drifts, so models are timed in turns: every round times all that is compared, and
-a ratio or a difference is that of one round.
+a ratio or a difference is that of one round. The counterparts of bench and finger have MuJoCo's own
+spatial tendons, of stiffness EA/S and spring length S, the length without tension, and no friction.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -22,12 +23,15 @@ from tendon_mj.errors import EngineError, InvalidValueError, TendonError, Tendon
 from tendon_mj.lab.finger import Trajectory, prepare_finger, tap
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.replay import full_state, rollout_sensors, suppress_mujoco_log
-from tendon_mj.lab.verification.mujoco_models import (
-    mujoco_tendon_bench,
-    mujoco_tendon_finger,
-    without_tension_sensors,
+from tendon_mj.models import (
+    TENDONS,
+    Bench,
+    Finger,
+    build_bench,
+    build_finger,
+    load_spec,
+    model_path,
 )
-from tendon_mj.models import Bench, Finger, build_bench, build_finger, load_spec, model_path
 from tendon_mj.plugin import sheaths
 from tendon_mj.typing import FloatArray
 
@@ -61,15 +65,10 @@ class Quartiles:
 
 @dataclass(frozen=True)
 class StepCost:
-    """Processor time of a step, in rounds that each time both models.
+    """Processor time of a step, in rounds that each time both models."""
 
-    Attributes:
-        steps: (rounds,) with sheaths [s].
-        reference_steps: (rounds,) of the same model without [s].
-    """
-
-    steps: FloatArray
-    reference_steps: FloatArray
+    steps: FloatArray  # (rounds,) with sheaths [s]
+    reference_steps: FloatArray  # (rounds,) of the same model without [s]
 
     @property
     def step(self) -> float:
@@ -197,11 +196,7 @@ def thread_speedups(
     runs: int = 8,
     steps: int = 6000,
 ) -> dict[int, Quartiles]:
-    """Speedup of the same rollouts by so many threads over one, in turns [-].
-
-    Raises:
-        EngineError: two numbers of threads do not agree bit by bit.
-    """
+    """Speedup of the same rollouts by so many threads over one, in turns [-]."""
     model = build_bench(bench).compile()
     pool = [mujoco.MjData(model) for _ in range(max(threads))]
     start = np.tile(full_state(model, pool[0]), (runs, 1))
@@ -225,11 +220,7 @@ def smooth_controls(
 ) -> FloatArray:
     """(steps, nu) sums of sines within the control ranges; ±1 where an actuator has none.
 
-    Args:
-        model: compiled.
-        steps: of the model's own length.
-        seed: of frequencies and phases.
-        amplitude: over half the range, around its middle.
+    ``amplitude`` is over half the range, around its middle.
     """
     random = np.random.default_rng(seed)
     instants = model.opt.timestep * np.arange(steps)
@@ -262,18 +253,13 @@ def memory_of(model: mujoco.MjModel) -> dict[str, int]:
 
 @dataclass(frozen=True)
 class ModelCost:
-    """Cost of friction in a model.
+    """Cost of friction in a model."""
 
-    Attributes:
-        cost: of a step with sheaths, over one without.
-        unsensed: the same without sensors of tension; None where `cost` has none either.
-        sheaths: in the model.
-        memory, reference_memory: of a simulation with sheaths, and without; see `memory_of`.
-    """
-
-    cost: StepCost
+    cost: StepCost  # of a step with sheaths, over one without
+    # the same without sensors of tension; None where cost has none either
     unsensed: StepCost | None
-    sheaths: int
+    sheaths: int  # in the model
+    # of a simulation with sheaths, and without; see memory_of
     memory: dict[str, int]
     reference_memory: dict[str, int]
 
@@ -308,13 +294,7 @@ class PreparedModel(NamedTuple):
 
 
 def prepare_model(name: str, steps: int = _STEPS) -> PreparedModel:
-    """Give every tendon of an MJCF file friction, and drive it for so many steps with and without.
-
-    Raises:
-        UnknownNameError: no such file.
-        InvalidValueError: the model has no actuator, or no tendon that can have a sheath.
-        TendonError: MuJoCo cannot read or compile it, or a run became unstable.
-    """
+    """Give every tendon of an MJCF file friction, and drive it so many steps with and without."""
     path = model_path(name)
 
     def run(sensors: Sequence[str] | None, controls: FloatArray | None = None) -> TimedRun:
@@ -349,17 +329,7 @@ def prepare_model(name: str, steps: int = _STEPS) -> PreparedModel:
 def measure_models(
     models: Sequence[str] = (), *, rounds: int = 15, progress: Progress = silent
 ) -> dict[str, ModelCost]:
-    """Cost of the package's bench, its tapping finger, and given models with friction, by name.
-
-    Args:
-        models: MJCF files, to every tendon of which friction is added.
-        rounds: of every measurement, ≥ 1.
-        progress: called with the stage, the number done and the total.
-
-    Raises:
-        InvalidValueError: no rounds, two models of one name, or one that nothing drives.
-        TendonError: a model that cannot be read, cannot have friction, or becomes unstable.
-    """
+    """Cost of the package's bench, its tapping finger, and MJCF files with friction, by name."""
     if rounds < 1:
         raise InvalidValueError(f"rounds = {rounds} must be 1 or more")
     prepared = [prepare_model(name) for name in models]
@@ -386,3 +356,70 @@ def measure_models(
 def _model_cost(cost: StepCost, spec: mujoco.MjSpec, reference: mujoco.MjSpec) -> ModelCost:
     model, plain = without_tension_sensors(spec).compile(), reference.compile()
     return ModelCost(cost, None, len(sheaths(model)), memory_of(model), memory_of(plain))
+
+
+def mujoco_tendon_bench(bench: Bench) -> mujoco.MjSpec:
+    """The bench without the plugin; its reel and its tension sensors go."""
+    spec = build_bench(bench)
+    _replace_sheaths(spec, {"tendon": bench.length}, bench.axial_stiffness, bench.pretension)
+    return spec
+
+
+def mujoco_tendon_finger(finger: Finger) -> mujoco.MjSpec:
+    """The finger without the plugin; its tension sensors go.
+
+    A tendon of MuJoCo knows no spool, so its first site rides on a slide with the spool's inertia,
+    damping and servo, all carried over by its radius: ξ = r θ.
+    """
+    spec = build_finger(finger)
+    lengths = dict(zip(TENDONS, spec.compile().tendon_length0, strict=True))
+    _replace_sheaths(spec, lengths, finger.axial_stiffness, finger.pretension)
+    r = finger.spool_radius
+    for name in TENDONS:
+        body, joint = spec.body(f"{name}_motor"), spec.joint(f"{name}_motor")
+        body.mass = 1e-9  # a spool's does not move
+        body.inertia = np.full(3, 1e-12)
+        joint.type, joint.axis = mujoco.mjtJoint.mjJNT_SLIDE, [-1.0, 0.0, 0.0]
+        joint.armature, joint.damping[0] = joint.armature / r**2, joint.damping[0] / r**2
+        site = spec.site(f"{name}_sheath_0")
+        place = np.array(site.pos) - np.array(body.pos)
+        spec.delete(site)
+        body.add_site(name=f"{name}_sheath_0", pos=place)
+        servo = spec.actuator(f"{name}_angle")
+        servo.gainprm[0] /= r
+        servo.biasprm[:3] = np.array(servo.biasprm[:3]) / [r, r**2, r**2]
+        servo.forcerange = np.array(servo.forcerange) / r
+        spec.actuator(f"{name}_torque").gear[0] = finger.gear / r
+    return spec
+
+
+def without_tension_sensors(spec: mujoco.MjSpec) -> mujoco.MjSpec:
+    """A model with sheaths, less the sensors that one with MuJoCo's own tendons cannot have.
+
+    A sensor that is the sheath's own instance stays: MuJoCo would delete the sheath with it.
+    """
+    views = {plugin.name for plugin in spec.plugins if "sensor" in plugin.config}
+    for sensor in [s for s in spec.sensors if s.plugin.name in views]:
+        spec.delete(sensor)
+    # a deleted sensor may take its instance along, so the list is read again
+    for view in [p for p in spec.plugins if "sensor" in p.config]:
+        spec.delete(view)
+    return spec
+
+
+def _replace_sheaths(
+    spec: mujoco.MjSpec, lengths: Mapping[str, float], axial_stiffness: float, pretension: float
+) -> None:
+    """Take the plugin out of a model, and give each tendon the stiffness that its sheath gave it.
+
+    ``lengths`` are of the tendons at the pretension [m].
+    """
+    for element in [e for e in (*spec.actuators, *spec.sensors) if e.plugin.active]:
+        spec.delete(element)
+    for plugin in list(spec.plugins):
+        spec.delete(plugin)
+    for name, length in lengths.items():
+        unstretched = length / (1.0 + pretension / axial_stiffness)
+        tendon = spec.tendon(name)
+        tendon.stiffness[0] = axial_stiffness / unstretched
+        tendon.springlength = [0.0, unstretched]

@@ -13,17 +13,19 @@ import numpy as np
 
 from tendon_mj.lab.diagnosis import (
     Candidate,
+    Effect,
     Problem,
     Selection,
     SelectionContext,
+    SystemDescription,
     Term,
     all_samples,
 )
-from tendon_mj.lab.diagnosis.effects.effect import EffectKind
+from tendon_mj.lab.diagnosis.effects.effect import Bound, EffectKind
 from tendon_mj.lab.diagnosis.selection import CONVERGED, select_effects
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import Parameter, Simulates
 from tendon_mj.typing import FloatArray
+from tests.lab.diagnosis.toy import Added
 from tests.lab.recorded import recorded
 
 Shape = Mapping[str, float]  # waveform → amplitude
@@ -40,25 +42,18 @@ def wave(frequency: int, time: FloatArray) -> FloatArray:
     return np.sqrt(2.0) * np.sin(2.0 * np.pi * frequency * time)
 
 
-class LinearRig(Simulates):
+class LinearRig(Added):
     """Simulator of a rig that adds the shapes of its parameters."""
 
     def __init__(self, recordings: Sequence[Recording], shapes: Mapping[str, Shape]) -> None:
-        self.recordings, self.shapes = recordings, shapes
-        self.parameters = {name: Parameter(0.0, "-", "live") for name in shapes}
+        super().__init__(recordings, dict.fromkeys(shapes, 0.0))
+        self.shapes = shapes
 
-    def __call__(
-        self, parameter_sets: Sequence[Mapping[str, float]]
-    ) -> list[list[dict[str, FloatArray]]]:
-        """Series for every set and recording."""
-        return [[{COLUMN: self._sum(s, r.time)} for r in self.recordings] for s in parameter_sets]
-
-    def _sum(self, values: Mapping[str, float], time: FloatArray) -> FloatArray:
-        total = np.zeros(time.size)
-        for name, value in values.items():
-            for letter, amplitude in self.shapes[name].items():
-                total += value * amplitude * wave(1 + WAVES.index(letter), time)
-        return total
+    def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
+        waves = (
+            a * wave(1 + WAVES.index(w), recording.time) for w, a in self.shapes[parameter].items()
+        )
+        return sum(waves, np.zeros(recording.time.size))
 
 
 def effect(
@@ -73,7 +68,17 @@ def effect(
     terms = [Term((name,), "-", 0.0, -most, most, 0.1)]
     if shape is not None:
         terms.append(Term((shape,), "-", 0.0, 1e-3, 1.0, 1.0, starts=(0.05,)))
-    return Candidate(name, kind, where, tuple(terms))
+    return Candidate(named(name, kind), where, tuple(terms))
+
+
+def named(name: str, kind: EffectKind = "missing", *, non_smooth: bool = False) -> Effect:
+    """An effect that is bound by hand."""
+    return Effect(name, name, "", "", "", nowhere, kind=kind, non_smooth=non_smooth)
+
+
+def nowhere(_: SystemDescription) -> Bound:
+    """No place on any model."""
+    return []
 
 
 def context(

@@ -13,9 +13,10 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach import add_friction
-from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Adjustable
 from tendon_mj.typing import FloatArray
+from tests.lab.recorded import recorded
 from tests.rigs import STILL, rope
 
 SETTLING = 2.0  # [s]
@@ -63,7 +64,7 @@ def write_rig(mjcf: str, folder: Path, **law: float) -> Path:
 def settled(
     rig: Path,
     points: FloatArray,
-    measured: Mapping[str, Measured],
+    measured: Mapping[str, tuple[str, float | None]],
     hidden: Mapping[str, float],
     seed: int,
     **more: object,
@@ -72,7 +73,7 @@ def settled(
     adjustable = Adjustable(mujoco.MjModel.from_xml_path(str(rig)))
     adjustable.set(hidden)
     model, data = adjustable.model, adjustable.data
-    addresses = {c: int(model.sensor(m.sensor).adr[0]) for c, m in measured.items()}
+    addresses = [int(model.sensor(name).adr[0]) for name, _ in measured.values()]
     scale, offset = adjustable.commands[model.actuator("reel").id, :2]
     rows, times, last = [], [], 0.0
     step = model.opt.timestep
@@ -82,27 +83,17 @@ def settled(
         for value in drive:
             data.ctrl[0] = scale * value + offset
             mujoco.mj_step(model, data)
-        rows.append([data.sensordata[address] for address in addresses.values()])
+        rows.append(data.sensordata[addresses])
         times.append(data.time)
         last = point
     random = np.random.default_rng(seed)
-    columns = {"reel_m": points}
-    for column, series in zip(measured, np.array(rows).T, strict=True):
-        sensor = model.sensor(measured[column].sensor).id
-        gain, bias = adjustable.readings[sensor, :2]
-        noise = measured[column].noise or 0.0
-        columns[column] = gain * series + bias + random.normal(0.0, noise, series.size)
-    return Recording(
-        name=f"points_{seed}",
-        model=str(rig),
-        source="made up, at rest",
-        time=np.array(times),
-        columns=columns,
-        drive={"reel_m": "reel"},
-        measured=measured,
-        settling_time=SETTLING,
-        **more,  # type: ignore[arg-type]
-    )
+    read = {}
+    for (column, (name, noise)), series in zip(measured.items(), np.array(rows).T, strict=True):
+        gain, bias = adjustable.readings[model.sensor(name).id, :2]
+        readings = gain * series + bias + random.normal(0.0, noise or 0.0, series.size)
+        read[column] = name, noise, readings
+    at_rest = {"name": f"points_{seed}", "settling_time": SETTLING}
+    return recorded(np.array(times), {"reel_m": ("reel", points)}, read, rig, **at_rest, **more)
 
 
 def stairs(*, low: float, high: float, steps: int, rows: int) -> FloatArray:

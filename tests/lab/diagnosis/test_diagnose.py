@@ -185,16 +185,6 @@ def test_the_result_is_plain() -> None:
         assert sum(p["time"] for p in shares) == pytest.approx(1.0)
 
 
-def test_every_candidate_is_ranked_the_named_one_first() -> None:
-    ranking = diagnose(*rig(1, EFFECTS["constant_friction"]), Toy).ranking
-    assert ranking[0].identifier == "constant_friction"
-    assert ranking[0].explains > 0.9
-    assert ranking[0].left == pytest.approx(1.0, abs=0.05)
-    fitted = [r.left for r in ranking if r.left is not None]
-    assert fitted == sorted(fitted)
-    assert len({(r.identifier, r.where) for r in ranking}) == len(ranking)
-
-
 def test_the_error_of_lumping_is_not_missing_however_little_the_noise() -> None:
     noise, strange = 1e-3, 0.01  # N; the signals' range is 12 N
     made = [recording(f"r{k}", k, {FRICTION: 0.2}, strange, noise) for k in range(4)]

@@ -27,6 +27,7 @@ from tendon_mj.lab.diagnosis.selection import select_effects
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Simulator
 from tendon_mj.typing import FloatArray
+from tests.lab.diagnosis.linear_rig import named
 from tests.lab.diagnosis.toy import (
     COLUMNS,
     NOISE,
@@ -118,7 +119,7 @@ def test_the_linearisation_holds_on_a_smooth_cost_only() -> None:
 @pytest.mark.parametrize("non_smooth", [False, True])
 def test_only_a_non_smooth_effect_is_searched_globally(non_smooth: bool) -> None:
     term = replace(FRICTION, inert=0.06, probe=0.1)
-    effect = Candidate("friction", "missing", "sheath", (term,), non_smooth=non_smooth)
+    effect = Candidate(named("friction", non_smooth=non_smooth), "sheath", (term,))
     context = SelectionContext(
         non_smooth_problem(), {"sheath.friction": 0.06}, (), (effect,), 0.0, 0.0, lambda *_: None
     )

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.lab.diagnosis.linear_rig import BLOCKS, Shape, context, effect, select, selected
+from tests.lab.diagnosis.linear_rig import BLOCKS, Shape, context, effect, named, select, selected
 
 A, B, C = (effect(name) for name in "abc")
 W = effect("w")
@@ -140,7 +140,7 @@ def test_a_second_best_choice_that_leads_to_less_is_not_kept() -> None:
     """{c} leaves 1.5, {again}, which writes c too and so excludes it, leaves 4."""
     shapes = {"c": {"a": 1.2, "b": 0.8, "d": 0.25}, "a": {"a": 1.2}}
     term = replace(C.terms[0], targets=("a", "c"))
-    again = replace(C, identifier="again", terms=(term,))
+    again = replace(C, effect=named("again"), terms=(term,))
     selection = select(context(shapes, {"a": 6.0, "b": 4.0}, [C, again]))
     assert selection.first is not None
     assert [m.candidate for m in selection.first.fitted] == [C, again]
@@ -160,7 +160,7 @@ def test_one_effect_on_many_elements_leaves_fits_for_others() -> None:
     names = [f"a{k}" for k in range(5)]
     shapes: dict[str, Shape] = {name: {"a": 1.0} for name in names}
     shapes["b"] = {"a": 1.0, "b": 0.3}
-    candidates = [replace(effect(n, where=n), identifier="a") for n in names] + [B]
+    candidates = [replace(effect(n, where=n), effect=named("a")) for n in names] + [B]
     extended = context(shapes, {"a": 3.0}, candidates)
     result = extended.extend(extended.fit_model((), ()))
     assert sorted(m.candidate.identifier for m in result.fitted if m.candidate) == ["a"] * 3 + ["b"]

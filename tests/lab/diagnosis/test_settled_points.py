@@ -11,10 +11,10 @@ import pytest
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.diagnosis import Problem, candidates, check_recordings, describe_system, diagnose
+from tendon_mj.lab.diagnosis.criteria import chance_excess
 from tendon_mj.lab.diagnosis.data import training_samples
 from tendon_mj.lab.diagnosis.regimes import regimes
-from tendon_mj.lab.diagnosis.thresholds import chance_excess
-from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Parameter, Simulates, Simulator
 from tests.lab.diagnosis.settled_rigs import LEVER, settled, stairs, write_rig
 from tests.lab.diagnosis.toy import problem_of
@@ -22,7 +22,7 @@ from tests.lab.recorded import recorded
 from tests.refusals import refusing
 
 NOISE = 0.1
-READS = {"lever_rad": Measured("lever", 0.005), "pull_N": Measured("input_tension", NOISE)}
+READS = {"lever_rad": ("lever", 0.005), "pull_N": ("input_tension", NOISE)}
 KNOWN = {"sheath.axial_stiffness": 3e3, "sheath.pretension": 1.0}
 
 
@@ -139,6 +139,6 @@ def test_what_acts_in_motion_alone_is_no_candidate_at_rest(lever: Path) -> None:
 
     problem = problem_of(Simulator, [made])
     bound = candidates(describe_system(problem))
-    moving = {c.identifier for c in bound if c.in_motion}
+    moving = {c.identifier for c in bound if c.effect.in_motion}
     assert moving >= {"joint_damping", "viscous_friction", "sensor_delay", "command_delay"}
     assert moving.isdisjoint({"sheath_friction", "backlash", "joint_friction", "springref"})

@@ -18,6 +18,14 @@ from tendon_mj.lab.diagnosis import (
     intervals,
     tied,
 )
+from tendon_mj.lab.diagnosis.criteria import (
+    CLOSED,
+    detection_limit,
+    discretisation_error,
+    least_share,
+    reducible_excess,
+    unexplained_excess,
+)
 from tendon_mj.lab.diagnosis.proof import parameters_beyond_range
 from tendon_mj.lab.diagnosis.statistics import (
     CrossValidation,
@@ -27,15 +35,7 @@ from tendon_mj.lab.diagnosis.statistics import (
     rate_effect,
     simplest,
 )
-from tendon_mj.lab.diagnosis.thresholds import (
-    CLOSED,
-    detection_limit,
-    discretisation_error,
-    least_share,
-    reducible_excess,
-    unexplained_excess,
-)
-from tests.lab.diagnosis.linear_rig import BLOCKS, LinearRig, Shape, context, effect
+from tests.lab.diagnosis.linear_rig import BLOCKS, LinearRig, Shape, context, effect, named
 from tests.lab.diagnosis.toy import Toy, problem_of, recording
 
 TERM = Term(("sheath.constant_friction",), "N", 0.0, -50.0, 50.0, 1.0)
@@ -74,7 +74,7 @@ def test_beside_a_non_smooth_effect_no_block_is_left_out() -> None:
     random = np.random.default_rng(1)
     size = data.blocks.size
     fitted = linear(data, random.normal(size=(size, 2)), random.normal(size=size))
-    effect = Candidate("drift", "missing", "sheath", (SLOPE,), non_smooth=True)
+    effect = Candidate(named("drift", non_smooth=True), "sheath", (SLOPE,))
     result = cross_validate(data, replace(fitted, calibrated=(TERM,), effects=(effect,)))
     assert result.excess == pytest.approx(float(np.mean(fitted.residual**2)) - 1.0)
     assert result.excess < cross_validate(data, fitted).excess
@@ -188,10 +188,10 @@ def test_a_parameter_is_beyond_its_range_by_more_than_half_of_its_interval(
 def test_an_error_counts_as_no_more_than_its_signal_varies() -> None:
     data = problem()
     series = [
-        data.recordings[k].columns[column] / data.noise[k][column] for k, column, _ in data.layout()
+        data.recordings[k].columns[column] / data.noise[k][column] for k, column, _ in data.signals
     ]
     most = np.mean([np.var(one) for one in series])
-    size = sum(count for _, _, count in data.layout())
+    size = data.in_train.size
     assert reducible_excess(data, np.full(size, 1e6)) == pytest.approx(most)
     assert reducible_excess(data, np.full(size, 1.1)) == pytest.approx(0.21)
 

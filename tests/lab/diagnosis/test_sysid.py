@@ -1,6 +1,5 @@
 """Fits of mujoco.sysid on a rig whose parameters are known."""
 
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -9,96 +8,62 @@ import pytest
 
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import fit_with_sysid, sysid, sysid_is_there
-from tendon_mj.lab.recordings import Recording, Uncertain
-from tendon_mj.lab.replay import Parameter, Simulates
-from tests.lab.recorded import recorded
+from tendon_mj.lab.recordings import Uncertain
+from tests.lab.diagnosis.toy import COLUMNS, NOISE, Toy, recording
 from tests.refusals import refusing
 
 needs_sysid = pytest.mark.skipif(not sysid_is_there(), reason="mujoco.sysid lacks its extras")
 
-NOISE = 0.05
-UNCERTAIN = {"tendon.stiffness": Uncertain(1.5e3, 1e3, 3e3), "tendon.friction": Uncertain(1, 0, 5)}
+FRICTION, CONSTANT = "sheath.friction", "sheath.constant_friction"
+UNCERTAIN = {FRICTION: Uncertain(0.15, 0.05, 0.4), CONSTANT: Uncertain(0.0, -3.0, 3.0)}
+TRUTH = {FRICTION: 0.2, CONSTANT: 1.0}
 
 
-class Toy(Simulates):
-    """Tension = stiffness × displacement + friction × direction; 3 N of nothing it knows of."""
-
-    def __init__(self, recordings: Sequence[Recording]) -> None:
-        self.recordings = recordings
-        self.parameters = {n: Parameter(u.value, "", "live") for n, u in UNCERTAIN.items()}
-
-    def __call__(self, sets: Sequence[Mapping[str, float]]) -> list[list[dict[str, np.ndarray]]]:
-        return [
-            [self.answer(recording, values) for recording in self.recordings] for values in sets
-        ]
-
-    def answer(self, recording: Recording, values: Mapping[str, float]) -> dict[str, np.ndarray]:
-        given = {name: p.value for name, p in self.parameters.items()} | dict(values)
-        return {
-            "tension_N": tension(
-                recording.columns["displacement_m"],
-                given["tendon.stiffness"],
-                given["tendon.friction"],
-            )
-        }
+def record(seed, extra=0.0, uncertain=UNCERTAIN, **more):
+    made = recording(f"toy_{seed}", seed, TRUTH, extra)
+    return replace(made, uncertain=uncertain, **more)
 
 
-def tension(displacement, stiffness, friction):
-    return stiffness * displacement + friction * np.sign(np.gradient(displacement))
-
-
-def record(seed, stiffness=2e3, friction=2.0, bias=0.0, uncertain=UNCERTAIN):
-    random = np.random.default_rng(seed)
-    time = np.linspace(0.0, 6.0, 900)
-    x = 5e-3 * np.sin(2.0 * np.pi * random.uniform(0.3, 0.6) * time)
-    y = tension(x, stiffness, friction) + bias + random.normal(0.0, NOISE, time.size)
-    return recorded(
-        time,
-        {"displacement_m": ("drive", x)},
-        {"tension_N": ("tension", NOISE, y)},
-        "toy",
-        name=f"toy_{seed}",
-        uncertain=uncertain,
-    )
+def spoilt(made, error, rows=slice(None)):
+    """The recording with an error [N] in some rows of its readings."""
+    columns = {column: series.copy() for column, series in made.columns.items()}
+    for column in COLUMNS:
+        columns[column][rows] += error
+    return replace(made, columns=columns)
 
 
 @needs_sysid
 def test_what_was_planted_is_recovered_down_to_the_noise():
     result = fit_with_sysid([record(1), record(2)], [record(3)], simulator=Toy)
-    for name, truth in (("tendon.stiffness", 2e3), ("tendon.friction", 2.0)):
+    for name, truth in TRUTH.items():
         value, low, high = result.values[name]
         assert value == pytest.approx(truth, rel=0.02)
         assert low < value < high
     assert result.train_rms == pytest.approx(1.0, abs=0.1)
     assert result.held_out_rms == pytest.approx(1.0, abs=0.1)
-    assert result.signals["tension_N"] == pytest.approx(NOISE, rel=0.1)
+    assert result.signals == pytest.approx(dict.fromkeys(COLUMNS, NOISE), rel=0.1)
 
 
 @needs_sysid
 def test_what_the_model_lacks_stays_in_the_error():
-    bias = 20.0 * NOISE
-    result = fit_with_sysid(
-        [record(1, bias=bias), record(2, bias=bias)], [record(3, bias=bias)], simulator=Toy
-    )
-    assert result.held_out_rms == pytest.approx(bias / NOISE, rel=0.1)
+    result = fit_with_sysid([record(1, 1.0), record(2, 1.0)], [record(3, 1.0)], simulator=Toy)
+    assert result.held_out_rms == pytest.approx(np.sqrt(0.5) / NOISE, rel=0.1)
 
 
 @needs_sysid
 def test_values_stay_in_the_ranges_of_the_recordings():
-    result = fit_with_sysid([record(1, stiffness=9e3)], [record(2, stiffness=9e3)], simulator=Toy)
+    narrow = UNCERTAIN | {FRICTION: Uncertain(0.1, 0.05, 0.15)}
+    result = fit_with_sysid([record(1, uncertain=narrow)], [record(2)], simulator=Toy)
     for name, (value, low, high) in result.values.items():
-        assert UNCERTAIN[name].low <= low <= value <= high <= UNCERTAIN[name].high
-    assert result.values["tendon.stiffness"][0] == pytest.approx(3e3, rel=1e-3)
+        assert narrow[name].low <= low <= value <= high <= narrow[name].high
+    assert result.values[FRICTION][0] == pytest.approx(0.15, rel=1e-3)
 
 
 @needs_sysid
 def test_without_a_hold_out_the_tails_are_kept_from_the_fit():
-    spoilt = record(1)
-    columns = {c: values.copy() for c, values in spoilt.columns.items()}
-    columns["tension_N"][-200:] += 50.0 * NOISE
-    plain = {f: getattr(spoilt, f) for f in ("model", "source", "time", "drive", "measured")}
-    tail = Recording(name="tail", columns=columns, uncertain=UNCERTAIN, **plain)
-    result, clean = (fit_with_sysid([r], simulator=Toy) for r in (tail, spoilt))
+    made = record(1)
+    tail = spoilt(made, 50.0 * NOISE, slice(-130, None))
+    result, clean = (fit_with_sysid([one], simulator=Toy) for one in (tail, made))
     assert result.values == clean.values
     assert result.train_rms == clean.train_rms
     assert result.held_out_rms > 10.0 * clean.held_out_rms
@@ -106,12 +71,11 @@ def test_without_a_hold_out_the_tails_are_kept_from_the_fit():
 
 @needs_sysid
 def test_of_different_states_each_is_predicted_by_a_fit_to_the_others():
-    three = [replace(record(k), known={"rig.bend": float(k)}) for k in (1, 2, 3)]
+    three = [record(k, known={"rig.bend": float(k)}) for k in (1, 2, 3)]
     assert fit_with_sysid(three, simulator=Toy).held_out_rms == pytest.approx(1.0, abs=0.1)
-    columns = {**three[2].columns, "tension_N": three[2].columns["tension_N"] + 50.0 * NOISE}
-    spoilt = fit_with_sysid([*three[:2], replace(three[2], columns=columns)], simulator=Toy)
-    assert spoilt.held_out_rms > 50.0 / np.sqrt(3.0)  # the fit has not seen it
-    assert spoilt.train_rms < spoilt.held_out_rms
+    off = fit_with_sysid([*three[:2], spoilt(three[2], 50.0 * NOISE)], simulator=Toy)
+    assert off.held_out_rms > 50.0 / np.sqrt(3.0)  # the fit has not seen it
+    assert off.train_rms < off.held_out_rms
 
 
 @needs_sysid

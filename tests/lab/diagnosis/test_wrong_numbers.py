@@ -23,10 +23,11 @@ from tendon_mj.lab.diagnosis import (
     written,
 )
 from tendon_mj.lab.diagnosis.wording import state_finding
-from tendon_mj.lab.recordings import Measured, Recording, Uncertain
+from tendon_mj.lab.recordings import Recording, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulator
 from tendon_mj.typing import FloatArray
 from tests.lab.diagnosis.toy import Toy, bench_recording, measured_by, problem_of, recording, system
+from tests.lab.recorded import recorded
 
 PENDULUM = """
 <mujoco>
@@ -49,7 +50,7 @@ ACTUATORS = {
     "motor": '<motor name="motor" joint="elbow" gear="2"/>',
     "servo": '<position name="servo" joint="elbow" kp="30" kv="1.5"/>',
 }
-NOISE = {"angle_rad": Measured("angle", 5e-3), "torque_Nm": Measured("torque", 2e-2)}
+NOISE = {"angle_rad": ("angle", 5e-3), "torque_Nm": ("torque", 2e-2)}
 TIME = np.arange(0.0, 3.0, 0.01)
 
 # number, actuator that drives, effect that it is called, values of the rig
@@ -84,15 +85,8 @@ def measured(actuator: str, truth: Mapping[str, float], folder: Path) -> list[Re
     for k in range(2):
         phase = 2.0 * np.pi * ((0.4 + 0.1 * k) * TIME + (0.35 + 0.05 * k) * TIME**2)
         drive = np.sin(phase) * np.minimum(TIME / 0.3, 1.0) * (0.35 - 0.05 * k)
-        blank = Recording(
-            name=f"r{k}",
-            model=str(model),
-            source="made",
-            time=TIME,
-            columns={column: drive, **dict.fromkeys(sensors, 0.0 * TIME)},
-            drive={column: actuator},
-            measured={c: NOISE[c] for c in sensors},
-        )
+        read = {c: NOISE[c] for c in sensors}
+        blank = recorded(TIME, {column: (actuator, drive)}, read, model, name=f"r{k}")
         made.append(measured_by(Simulator, blank, truth, random))
     return made
 
@@ -158,13 +152,11 @@ class TwoSheaths(Toy):
         radii = {name: Parameter(value, "m", "live") for name, value in self.RADII.items()}
         self.parameters = {**self.parameters, **radii}
 
-    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
-        toy = {name: value for name, value in changed.items() if name not in self.RADII}
-        radii = {**self.RADII, **changed}
-        place = recording.columns["input_displacement_m"] / 1e-3
-        left = 200.0 * radii["left.output_radius"] * np.cos(3.0 * place)
-        right = 200.0 * radii["right.output_radius"] * np.cos(7.0 * place)
-        return {c: s + left + right for c, s in super()._one(toy, recording).items()}
+    def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
+        if parameter not in self.RADII:
+            return super().waveform(parameter, column, recording)
+        waves = 3.0 if parameter == "left.output_radius" else 7.0
+        return 200.0 * np.cos(waves * recording.columns["input_displacement_m"] / 1e-3)
 
 
 @pytest.mark.parametrize("factor", [0.7, 1.3])
@@ -320,7 +312,7 @@ def test_paths_that_bend_differently_are_wrong_by_as_much() -> None:
 
 def _statement(candidate: Candidate, before: dict[str, float], after: dict[str, float]) -> str:
     parameters = {name: Parameter(value, "rad", "live") for name, value in before.items()}
-    return state_finding(CATALOGUE["bend_angle"], candidate, parameters, before, after)
+    return state_finding(candidate, parameters, before, after)
 
 
 def test_a_term_that_all_elements_share_does_nothing_at_its_inert_value() -> None:

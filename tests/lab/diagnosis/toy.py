@@ -29,6 +29,35 @@ WEIGHTS = {
 }
 
 
+class Added(Simulates):
+    """Simulator of a rig that adds the waveforms of its parameters, without joints or steps."""
+
+    rest = 0.0  # of every column
+
+    def __init__(self, recordings: Sequence[Recording], values: Mapping[str, float]) -> None:
+        self.recordings = list(recordings)
+        self.parameters = {name: Parameter(value, "SI", "live") for name, value in values.items()}
+
+    def __call__(
+        self, parameter_sets: Sequence[Mapping[str, float]]
+    ) -> list[list[dict[str, FloatArray]]]:
+        return [[self._one(s, r) for r in self.recordings] for s in parameter_sets]
+
+    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
+        values = {**{name: p.value for name, p in self.parameters.items()}, **changed}
+        acting = {name: value for name, value in values.items() if value != 0.0}
+        series = {}
+        for column in recording.measured:
+            series[column] = np.full(recording.time.size, self.rest)
+            for name, value in acting.items():
+                series[column] += value * self.waveform(name, column, recording)
+        return series
+
+    def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
+        """(n,) reading that a parameter of 1 adds to a column."""
+        raise NotImplementedError
+
+
 def waveform(parameter: str, recording: Recording) -> FloatArray:
     """Shape of a parameter's influence on a recording: smooth, and unlike any other's."""
     place = recording.columns["input_displacement_m"] / 1e-3
@@ -41,30 +70,17 @@ def waveform(parameter: str, recording: Recording) -> FloatArray:
     return np.sin((order + 1.0) * place + 0.3 * order)
 
 
-class Toy(Simulates):
-    """Simulator of the toy rig, which knows neither joints nor steps."""
+class Toy(Added):
+    """Simulator of the toy rig."""
+
+    rest = 20.0  # [N]
 
     def __init__(self, recordings: Sequence[Recording]) -> None:
-        self.recordings = list(recordings)
-        self.calls = 0
-        self.parameters = {name: Parameter(v, "SI", "live") for name, (v, _) in WEIGHTS.items()}
+        super().__init__(recordings, {name: value for name, (value, _) in WEIGHTS.items()})
 
-    def __call__(
-        self, parameter_sets: Sequence[Mapping[str, float]]
-    ) -> list[list[dict[str, FloatArray]]]:
-        """Series for every set and recording."""
-        self.calls += len(parameter_sets)
-        return [[self._one(s, r) for r in self.recordings] for s in parameter_sets]
-
-    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
-        values = {**{name: value for name, (value, _) in WEIGHTS.items()}, **changed}
-        series = {}
-        for k, column in enumerate(COLUMNS):
-            series[column] = 20.0 + sum(
-                value * WEIGHTS[name][1][k] * waveform(name, recording)
-                for name, value in values.items()
-            )
-        return series
+    def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
+        share = WEIGHTS[parameter][1][list(COLUMNS).index(column)]
+        return share * waveform(parameter, recording)
 
 
 def recording(

@@ -7,15 +7,17 @@ plus c·x·p for a pretension p that the user can set. At its input only a is fe
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from tendon_mj.lab.diagnosis import Diagnosis, Effect, ParameterSpecification, diagnose, on_sheaths
 from tendon_mj.lab.experiment_design import DriveBounds, ExperimentBounds
-from tendon_mj.lab.recordings import Measured, Recording, Uncertain
-from tendon_mj.lab.replay import Parameter, Simulates
+from tendon_mj.lab.recordings import Recording, Uncertain
 from tendon_mj.typing import FloatArray
+from tests.lab.diagnosis.toy import Added, measured_by
+from tests.lab.recorded import recorded
 
 Shapes = Mapping[str, Callable[[FloatArray, FloatArray], FloatArray]]  # (time [s], x [mm]) → N
 
@@ -24,31 +26,20 @@ DRIVE, TENSION, INPUT = "input_displacement_m", "output_tension_N", "input_tensi
 PRETENSION = "sheath.pretension"
 
 
-class ShapedRig(Simulates):
+class ShapedRig(Added):
     """Simulator that adds up the shapes of its parameters."""
 
+    rest = 20.0  # [N]
+
     def __init__(self, recordings: Sequence[Recording], shapes: Shapes) -> None:
-        self.recordings, self.shapes = list(recordings), shapes
-        self.parameters = {name: Parameter(0.0, "N", "live") for name in shapes}
-        self.parameters[PRETENSION] = Parameter(20.0, "N", "live")
+        super().__init__(recordings, dict.fromkeys(shapes, 0.0) | {PRETENSION: 20.0})
+        self.shapes = shapes
 
-    def __call__(
-        self, parameter_sets: Sequence[Mapping[str, float]]
-    ) -> list[list[dict[str, FloatArray]]]:
-        """Series for every set and recording."""
-        return [[self._one(s, r) for r in self.recordings] for s in parameter_sets]
-
-    def _one(self, values: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
-        felt = {name: value for name, value in values.items() if name == "sheath.a"}
-        tensions = {TENSION: self._sum(values, recording), INPUT: self._sum(felt, recording)}
-        return {column: tensions[column] for column in recording.measured}
-
-    def _sum(self, values: Mapping[str, float], recording: Recording) -> FloatArray:
+    def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
+        if parameter == PRETENSION or (column == INPUT and parameter != "sheath.a"):
+            return np.zeros(recording.time.size)
         place = recording.columns[DRIVE] / 1e-3 * recording.known.get(PRETENSION, 20.0) / 20.0
-        series = np.full(place.size, 20.0)
-        for name, shape in self.shapes.items():
-            series += values.get(name, 0.0) * shape(recording.time, place)
-        return series
+        return self.shapes[parameter](recording.time, place)
 
 
 def effect(name: str) -> Effect:
@@ -73,31 +64,17 @@ def record(
     like: Recording | None = None,
 ) -> Recording:
     """Four seconds of the rig under a slow sine, or under what drives another recording."""
-    time = np.round(np.arange(0.0, 4.0, 0.01), 6) if like is None else like.time
+    time = np.round(np.arange(0.0, 4.0, 0.01), 6)
     sine = amplitude * np.sin(2.0 * np.pi * 0.5 * time)
-    measured = {TENSION: Measured("output_tension", NOISE)} if like is None else like.measured
-    still = dict.fromkeys(measured, 0.0 * time)
-    blank = Recording(
-        name=name,
-        model="bench",
-        source="made",
-        time=time,
-        columns={DRIVE: sine if like is None else like.columns[DRIVE], **still},
-        drive={DRIVE: "reel"},
-        measured=measured,
-        known={} if like is None else like.known,
+    blank = recorded(
+        time,
+        {DRIVE: ("reel", sine)},
+        {TENSION: ("output_tension", NOISE)},
         uncertain=uncertain or {},
     )
+    blank = replace(like or blank, name=name)
     random = np.random.default_rng(len(name) + ord(name[0]))
-    noisy = {
-        column: series + random.normal(0.0, NOISE, time.size)
-        for column, series in ShapedRig([blank], shapes)([truth])[0][0].items()
-    }
-    return Recording(
-        **{field: getattr(blank, field) for field in ("name", "model", "source", "time")},
-        **{field: getattr(blank, field) for field in ("drive", "measured", "known", "uncertain")},
-        columns={**blank.columns, **noisy},
-    )
+    return measured_by(partial(ShapedRig, shapes=shapes), blank, truth, random)
 
 
 def diagnosed(

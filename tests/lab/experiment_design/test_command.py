@@ -10,8 +10,9 @@ import pytest
 
 from tendon_mj.cli import main
 from tendon_mj.lab.diagnosis import CATALOGUE
-from tendon_mj.lab.recordings import Recording, read_recording, write_recording
+from tendon_mj.lab.recordings import read_recording, write_recording
 from tendon_mj.lab.replay import Simulator
+from tests.lab.diagnosis.toy import measured_by
 from tests.lab.recorded import recorded
 
 NOISE = 0.05
@@ -35,10 +36,8 @@ def record(folder: Path, name: str, seed: int, rate: float) -> str:
         {COLUMN: ("output_tension", NOISE)},
         name=name,
     )
-    series = Simulator([blank])([{"sheath.friction": 0.2}])[0][0][COLUMN]
-    columns = {**blank.columns, COLUMN: series + random.normal(0.0, NOISE, time.size)}
-    made = {f: getattr(blank, f) for f in ("name", "model", "source", "time", "drive", "measured")}
-    return str(write_recording(Recording(columns=columns, **made), folder / f"{name}.csv"))
+    made = measured_by(Simulator, blank, {"sheath.friction": 0.2}, random)
+    return str(write_recording(made, folder / f"{name}.csv"))
 
 
 def test_a_tie_gets_a_template_that_decides_it(

@@ -162,8 +162,3 @@ def test_the_frictionless_twin_loses_no_tension(model):
     assert frictionless(model).keys() == {"sheath.friction"}
     frames = record_frames(model, wind_in, duration=0.3, fps=20, parameters=frictionless(model))
     assert np.ptp(frames.cables["sheath"].tensions, axis=1).max() < 1e-9
-
-
-def test_a_recorder_that_saw_nothing_has_no_frames():
-    with pytest.raises(InvalidValueError):
-        FrameRecorder().frames()

@@ -10,9 +10,10 @@ import pytest
 
 from experiments.one_capstan import build, record
 from tendon_mj.errors import RecordingError
-from tendon_mj.lab.recordings import Measured, Recording, read_recording, write_recording
+from tendon_mj.lab.recordings import Recording, read_recording, write_recording
 from tendon_mj.lab.replay import Simulator, patch_model, replay_recording
 from tendon_mj.models import load_model
+from tests.lab.recorded import recorded
 from tests.refusals import refusing
 
 TIME = np.arange(0.0, 1.0, 0.02)
@@ -46,17 +47,9 @@ ARM = """
 
 
 def arm(drive: dict[str, str], columns: dict[str, np.ndarray], time: np.ndarray) -> Recording:
-    measured = {f"{j}_rad": Measured(f"{j}_angle") for j in ("shoulder", "elbow")}
-    return Recording(
-        name="swing",
-        model="arm",
-        source="a test",
-        time=time,
-        columns={**columns, **{c: np.zeros(time.size) for c in measured}},
-        drive=drive,
-        measured=measured,
-        settle=0.0,
-    )
+    driven = {column: (drive[column], series) for column, series in columns.items()}
+    read = {f"{joint}_rad": f"{joint}_angle" for joint in ("shoulder", "elbow")}
+    return recorded(time, driven, read, "arm", settle=0.0)
 
 
 @pytest.fixture(scope="module")

@@ -177,6 +177,7 @@ def test_the_first_sample_is_at_rest_where_the_drive_begins():
 def test_without_settling_the_first_sample_is_the_reference_pose():
     held = joint_recording(np.arange(0.0, 0.5, 0.02), np.full(25, 0.6))
     answer = replay_recording(held, settle=0.0)
+    assert_same(answer, replay_recording(dataclasses.replace(held, settle=0.0)), atol=0.0)
     assert answer.columns["joint_rad"][0] == 0.0
     assert answer.columns["tension_1_N"][0] == pytest.approx(5.0)
 
@@ -189,7 +190,7 @@ def test_a_time_to_settle_that_is_none_is_refused(settle):
 
 @pytest.mark.parametrize(
     ("interval", "settle", "steps"),
-    [(1e-2, 1e5, "100000490"), (1e-2, 1e308, "inf"), (5e-324, 0.5, "inf")],
+    [(1e-2, 1e5, "100000490"), (5e-324, 0.5, "inf")],
 )
 def test_more_steps_than_are_simulated_are_refused_by_their_number(interval, settle, steps):
     recording = joint_recording(interval * np.arange(50), np.full(50, 0.6))

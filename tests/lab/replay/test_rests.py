@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Simulator, replay_recording, simulation
 from tests.lab.diagnosis.settled_rigs import FINGER, LEVER, SETTLING, settled, stairs, write_rig
 
 POINTS = stairs(low=0.0, high=0.012, steps=4, rows=9)
 SPANS = {"lever_rad": 0.4, "pull_N": 15.0, "knuckle_rad": 0.7, "middle_rad": 0.7}
-LEVER_READS = {"lever_rad": Measured("lever"), "pull_N": Measured("input_tension")}
-FINGER_READS = {"knuckle_rad": Measured("knuckle"), "middle_rad": Measured("middle")}
+LEVER_READS = {"lever_rad": ("lever", None), "pull_N": ("input_tension", None)}
+FINGER_READS = {"knuckle_rad": ("knuckle", None), "middle_rad": ("middle", None)}
 
 
 @pytest.fixture(scope="module")

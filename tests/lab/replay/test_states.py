@@ -95,18 +95,6 @@ def test_a_held_drive_keeps_its_value_until_the_next_sample() -> None:
     assert float(np.abs(answers - smooth).max()) > 0.1
 
 
-def test_without_settling_the_model_starts_in_its_reference_pose() -> None:
-    first = bench("one")
-    at_rest, started = (
-        replay_recording(replace(first, settle=settle)).columns[TENSION][0] for settle in (0.5, 0.0)
-    )
-    assert at_rest == pytest.approx(started, rel=1e-6)  # its drive begins at 0
-    np.testing.assert_array_equal(
-        replay_recording(replace(first, settle=0.0)).columns[TENSION],
-        replay_recording(first, settle=0.0).columns[TENSION],
-    )
-
-
 @pytest.mark.parametrize(
     ("changed", "facts"),
     [

@@ -16,14 +16,7 @@ Effects = Mapping[str, Effect] | Iterable[Effect]  # of a mapping the values cou
 
 
 def by_identifier(effects: Effects) -> dict[str, Effect]:
-    """Identifier → effect, in the given order.
-
-    Raises:
-        InvalidValueError: no effect, an entry that is not an `Effect`, or an identifier twice.
-    """
-    if isinstance(effects, str | Effect) or not isinstance(effects, Iterable):
-        shown = effects.identifier if isinstance(effects, Effect) else effects
-        raise InvalidValueError(f"catalogue: {shown!r} must be a list of effects, such as [effect]")
+    """Identifier → effect, in the given order."""
     catalogue: dict[str, Effect] = {}
     for effect in effects.values() if isinstance(effects, Mapping) else effects:
         if not isinstance(effect, Effect):
@@ -34,8 +27,6 @@ def by_identifier(effects: Effects) -> dict[str, Effect]:
         if effect.identifier in catalogue:
             raise InvalidValueError(f"catalogue: two effects are called {effect.identifier!r}")
         catalogue[effect.identifier] = effect
-    if not catalogue:
-        raise InvalidValueError("catalogue: it is empty; a diagnosis needs an effect to name")
     return catalogue
 
 
@@ -56,11 +47,7 @@ def candidates(
     exclude: Collection[str] = (),
     catalogue: Mapping[str, Effect] = CATALOGUE,
 ) -> list[Candidate]:
-    """Every effect of a catalogue bound to a model, but those excluded.
-
-    Raises:
-        UnknownNameError: an excluded identifier that is not in the catalogue.
-    """
+    """Every effect of a catalogue bound to a model, but those excluded."""
     for identifier in exclude:
         if identifier not in catalogue:
             raise UnknownNameError("effect", identifier, catalogue)
@@ -74,13 +61,11 @@ def check_bindings(
     """Warn of each user-defined effect, not excluded, that binds nowhere on a model.
 
     An effect of the package without a place on a model is normal.
-
-    Raises:
-        InvalidValueError: no effect of the catalogue binds anywhere.
     """
     unbound = [effect for effect in catalogue.values() if not effect.binding(system)]
     if len(unbound) == len(catalogue):
         reasons = "; ".join(f"{e.identifier!r}: {_why_nowhere(e, system)}" for e in unbound[:3])
+        reasons = reasons or "it is empty"
         more = f"; and {len(unbound) - 3} more" if len(unbound) > 3 else ""
         raise InvalidValueError(f"no effect of the catalogue binds on the model: {reasons}{more}")
     for effect in unbound:

@@ -91,7 +91,7 @@ class ParameterSpecification:
             if differ:
                 return ShiftTerm(targets, self.unit, *numbers, more=more)
         if self.relative_to:
-            return ExcessTerm(targets, self.unit, *numbers, starts, over=self.relative_to)
+            return ExcessTerm(targets, self.unit, *numbers, starts, depends_on=self.relative_to)
         return Term(targets, self.unit, *numbers, starts)
 
     def _factor(
@@ -109,7 +109,7 @@ class ParameterSpecification:
         products = tuple((own[0] - origin) * system.values[f"{e}.{self.times}"] for e in elements)
         if not all(products):
             return None
-        return QuotientTerm(*numbers, products=products, divisor=self.times, origin=origin)
+        return QuotientTerm(*numbers, products=products, depends_on=self.times, origin=origin)
 
 
 Specifications = tuple[ParameterSpecification, ...]
@@ -132,16 +132,12 @@ def _bind(
 
 @dataclass(frozen=True)
 class ElementBinding:
-    """Binding to elements of a model.
+    """Binding to elements of a model."""
 
-    Attributes:
-        specifications: of the parameters.
-        elements: of a system, for the name of the first parameter.
-        shared: whether a candidate for all elements together goes before one for each of several.
-    """
-
-    specifications: Specifications
+    specifications: Specifications  # of the parameters
+    # of a system, for the name of the first parameter
     elements: Callable[[SystemDescription, str], Iterable[str]]
+    # whether a candidate for all elements together goes before one for each of several
     shared: bool = False
 
     def __call__(self, system: SystemDescription) -> Bound:

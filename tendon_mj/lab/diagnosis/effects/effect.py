@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, get_args
 
-from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.errors import UnknownNameError
 from tendon_mj.lab.replay import Readout, recording_of, value_in
 
 EffectKind = Literal["missing", "parameter"]
@@ -20,33 +20,21 @@ _LARGEST_LOGARITHM = 700.0
 
 @dataclass(frozen=True)
 class SystemDescription:
-    """Elements and parameters of a model and its recordings that effects can bind to.
+    """Elements and parameters of a model and its recordings that effects can bind to."""
 
-    Attributes:
-        values: parameter → value in the model [its SI unit].
-        known: parameters that were measured on the rig and are never fitted.
-        uncertain: parameters that are calibrated in any case.
-        spans: sensor → largest minus smallest measured value [the sensor's unit].
-        inputs: driven actuators and joints.
-        free_joints: joints that no driven actuator moves.
-        motors: inputs whose force depends on their control alone.
-        slides: joints that slide.
-        joints: parameter of an actuator or a body → the joints that it is on or that move it.
-        reference: position → its value in the model's reference pose, where not 0.
-        columns: the inputs of each column that drives several.
-    """
-
-    values: Mapping[str, float]
-    known: frozenset[str]
-    uncertain: frozenset[str]
-    spans: Mapping[str, float]
-    inputs: tuple[str, ...]
-    free_joints: tuple[str, ...]
-    motors: tuple[str, ...] = ()
-    slides: frozenset[str] = frozenset()
+    values: Mapping[str, float]  # parameter → value in the model [its SI unit]
+    known: frozenset[str]  # parameters that were measured on the rig and are never fitted
+    uncertain: frozenset[str]  # parameters that are calibrated in any case
+    spans: Mapping[str, float]  # sensor → largest minus smallest measured value [the sensor's unit]
+    inputs: tuple[str, ...]  # driven actuators and joints
+    free_joints: tuple[str, ...]  # joints that no driven actuator moves
+    motors: tuple[str, ...] = ()  # inputs whose force depends on their control alone
+    slides: frozenset[str] = frozenset()  # joints that slide
+    # parameter of an actuator or a body → the joints that it is on or that move it
     joints: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    # position → its value in the model's reference pose, where not 0
     reference: Mapping[str, float] = field(default_factory=dict)
-    columns: tuple[tuple[str, ...], ...] = ()
+    columns: tuple[tuple[str, ...], ...] = ()  # the inputs of each column that drives several
 
     def elements(self, parameter: str) -> list[str]:
         """Elements that have a parameter of that name."""
@@ -60,14 +48,10 @@ class SystemDescription:
 
 
 class Constant(NamedTuple):
-    """A parameter that is written with a term at a value that no fit changes.
+    """A parameter that is written with a term at a value that no fit changes."""
 
-    Attributes:
-        name: of the parameter.
-        value, low, high: value and ends of its interval.
-    """
-
-    name: str
+    name: str  # of the parameter
+    # value and ends of its interval
     value: float
     low: float
     high: float
@@ -75,41 +59,27 @@ class Constant(NamedTuple):
 
 @dataclass(frozen=True)
 class Term:
-    """A number to be fitted, which all its targets get.
+    """A number to be fitted, which all its targets get."""
 
-    Attributes:
-        targets: simulator parameters that it writes.
-        unit: of the number.
-        inert: value at which nothing changes.
-        low, high: physically sensible range.
-        probe: change from inert by which screening judges its influence; the fit's scale.
-        starts: values to begin from, for a number that shapes an effect and does nothing alone; its
-            logarithm is fitted.
-        spread: standard deviation about inert that is expected of it; 0 where none is.
-    """
-
-    targets: tuple[str, ...]
-    unit: str
-    inert: float
+    targets: tuple[str, ...]  # simulator parameters that it writes
+    unit: str  # of the number
+    inert: float  # value at which nothing changes
+    # physically sensible range
     low: float
     high: float
-    probe: float
+    probe: float  # change from inert by which screening judges its influence; the fit's scale
+    # values to begin from, for a number that shapes an effect and does nothing alone; its logarithm
+    # is fitted
     starts: tuple[float, ...] = ()
-    spread: float = 0.0
-
-    @property
-    def depends_on(self) -> str:
-        """Parameter of the targets' elements that their values depend on; empty without one."""
-        return ""
-
-    @property
-    def constants(self) -> tuple[Constant, ...]:
-        """Parameters that are written with it at fixed values."""
-        return ()
+    spread: float = 0.0  # standard deviation about inert that is expected of it; 0 where none is
+    # parameter of the targets' elements that their values depend on; or empty
+    depends_on: str = field(default="", kw_only=True)
+    # parameters that are written with it at fixed values: of an event, its times
+    constants: tuple[Constant, ...] = field(default=(), kw_only=True)
 
     def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
         """Parameter → value for the number, where the other parameters have ``values``."""
-        return dict.fromkeys(self.targets, number)
+        return {c.name: c.value for c in self.constants} | dict.fromkeys(self.targets, number)
 
     def scaled(self, number: float) -> float:
         """The number as a fit sees it: in probes from inert, or the logarithm of a shape."""
@@ -146,57 +116,28 @@ class ShiftTerm(Term):
 
 @dataclass(frozen=True)
 class ExcessTerm(Term):
-    """A target on element e is (1 + number) × the parameter ``e.over``."""
-
-    over: str = field(kw_only=True)
-
-    @property
-    def depends_on(self) -> str:
-        """See `Term.depends_on`."""
-        return self.over
+    """A target is (1 + number) × the parameter that it depends on."""
 
     def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
         """See `Term.write`."""
-        others = [values[f"{element(t)}.{self.over}"] for t in self.targets]
+        others = [values[f"{element(t)}.{self.depends_on}"] for t in self.targets]
         return {t: (1.0 + number) * v for t, v in zip(self.targets, others, strict=True)}
 
 
 @dataclass(frozen=True)
 class QuotientTerm(Term):
-    """A target on element e is ``origin`` + number × its product / the parameter ``e.divisor``."""
+    """A target is ``origin`` + number × its product / the parameter that it depends on."""
 
     products: tuple[float, ...] = field(kw_only=True)
-    divisor: str = field(kw_only=True)
     origin: float = field(default=0.0, kw_only=True)
-
-    @property
-    def depends_on(self) -> str:
-        """See `Term.depends_on`."""
-        return self.divisor
 
     def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
         """See `Term.write`."""
         rows = [
-            (t, product, values[f"{element(t)}.{self.divisor}"])
+            (t, product, values[f"{element(t)}.{self.depends_on}"])
             for t, product in zip(self.targets, self.products, strict=True)
         ]
         return {t: self.origin + number * product / other for t, product, other in rows}
-
-
-@dataclass(frozen=True)
-class EventTerm(Term):
-    """Size of an event, with its time and duration, ``times``."""
-
-    times: tuple[Constant, ...] = field(kw_only=True)
-
-    @property
-    def constants(self) -> tuple[Constant, ...]:
-        """See `Term.constants`."""
-        return self.times
-
-    def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
-        """See `Term.write`."""
-        return {c.name: c.value for c in self.times} | dict.fromkeys(self.targets, number)
 
 
 def element(parameter: str) -> str:
@@ -206,25 +147,16 @@ def element(parameter: str) -> str:
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect on certain elements of one model.
+    """An effect on certain elements of one model."""
 
-    Attributes:
-        identifier: of the effect.
-        kind: "missing", an effect the model lacks, or "parameter", a number that may be wrong.
-        where: the elements it is on, for the reader.
-        terms: the first one is its strength, the others shape it.
-        non_smooth, changes, absent, event, in_motion: see `Effect`.
-    """
+    effect: Effect
+    where: str  # the elements it is on, for the reader
+    terms: tuple[Term, ...]  # the first one is its strength, the others shape it
 
-    identifier: str
-    kind: EffectKind
-    where: str
-    terms: tuple[Term, ...]
-    non_smooth: bool = False
-    changes: str = ""
-    absent: float = 0.0
-    event: bool = False
-    in_motion: bool = False
+    @property
+    def identifier(self) -> str:
+        """Identifier of the effect."""
+        return self.effect.identifier
 
     @property
     def label(self) -> str:
@@ -248,23 +180,25 @@ class Candidate:
 
     def acts_on(self, values: Mapping[str, float]) -> bool:
         """Whether the model has the parameter that it changes, with these values."""
-        elements = {element(target) for target in self.targets}
-        return not self.changes or any(values[f"{e}.{self.changes}"] != 0.0 for e in elements)
+        changed = self.effect.changes
+        return not changed or any(values[f"{element(t)}.{changed}"] != 0.0 for t in self.targets)
 
     def in_model(self, before: Mapping[str, float]) -> bool:
         """Whether a model has some of it, with parameter → value before the fit."""
-        return any(value_in(before, target) != self.absent for target in self.terms[0].targets)
+        absent = self.effect.absent
+        return any(value_in(before, target) != absent for target in self.terms[0].targets)
 
     def kind_found(self, before: Mapping[str, float], after: Mapping[str, float]) -> EffectKind:
         """Kind of a finding: a model that has more than the data want lacks nothing.
 
         ``before`` and ``after`` are parameter → value of the model, and as fitted.
         """
+        absent = self.effect.absent
         too_much = all(
-            abs(after[target] - self.absent) < abs(value_in(before, target) - self.absent)
+            abs(after[target] - absent) < abs(value_in(before, target) - absent)
             for target in self.terms[0].targets
         )
-        return "parameter" if too_much else self.kind
+        return "parameter" if too_much else self.effect.kind
 
 
 Bound = list[tuple[str, tuple[Term, ...]]]  # the elements of each candidate, and its terms
@@ -285,7 +219,7 @@ class Effect:
             it has no place. See `tendon_mj.lab.diagnosis.effects.binding`.
         next_experiment: motion or measurement that brings the effect out, as the end of a sentence
             that begins with "record"; may be empty.
-        kind: see `Candidate`.
+        kind: "missing", an effect the model lacks, or "parameter", a number that may be wrong.
         overrides_known: whether it may also write parameters that were measured on the rig.
         absent: value of its first parameter at which a model has none of the effect.
         non_smooth: whether the misfit has many local minima in its terms, as where it makes a
@@ -302,7 +236,6 @@ class Effect:
         tell_apart: identifier of another effect → experiment that tells the two apart.
 
     Raises:
-        InvalidValueError: the identifier is empty.
         UnknownNameError: the kind is none of the two.
     """
 
@@ -324,8 +257,6 @@ class Effect:
     tell_apart: Mapping[str, str] | None = field(default=None, repr=False, hash=False)
 
     def __post_init__(self) -> None:
-        if not self.identifier.strip():
-            raise InvalidValueError(f"effect {self.name!r}: the identifier must not be empty")
         if self.kind not in get_args(EffectKind):
             where = f"effect {self.identifier!r}"
             raise UnknownNameError("kind of an effect", self.kind, get_args(EffectKind), where)
@@ -333,10 +264,8 @@ class Effect:
     def bind(self, system: SystemDescription) -> list[Candidate]:
         """Its candidates on a model, but those of parameters that are known or fitted anyway."""
         taken = system.uncertain if self.overrides_known else system.known | system.uncertain
-        shared = ("identifier", "kind", "non_smooth", "changes", "absent", "event", "in_motion")
-        traits = {name: getattr(self, name) for name in shared}
         return [
-            Candidate(where=where, terms=terms, **traits)
+            Candidate(self, where, terms)
             for where, terms in self.binding(system)
             if not any(target in taken for term in terms for target in term.targets)
         ]

@@ -59,10 +59,7 @@ TRANSMISSION: Final = (
         name="friction that falls with speed (Stribeck)",
         equation="μ(v) = μ + Δμ e^{−|v|/v_s}",
         signature="wider loops when slow than when fast; a rise of friction around each reversal",
-        source=(
-            "Armstrong-Hélouvry, Dupont & Canudas de Wit 1994, Automatica 30(7), a survey of "
-            "friction models"
-        ),
+        source=_FRICTION_SURVEY,
         next_experiment="the same loop at speeds from very slow to slow: friction falls with it",
         in_motion=True,
         look_at="the sheath and its lining",
@@ -84,10 +81,7 @@ TRANSMISSION: Final = (
         name="friction that grows with speed",
         equation="T_high = T_low e^{μφ} + c_v |v|",
         signature="wider loops when fast, and nothing when slow",
-        source=(
-            "Armstrong-Hélouvry, Dupont & Canudas de Wit 1994, Automatica 30(7), a survey of "
-            "friction models"
-        ),
+        source=_FRICTION_SURVEY,
         next_experiment="the same loop ten times as fast: its part of the loop grows tenfold",
         in_motion=True,
         look_at="the sheath and its lining, and its lubricant",

@@ -1,23 +1,87 @@
-"""Laws of the first motion, from end to end."""
+"""Laws of a first motion: its profile along the tendon, and its ends."""
 
 import numpy as np
 import pytest
 
 from tendon_mj.theory import (
+    elongation_profile,
     equivalent_backlash,
     first_displacement,
     first_input_tension,
     first_output_tension,
     series_stiffness,
+    sliding_length,
     tendon_stiffness,
     transmission_stiffness,
 )
+from tendon_mj.theory import tension_profile as tension_at
 
 EA, LENGTH, PRETENSION = 20e3, 0.5, 20.0
 SPRING = float(series_stiffness(10e3, 40e3))
 SLACK = -PRETENSION * (1 / SPRING + LENGTH / EA)
 MOTIONS = np.concatenate([np.linspace(SLACK, 0, 50), np.linspace(0, 8e-3, 50), [1e-12, -1e-12]])
 LAMS = [0.0, 1e-9, 1e-3, 0.47, 1.0, 3.0]
+X = np.linspace(0.0, LENGTH, 41)
+# (T_in, λ): pulling and loosening, in the backlash and out of it, with and without friction
+CASES = [(25.0, 1.0), (90.0, 1.0), (16.0, 1.0), (3.0, 1.0), (30.0, 0.0), (20.0, 1.0), (30.0, 1e-9)]
+
+
+@pytest.mark.parametrize(("tension", "lam"), CASES)
+def test_elongation_is_the_integral_of_strain(tension, lam):
+    knots = np.append(X, sliding_length(tension, lam, PRETENSION, LENGTH))
+    knots.sort()
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    half = np.diff(knots)[:, None] / 2
+    inner = knots[:-1, None] + half * (nodes + 1)
+    strain = (tension_at(inner, tension, lam, PRETENSION, LENGTH) - PRETENSION) / EA
+    integral = np.append(0.0, np.cumsum(np.sum(strain * weights * half, axis=1)))
+    closed = elongation_profile(knots, tension, lam, PRETENSION, EA, LENGTH)
+    np.testing.assert_allclose(closed, integral, rtol=1e-13, atol=1e-18)
+
+
+@pytest.mark.parametrize(("tension", "lam"), CASES)
+def test_tension_starts_at_the_input_and_holds_the_capstan_law(tension, lam):
+    profile = tension_at(X, tension, lam, PRETENSION, LENGTH)
+    assert profile[0] == tension
+    slope = np.abs(np.diff(np.log(profile))) / np.diff(X)
+    assert np.all(slope <= lam / LENGTH * (1 + 1e-9) + 1e-13)
+    beyond = sliding_length(tension, lam, PRETENSION, LENGTH) < X
+    np.testing.assert_array_equal(profile[beyond], PRETENSION)
+
+
+def test_motion_reaches_the_end_exactly_at_the_capstan_ratio():
+    lam = 1.3
+    for sgn in (1, -1):
+        limit = PRETENSION * np.exp(sgn * lam)
+        slid = sliding_length(limit, lam, PRETENSION, LENGTH)
+        assert slid == pytest.approx(LENGTH, rel=1e-15)
+        end = elongation_profile(LENGTH, limit, lam, PRETENSION, EA, LENGTH)
+        backlash = equivalent_backlash(sgn * lam, PRETENSION, EA, LENGTH)
+        assert end == pytest.approx(backlash, rel=1e-14)
+
+
+def test_without_friction_the_tension_is_uniform():
+    np.testing.assert_array_equal(tension_at(X, 30.0, 0.0, PRETENSION, LENGTH), 30.0)
+    elongation = elongation_profile(X, 30.0, 0.0, PRETENSION, EA, LENGTH)
+    np.testing.assert_allclose(elongation, 10.0 / EA * X, rtol=1e-15)
+
+
+def test_without_pretension_any_pull_slides_the_whole_tendon():
+    assert sliding_length(1e-9, 5.0, 0.0, LENGTH) == LENGTH
+    assert tension_at(LENGTH, 1.0, 5.0, 0.0, LENGTH) == pytest.approx(np.exp(-5.0))
+    assert sliding_length(0.0, 5.0, 0.0, LENGTH) == 0
+
+
+def test_letting_go_leaves_no_tension():
+    np.testing.assert_array_equal(tension_at(X, 0.0, 2.0, PRETENSION, LENGTH), 0.0)
+    end = elongation_profile(LENGTH, 0.0, 2.0, PRETENSION, EA, LENGTH)
+    assert end == pytest.approx(-PRETENSION * LENGTH / EA)
+
+
+def test_sign_of_lam_does_not_matter():
+    for tension in (25.0, 16.0):
+        one, other = (tension_at(X, tension, lam, PRETENSION, LENGTH) for lam in (1.0, -1.0))
+        np.testing.assert_array_equal(one, other)
 
 
 def ends(xi, lam, pretension=PRETENSION, spring=SPRING):
@@ -90,10 +154,3 @@ def test_without_pretension_there_is_no_backlash():
     stiffness = transmission_stiffness(1.0, EA, LENGTH, SPRING)
     np.testing.assert_allclose(far, [0.0, 1e-3 * stiffness])
     np.testing.assert_allclose(near, far * np.e)
-
-
-def test_arguments_broadcast():
-    xi, lam, pretension = np.zeros((4, 1, 1)), np.ones((3, 1)), np.full(2, 20.0)
-    for function in (first_output_tension, first_input_tension):
-        assert function(xi, lam, pretension, EA, LENGTH).shape == (4, 3, 2)
-    assert first_displacement(xi + 30, lam, pretension, EA, LENGTH).shape == (4, 3, 2)

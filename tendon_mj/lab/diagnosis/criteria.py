@@ -1,4 +1,4 @@
-"""Thresholds of a selection, in excess χ² (reduced χ² − 1) [-], and a rig's reproducibility.
+"""Criteria of a diagnosis: thresholds in excess χ² (reduced χ² − 1) [-], and the verdict.
 
 The reproducibility of a rig between sessions has two estimates, of which the larger counts, column
 by column:
@@ -15,12 +15,16 @@ by column:
 Less than a twentieth of the noise is neglected. Where each state was recorded once, scatter between
 sessions cannot be told from an error of the model in that state. It is then 0, as it is in a single
 session, and the stated noise counts alone.
+
+`decide` reaches the verdict from errors on held-out data and their limits.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import combinations
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +32,10 @@ from scipy import stats
 
 from tendon_mj.lab.diagnosis.data import Problem, by_recording
 from tendon_mj.lab.recordings import Recording, noise_of_repeats
-from tendon_mj.lab.replay import Simulates
+from tendon_mj.lab.replay import Simulates, column_unit
 from tendon_mj.typing import FloatArray
+
+Verdict = Literal["named", "parameter", "partly", "nothing missing", "unknown"]
 
 SMALLEST_EXCESS = 0.2  # 0.45 noise rms: less is not worth a name
 _CERTAIN = 0.99  # probability with which rests of a right model leave less
@@ -42,6 +48,9 @@ _SHARE = 0.05, 0.1  # of the remaining excess, that an effect has to gain; acros
 _SAME_DRIVE = 0.01  # of its range, rms difference
 _SAME_TIME = 1e-3  # of the duration
 _MORE = 1.05  # times the noise
+NOISE, NOISE_AND_REPRODUCIBILITY = "noise", "noise and reproducibility"
+LARGEST_EXCESS: Final = 8.0  # excess χ² (3 rms), above which no model is proven
+_WORSE = 1.05  # times the error before, from which a signal got worse
 
 
 def detection_limit(
@@ -136,12 +145,10 @@ def unexplained_excess(initial: float) -> float:
 
 def bar(problem: Problem, deviations: Mapping[str, float]) -> FloatArray:
     """(m,) measure of each residual: noise and reproducibility together [noise]."""
-    return np.concatenate(
-        [
-            np.full(size, np.hypot(1.0, deviations.get(column, 0.0) / problem.noise[k][column]))
-            for k, column, size in problem.layout()
-        ]
-    )
+    bars = np.empty(problem.in_train.size)
+    for k, column, rows in problem.signals:
+        bars[rows] = np.hypot(1.0, deviations.get(column, 0.0) / problem.noise[k][column])
+    return bars
 
 
 Errors = Mapping[tuple[int, str], FloatArray]
@@ -223,3 +230,118 @@ def _repeat(one: Recording, other: Recording) -> bool:
         if rms > _SAME_DRIVE * float(np.ptp(first)):
             return False
     return True
+
+
+@dataclass(frozen=True)
+class ErrorReduction:
+    """Root mean square errors before and after effects were added."""
+
+    # over all signals [unit], each in units of its own
+    before: float
+    after: float
+    noise_floor: float  # error of a perfect model, 1 by definition of the unit
+    # column → (before, after, one unit) [the column's unit]
+    signals: dict[str, tuple[float, float, float]]
+    unit: str = NOISE  # noise, or noise and reproducibility together
+
+    @property
+    def reducible_closed(self) -> float:
+        """Share of the error above the noise floor that was removed; 0 where there was none."""
+        reducible = self.before - self.noise_floor
+        return (self.before - self.after) / reducible if reducible > 0.0 else 0.0
+
+    def result(self) -> dict[str, Any]:
+        """Plain numbers and words, as in `result.json`."""
+        signals = {
+            column: {
+                "unit": column_unit(column),
+                "before": before,
+                "after": after,
+                "noise_floor": noise,
+            }
+            for column, (before, after, noise) in self.signals.items()
+        }
+        return {
+            "unit": self.unit,
+            "before": self.before,
+            "after": self.after,
+            "noise_floor": self.noise_floor,
+            "reducible_closed": self.reducible_closed,
+            "signals": signals,
+        }
+
+
+def measure_errors(
+    problem: Problem,
+    before: FloatArray,
+    after: FloatArray,
+    mask: NDArray[np.bool_],
+    bars: FloatArray | None = None,
+) -> ErrorReduction:
+    """Errors over the residuals of ``mask`` (m,); ``before`` and ``after`` are (m,) in noise.
+
+    ``bars`` (m,) [noise] are the units of the result where they are not the noise.
+    """
+    bars = np.ones(mask.size) if bars is None else bars
+    sums: dict[str, list[float]] = {}
+    for k, column, rows in problem.signals:
+        inside, level = mask[rows], problem.noise[k][column]
+        entry = sums.setdefault(column, [0.0, 0.0, 0.0, 0.0])
+        for slot, errors in enumerate((before, after, bars)):
+            entry[slot] += float(np.sum((errors[rows][inside] * level) ** 2))
+        entry[3] += float(inside.sum())
+    signals = {
+        column: (float(np.sqrt(b / count)), float(np.sqrt(a / count)), float(np.sqrt(n / count)))
+        for column, (b, a, n, count) in sums.items()
+        if count > 0.0
+    }
+    rms = [float(np.sqrt(np.mean((r[mask] / bars[mask]) ** 2))) for r in (before, after)]
+    unit = NOISE if bool((bars[mask] == 1.0).all()) else NOISE_AND_REPRODUCIBILITY
+    return ErrorReduction(rms[0], rms[1], 1.0, signals, unit)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """Errors of the calibrated and the final model on held-out data, and their limits."""
+
+    # of the findings, "missing" or "parameter"; none where nothing was selected
+    kinds: Collection[str] = ()
+    # whether the calibrated model leaves no more than the detection limit on the training data
+    calibrated: bool = True
+    held_out: ErrorReduction  # errors with the model's own step [noise]
+    weighed: ErrorReduction  # the same in units of noise and reproducibility together
+    extrapolated: ErrorReduction  # these for a step of zero, by which the verdict is decided
+    zero_step: float = 1.0  # error of the final model for a step of zero [noise]
+    # column → standard deviation between sessions [the column's unit]
+    reproducibility: Mapping[str, float] = field(default_factory=dict)
+    limit: float  # excess χ² below which nothing is named [-]
+    largest: float = LARGEST_EXCESS  # excess χ² above which no model is proven [-]
+    # uncertain parameters that the findings would take beyond their ranges
+    beyond: Sequence[str] = ()
+    at_end: bool = False  # whether a fitted strength lies at a limit of its range
+    non_smooth: bool = False  # whether a finding is of a non-smooth effect
+    excess: float = 0.0  # excess χ² that the calibrated model leaves on the training data [-]
+    # excess χ² on held-out data that the simulation's steps, and its guides in place of a smooth
+    # sheath, may leave [-]; without a sheath the second is 0
+    step: float = 0.0
+    lumping: float = 0.0
+
+    @property
+    def remaining(self) -> float:
+        """Excess χ² that remains on held-out data."""
+        return self.extrapolated.after**2 - self.extrapolated.noise_floor**2
+
+
+def decide(evidence: Evidence) -> Verdict:
+    """The verdict that errors on held-out data and their limits allow."""
+    if not evidence.kinds:
+        small = evidence.calibrated and evidence.remaining <= evidence.limit
+        return "nothing missing" if small else "unknown"
+    errors, own = evidence.extrapolated, evidence.weighed
+    if evidence.beyond or evidence.at_end or own.after >= own.before:
+        return "unknown"
+    closed = errors.reducible_closed >= CLOSED or evidence.remaining <= evidence.limit
+    if closed and evidence.remaining <= evidence.largest:
+        return "named" if "missing" in evidence.kinds else "parameter"
+    worse = any(a > _WORSE * max(before, bar) for before, a, bar in errors.signals.values())
+    return "partly" if errors.reducible_closed >= PART and not worse else "unknown"

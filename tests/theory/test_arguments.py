@@ -1,4 +1,4 @@
-"""An argument out of its range is refused by its name, with its value."""
+"""Arguments broadcast; one out of its range is refused by its name, with its value."""
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from tendon_mj.theory import (
     driven_tensions,
     elongation_profile,
     equivalent_backlash,
+    first_displacement,
     first_input_tension,
     first_output_tension,
     friction_exponent,
@@ -82,3 +83,37 @@ CALLS += [
 def test_a_value_out_of_range_is_named(function, arguments, facts):
     with refusing(InvalidValueError, facts):
         function(*arguments)
+
+
+LAM, PULL, LONG = np.ones((4, 1, 1)), np.full((3, 1), 30.0), np.full(2, LENGTH)
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments"),
+    [
+        (apparent_stiffness, (LAM, PULL, LONG)),
+        (equivalent_backlash, (LAM, 20.0, PULL, LONG)),
+        (reversal_backlash, (LAM, 20.0, PULL, LONG)),
+        (transmission_stiffness, (LAM, EA, LENGTH, PULL, np.full(2, INF))),
+        (tension_profile, (0.1, PULL, LAM, 20.0, LONG)),
+        (elongation_profile, (0.1, PULL, LAM, 20.0, EA, LONG)),
+        (first_output_tension, (0.0 * PULL, LAM, 20.0, EA, LONG)),
+        (first_input_tension, (0.0 * PULL, LAM, 20.0, EA, LONG)),
+        (first_displacement, (PULL, LAM, 20.0, EA, LONG)),
+    ],
+)
+def test_arguments_broadcast(function, arguments):
+    assert function(*arguments).shape == (4, 3, 2)
+
+
+def test_arguments_broadcast_behind_time():
+    walk = 20.0 * np.exp(np.random.default_rng(5).normal(0.0, 0.2, (6, 1, 2)).cumsum(axis=0))
+    lam, pretension = np.array([0.2, 0.4, 0.8])[:, None], np.array([20.0, 30.0])
+    assert output_tension(walk, lam, pretension).shape == (6, 3, 2)
+    xi = displacement(walk, lam, pretension, EA, LENGTH)
+    np.testing.assert_array_equal(xi[:, 1, 1], displacement(walk[:, 0, 1], 0.4, 30.0, EA, LENGTH))
+    both = driven_tensions(np.abs(xi), lam, pretension, EA, LENGTH)
+    alone = driven_tensions(np.abs(xi[:, 1, 1]), 0.4, 30.0, EA, LENGTH)
+    for several, one in zip(both, alone, strict=True):
+        assert several.shape == (6, 3, 2)
+        np.testing.assert_array_equal(several[:, 1, 1], one)
