@@ -9,7 +9,7 @@ from typing import Final
 _ROOT: Final = Path(__file__).parents[2]
 _PYTEST: Final = "python -m pytest -x -q -p no:cacheprovider -p experiments.mutation.first_failure"
 # Compiles before the tests, in which every warning is an error, also one of an unwritable cache.
-_COMPILE: Final = "python -m tendon_mj.compilation"
+_COMPILE: Final = "python -m tendon_mj.native"
 
 
 @dataclass(frozen=True)

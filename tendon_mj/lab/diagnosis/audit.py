@@ -47,7 +47,7 @@ _LAG_SHARE = 0.25  # of the samples, at most
 _QUANTILE = 1.96  # of a normal distribution: 95 % of the lags of white noise lie within
 _WHITE = 0.85  # share of the lags within the band; chance leaves less in fewer than 1 of 100
 
-_PACKAGES = ("tendon-mj", "mujoco", "numpy", "scipy", "numba")
+_PACKAGES = ("tendon-mj", "mujoco", "numpy", "scipy")
 
 
 @dataclass(frozen=True)

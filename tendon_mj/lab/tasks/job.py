@@ -17,7 +17,7 @@ from typing import Any, Final
 from tendon_mj.errors import TendonError, WorkerError
 
 THREADS: Final = "OMP_NUM_THREADS"  # OpenBLAS and MKL heed it too
-_PACKAGES: Final = ("mujoco", "numpy", "scipy", "numba")
+_PACKAGES: Final = ("mujoco", "numpy", "scipy")
 
 
 def versions(sources: Sequence[str] = ("tendon_mj",)) -> dict[str, str]:
