@@ -239,16 +239,22 @@ def is_bound(m: int, d: int, instance: int) -> bool:
 
     The indices in its state are then those of the binding.
     """
+    if not has_own_state(m, d, instance):
+        return False
+    adopt_binding(state_of(m, d, instance), binding_of(d, instance))
+    return True
+
+
+@compiled
+def has_own_state(m: int, d: int, instance: int) -> bool:
+    """As ``is_bound``; of the indices in the state only the counts of the path are looked at."""
     if binding_of(d, instance) == 0:
         _rebind(m, d, instance)
     binding = binding_of(d, instance)
     bound, address = binding_at(binding), state_of(m, d, instance)
     if bound.tendon < 0.0 or bound.signature != present_signature(d, bound):
         return False
-    if not _is_laid_as(address, binding):
-        return False
-    adopt_binding(address, binding)
-    return True
+    return _is_laid_as(address, binding)
 
 
 @compiled

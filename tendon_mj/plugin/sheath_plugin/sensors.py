@@ -26,7 +26,7 @@ from tendon_mj.plugin.sheath_plugin.attributes import (
 )
 from tendon_mj.plugin.sheath_plugin.bind import (
     first_sheath,
-    is_bound,
+    has_own_state,
     new_binding,
     range_of,
     release,
@@ -155,7 +155,7 @@ def show(m: int, d: int, instance: int) -> None:
         source = shown[0] if bound.is_of_one != 0.0 else shown[sensor]
         if integer(owners, sensor) != instance or source < 0.0:
             continue
-        if not is_bound(m, d, int(source)):
+        if not has_own_state(m, d, int(source)):
             continue
         sheath = state_of(m, d, int(source))
         count = numbers_of(kind, int(state_at(sheath).guides))
@@ -167,11 +167,11 @@ def show(m: int, d: int, instance: int) -> None:
 @compiled
 def show_ends(m: int, d: int, instance: int) -> None:
     """Fill the sensors on the sheath's own instance with T_in and T_out."""
-    if not is_bound(m, d, instance):
+    if not has_own_state(m, d, instance):
         return
     sheath = state_of(m, d, instance)
-    state = state_at(sheath)
-    first, last = state.first_sensor, state.last_sensor
+    state, bound = state_at(sheath), binding_at(binding_of(d, instance))
+    first, last = bound.first_sensor, bound.last_sensor
     segments, _, _ = unpack(sheath)
     ea = state.law.axial_stiffness
     owners = pointer(m + LAYOUT.m_sensor_plugin)
