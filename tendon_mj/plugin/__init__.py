@@ -11,7 +11,7 @@ from tendon_mj.plugin.instances import servos as servos
 from tendon_mj.plugin.instances import sheath_arrays as sheath_arrays
 from tendon_mj.plugin.instances import sheaths as sheaths
 from tendon_mj.plugin.instances import unsolved_evaluations as unsolved_evaluations
-from tendon_mj.plugin.plugin import register as register
+from tendon_mj.plugin.loading import register as register
 from tendon_mj.plugin.servo_plugin.state import FEEDBACKS as FEEDBACKS
 from tendon_mj.plugin.servo_plugin.state import GAINS as GAINS
 from tendon_mj.plugin.servo_plugin.state import OptionalGains as OptionalGains

@@ -4,7 +4,7 @@ import mujoco
 import pytest
 
 from tendon_mj.errors import EngineError
-from tendon_mj.plugin import plugin
+from tendon_mj.plugin import loading
 from tendon_mj.plugin.abi import layout as layouts
 from tendon_mj.plugin.abi.layout import LAYOUT, SCENE, read, verify, verify_scene
 from tendon_mj.sheath import record_type
@@ -15,7 +15,7 @@ OFFSETS, SCENE_OFFSETS = read(LAYOUT), read(SCENE)
 
 def test_the_running_mujoco_is_as_described():
     verify(OFFSETS)
-    plugin._verify_struct()
+    loading._verify_struct()
 
 
 @pytest.mark.parametrize(
@@ -45,13 +45,13 @@ def test_a_type_of_unknown_size_is_refused():
 
 
 def test_a_plugin_structure_of_another_shape_is_refused(monkeypatch):
-    monkeypatch.setattr(plugin, "_MEMBERS", f"{plugin._MEMBERS} sdf_something")
+    monkeypatch.setattr(loading, "_MEMBERS", f"{loading._MEMBERS} sdf_something")
     with refusing(EngineError, "'sdf_aabb'], not as", "sdf_something"):
-        plugin._verify_struct()
+        loading._verify_struct()
 
 
 def test_registering_twice_changes_nothing():
-    assert plugin.register() is plugin.register()
+    assert loading.register() is loading.register()
 
 
 def test_its_scene_is_as_described():

@@ -1,4 +1,4 @@
-"""Registers the plugins of this package with the running MuJoCo."""
+"""Loading of the library in Python: the offsets of the running MuJoCo, and checks in Python."""
 
 from __future__ import annotations
 
