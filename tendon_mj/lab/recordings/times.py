@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Collection, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,35 +40,49 @@ class Stamps:
         return str(np.datetime64(int(stamp), "ns")) if self.dated else repr(stamp.item())
 
 
+def read_numbers(cells: Any, column: str, rows: NDArray[np.int64], where: str) -> FloatArray:
+    """Numbers of a column with NaN for empty cells.
+
+    Raises:
+        RecordingError: a cell is not a number.
+    """
+    numbers = _numbers(cells)
+    bad = np.flatnonzero(numbers.isna() & cells.notna())
+    if bad.size:
+        raise RecordingError(at(where, rows[bad], column, f"{cells[bad[0]]!r} is not a number"))
+    return np.asarray(numbers.to_numpy(np.float64, na_value=np.nan))
+
+
+def _numbers(cells: Any) -> Any:
+    """A column of integers or floats, which are missing where a cell is empty or not a number."""
+    if cells.dtype.kind not in "iuf":
+        cells = cells.astype("string")  # else True would be 1
+    return pd.to_numeric(cells, errors="coerce")
+
+
 def read_clock(
-    cells: NDArray[Any], clock: str, source: Source, rows: NDArray[np.int64], where: str
+    cells: Any, clock: str, source: Source, rows: NDArray[np.int64], where: str
 ) -> Stamps:
     """Times as they are in a file: numbers, dates, or ISO 8601 and durations as text."""
-    if cells.dtype.kind in "fiu":
-        return Stamps(cells, ~np.isnan(cells), source.factor * source.ratio(clock), dated=False)
-    nanoseconds = 1e-9 / si_name(clock)[1]
-    if cells.dtype.kind in "mM":
-        dates = cells.astype(f"{cells.dtype.kind}8[ns]")
-        return Stamps(dates.astype(np.int64), ~np.isnat(dates), nanoseconds, dated=True)
-    text = pd.Series(cells, dtype=object)
-    there = text.notna().to_numpy()
-    written = text[there].astype(str).str.strip()
-    for kind in (np.int64, np.float64):
-        with suppress(ValueError, OverflowError):
-            stamps = np.zeros(there.size, kind)
-            stamps[there] = [int(cell) if kind is np.int64 else float(cell) for cell in written]
-            return Stamps(stamps, there, source.factor * source.ratio(clock), dated=False)
-    as_dates = pd.to_datetime(written, format="ISO8601", utc=True, errors="coerce")
-    as_spans = pd.to_timedelta(written, errors="coerce")
-    best = min(as_dates, as_spans, key=lambda times: times.isna().sum())
+    there = cells.notna().to_numpy()
+    given = cells[there]
+    best = given if given.dtype.kind in "mM" else _numbers(given)
+    if best.isna().any():
+        texts = given.astype("string").str.strip()
+        dates = pd.to_datetime(texts, format="ISO8601", utc=True, errors="coerce")
+        spans = pd.to_timedelta(texts, errors="coerce")
+        best = min((best, dates, spans), key=lambda times: times.isna().sum())
     bad = best.isna().to_numpy()
     if bad.any():
-        cell = f"{written.iloc[int(np.argmax(bad))]!r} is neither a number nor a time of ISO 8601"
+        cell = f"{given.iloc[int(np.argmax(bad))]!r} is neither a number nor a time of ISO 8601"
         cell += ", such as 2026-03-02T10:15:02.871"
         raise RecordingError(at(where, rows[there][bad], source.column, cell))
-    dates = np.zeros(there.size, np.int64)
-    dates[there] = pd.Index(best).as_unit("ns").asi8
-    return Stamps(dates, there, nanoseconds, dated=True)
+    dated = best.dtype.kind in "mM"
+    values = pd.Index(best).as_unit("ns").asi8 if dated else best.to_numpy()
+    stamps = np.zeros(there.size, np.int64 if values.dtype.kind == "i" else np.float64)
+    stamps[there] = values
+    scale = 1e-9 / si_name(clock)[1] if dated else source.factor * source.ratio(clock)
+    return Stamps(stamps, there, scale, dated)
 
 
 def spread(time: FloatArray, rows: NDArray[np.int64], where: str) -> FloatArray:

@@ -52,15 +52,6 @@ UNIT_FACTORS: dict[str, tuple[str, float]] = {
     )
     for unit, factor in units.items()
 }
-# words for units in exports of other programs
-_WORDS = {
-    **dict.fromkeys(("_degrees", "_degree"), "_deg"),
-    **dict.fromkeys(("_radians", "_radian"), "_rad"),
-    **dict.fromkeys(("_newton", "_newtons"), "_N"),
-    **dict.fromkeys(("_seconds", "_sec"), "_s"),
-    **dict.fromkeys(("_meters", "_metres"), "_m"),
-    **dict.fromkeys(("_millimeters", "_millimetres"), "_mm"),
-}
 # compound units whole: `rate_deg_per_s` must not pass as seconds
 _CLAIMED = re.compile(r"(?:(?:^|_)[^_]+_per)?_[^_]+$")
 
@@ -167,9 +158,8 @@ def proposed_name(column: str) -> str:
 
 
 def _spelt(ending: str) -> str:
-    """A unit in other letters or words, as it is spelt here; or nothing."""
-    spelt = {unit.lower(): unit for unit in reversed(UNIT_FACTORS)}
-    return _WORDS.get(ending.lower(), "") or spelt.get(ending.lower(), "")
+    """A unit in other letters, as it is spelt here; empty if it is none."""
+    return next((u for u in UNIT_FACTORS if u.lower() == ending.lower()), "")
 
 
 def _nearest(ending: str, allowed: tuple[str, ...]) -> str:
@@ -177,5 +167,4 @@ def _nearest(ending: str, allowed: tuple[str, ...]) -> str:
     near = unknown("unit", ending, allowed).partition(" (there are")[0]
     if (spelt := _spelt(ending)) in allowed:
         near = f"unknown unit {ending!r}; did you mean {spelt!r}?"
-    offset = "; units with an offset are not read" if ending in ("_degC", "_degF", "_C") else ""
-    return f"{near}{offset} (SI: {', '.join(map(repr, UNITS))})"
+    return f"{near} (SI: {', '.join(map(repr, UNITS))})"
