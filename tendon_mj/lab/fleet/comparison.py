@@ -16,10 +16,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
+import mujoco
 import numpy as np
 from scipy.stats import median_abs_deviation
 
 from tendon_mj.lab.recordings import Recording
+from tendon_mj.models import model_digest
 
 FEWEST = 5  # rigs, for a spread between them
 DIFFERENT = 5.0  # standard deviations
@@ -93,15 +95,11 @@ def larger_misfits(
     return {rig: one for rig, one in outliers.items() if least[rig] > _LARGER * spread.median}
 
 
-def kind(recording: Recording, model: str) -> dict[str, str]:
-    """Everything that rigs need to have in common: part of the description → its content.
-
-    Args:
-        recording: the first of a rig.
-        model: digest of its model.
-    """
+def kind(recording: Recording, model: mujoco.MjModel) -> dict[str, str]:
+    """Everything that rigs need to have in common: part of the description → its content."""
     tables = {"[uncertain]": recording.uncertain, "[known]": recording.known}
-    return {"model": model} | {name: repr(sorted(t.items())) for name, t in tables.items()}
+    contents = {name: repr(sorted(t.items())) for name, t in tables.items()}
+    return {"model": model_digest(model)} | contents
 
 
 def unlike(kinds: Mapping[str, Mapping[str, str]]) -> dict[str, list[str]]:

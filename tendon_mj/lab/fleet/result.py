@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from itertools import pairwise
-from pathlib import Path
 from statistics import median
 from typing import Any, Literal
 
@@ -62,13 +61,13 @@ class RigFound:
     one_out: Mapping[str, Sequence[float]] = field(default_factory=dict)
     misfit: float = float("nan")
     left: float = float("nan")
-    square: tuple[float, ...] = ()
+    square: Sequence[float] = ()
     change: Change | None = None
     series: NumberSeries | None = None
-    rivals: tuple[NumberSeries, ...] = ()
-    differences: tuple[RigDifference, ...] = ()
+    rivals: Sequence[NumberSeries] = ()
+    differences: Sequence[RigDifference] = ()
     compared: int = 0
-    remarks: tuple[str, ...] = ()
+    remarks: Sequence[str] = ()
 
     @property
     def verdict(self) -> _RigVerdict:
@@ -88,9 +87,20 @@ class RigFound:
         parts = [self.error.removesuffix(".")] if self.error else []
         if self.change and self.series:
             parts.append(change_sentence(self.change, self.series, self.rivals, self.dates))
-        parts += [difference_sentence(d, units.get(d.name, "noise")) for d in self.differences]
+        for d in self.differences:
+            unit, middle = units.get(d.name, "noise"), d.spread.median
+            value, _ = _in_one_unit([d.value, middle], unit)
+            parts.append(f"{d.name} is {value}, the fleet's median {quantity(middle, unit)}")
         if not parts:
-            parts = [self.verdict, *not_judged(len(self.dates), self.compared)]
+            parts = [self.verdict]
+            if len(self.dates) < 2 * LEAST_DAYS:
+                needed, there = 2 * LEAST_DAYS, len(self.dates)
+                parts.append(f"a change needs {needed} recordings or more, and there are {there}")
+            if self.compared < FEWEST:
+                parts.append(
+                    f"a comparison needs {FEWEST} fitted rigs or more, and there are"
+                    f" {self.compared}"
+                )
         return f"{self.name}: {'; '.join([*parts, *self.remarks])}."
 
     def result(self) -> dict[str, Any]:
@@ -122,9 +132,10 @@ class RigFound:
         change, series = self.change, self.series
         if change is None or series is None:
             return None
-        plain = {k: _plain(value) for k, value in asdict(change).items()}
+        dates = {k: v.isoformat() for k, v in vars(change).items() if isinstance(v, datetime)}
         return {
-            **plain,
+            **vars(change),
+            **dates,
             "parameter": series.parameter,
             "effect": series.number.identifier,
             "unit": series.unit,
@@ -160,10 +171,6 @@ class RigFound:
         }
 
 
-def _plain(value: object) -> object:
-    return value.isoformat() if isinstance(value, datetime) else value
-
-
 @dataclass(frozen=True)
 class FleetFound:
     """Result of a fleet.
@@ -185,10 +192,20 @@ class FleetFound:
     @property
     def sentence(self) -> str:
         """The result in a sentence."""
-        verdicts: tuple[_RigVerdict, ...] = ("changed", "differs", "failed")
-        changed, different, failed = ([rig.name for rig in self.of(v)] for v in verdicts)
-        unknown = len(self.of("not judged"))
-        return fleet_sentence(len(self.rigs), changed, different, unknown, failed)
+        differ = "differs" if len(self.of("differs")) == 1 else "differ"
+        words: dict[_RigVerdict, str] = {
+            "changed": "changed",
+            "differs": f"{differ} from the fleet",
+            "not judged": "could not be judged",
+            "failed": "could not be fitted",
+        }
+        parts = []
+        for verdict, what in words.items():
+            names = [rig.name for rig in self.of(verdict)]
+            listed = f" ({', '.join(names)})" if names and verdict != "not judged" else ""
+            if names or verdict == "changed":
+                parts.append(f"{len(names)} {what}{listed}")
+        return f"Of {len(self.rigs)} {'rig' if len(self.rigs) == 1 else 'rigs'} {', '.join(parts)}."
 
     @property
     def warning(self) -> str:
@@ -275,48 +292,6 @@ def _in_one_unit(values: Sequence[float], unit: str) -> list[str]:
     return [*numbers[:-1], f"{numbers[-1]}{symbol}"]
 
 
-def difference_sentence(difference: RigDifference, unit: str) -> str:
-    """Sentence that states a difference, with both values."""
-    median = difference.spread.median
-    value, _ = _in_one_unit([difference.value, median], unit)
-    return f"{difference.name} is {value}, the fleet's median {quantity(median, unit)}"
-
-
-def not_judged(recordings: int, rigs: int) -> list[str]:
-    """Reasons not to search for a change, or not to compare a rig."""
-    reasons = []
-    if recordings < 2 * LEAST_DAYS:
-        reasons.append(
-            f"a change needs {2 * LEAST_DAYS} recordings or more, and there are {recordings}"
-        )
-    if rigs < FEWEST:
-        reasons.append(f"a comparison needs {FEWEST} fitted rigs or more, and there are {rigs}")
-    return reasons
-
-
-def fleet_sentence(
-    rigs: int,
-    changed: Sequence[str],
-    different: Sequence[str],
-    not_judged: int,
-    failed: Sequence[str],
-) -> str:
-    """Counts and names of the rigs that changed, differ, could not be judged or fitted."""
-    parts = [f"{len(changed)} changed{_in_brackets(changed)}"]
-    if different:
-        verb = "differs" if len(different) == 1 else "differ"
-        parts.append(f"{len(different)} {verb} from the fleet{_in_brackets(different)}")
-    if not_judged:
-        parts.append(f"{not_judged} could not be judged")
-    if failed:
-        parts.append(f"{len(failed)} could not be fitted{_in_brackets(failed)}")
-    return f"Of {rigs} {'rig' if rigs == 1 else 'rigs'} {', '.join(parts)}."
-
-
-def _in_brackets(names: Sequence[str]) -> str:
-    return f" ({', '.join(names)})" if names else ""
-
-
 def other_kind(parts: Sequence[str]) -> str:
     """Remark on a rig with another model or description than most rigs; empty without parts."""
     if not parts:
@@ -345,15 +320,6 @@ def remaining(residual: float, usual: float) -> str:
     if residual <= _ABOVE * usual:
         return ""
     return f"{residual:.2g} noise remains, so that more may have changed"
-
-
-def left_out(tables: Mapping[datetime, Path], refused: Mapping[datetime, str]) -> list[str]:
-    """Remarks on recordings that are left out: each by its file, with the reason."""
-    return [
-        f"{tables[date]} is left out: "
-        + reason.removeprefix(str(tables[date])).lstrip(":, ").removesuffix(".")
-        for date, reason in refused.items()
-    ]
 
 
 def timing_remarks(recordings: Iterable[Recording]) -> list[str]:

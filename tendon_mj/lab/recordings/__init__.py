@@ -7,6 +7,7 @@ from tendon_mj.lab.recordings.description import check_keys as check_keys
 from tendon_mj.lab.recordings.description import parse_description as parse_description
 from tendon_mj.lab.recordings.description import read_entries as read_entries
 from tendon_mj.lab.recordings.description import read_entry as read_entry
+from tendon_mj.lab.recordings.files import FORMATS as FORMATS
 from tendon_mj.lab.recordings.files import read_text as read_text
 from tendon_mj.lab.recordings.files import read_toml as read_toml
 from tendon_mj.lab.recordings.files import table_beside as table_beside
