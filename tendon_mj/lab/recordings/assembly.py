@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +12,6 @@ from numpy.typing import NDArray
 from tendon_mj.errors import RecordingError, unknown
 from tendon_mj.lab.recordings.description import Source, TableLayout
 from tendon_mj.lab.recordings.times import (
-    Stamps,
     at,
     at_common_times,
     read_clock,
@@ -31,16 +27,12 @@ from tendon_mj.lab.recordings.units import (
     claimed_unit,
     excess,
     name_fault,
-    proposed_name,
     si_name,
 )
 from tendon_mj.typing import BoolArray, FloatArray
 
 _SPARSE = 0.6  # share of complete rows below which a row is a message: half are, of 100 and 50 Hz
-_DAY = 86400.0  # [s]
 _SINCE_1970 = 1e8  # [s]: a date, not a stopwatch
-_DATE = re.compile(r"\d{4}-\d\d-\d\d")
-_CLOCK = re.compile(r"(.*[\W_])?(time|t|stamp|timestamp|zeit)([\W_].*)?", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -155,8 +147,11 @@ def assemble(
     sparse = len(needed) > 1 and np.all([*filled.values()], axis=0).mean() < _SPARSE
     for column, there in filled.items():
         faults += _column_faults(sources[column], series[column], there, rows, sparse, where)
-    unit = time.scale * si_name(clock)[1]  # of the stamps [s]
-    faults += _clock_faults(time, stamps, unit, rows, f"{where}", sources[clock].column)
+    back = np.flatnonzero(stamps[1:] < stamps[:-1])
+    if back.size:
+        first, second = (time.shown(stamp) for stamp in stamps[back[0] : back[0] + 2])
+        fault = f"{second} does not come after {first} of the row before"
+        faults.append(at(where, rows[back + 1], sources[clock].column, fault))
     if faults:
         raise _refusal(faults)
     if sparse:
@@ -171,7 +166,7 @@ def assemble(
         for column, values in series.items()
         if column in needed or (np.abs(values) <= LARGEST).all()  # not if one is nan
     }
-    since_1970 = abs(float(stamps[0])) * unit >= _SINCE_1970
+    since_1970 = abs(float(stamps[0])) * time.scale * si_name(clock)[1] >= _SINCE_1970
     if time.dated or (since_1970 and clock in layout.columns):
         stamps = stamps - stamps[0]
     times = np.asarray(stamps, np.float64)
@@ -197,28 +192,6 @@ def _column_faults(
     if not there.all() and not (sparse and there.any()):
         gap = "empty cell or nan; leave out rows that have a gap"
         yield at(where, rows[~there], source.column, gap)
-
-
-def _clock_faults(
-    time: Stamps,
-    stamps: NDArray[Any],
-    unit: float,
-    rows: NDArray[np.int64],
-    where: str,
-    column: str,
-) -> Iterator[str]:
-    """Times that decrease."""
-    back = np.flatnonzero(stamps[1:] < stamps[:-1])
-    if not back.size:
-        return
-    first, second = stamps[back[0] : back[0] + 2]
-    fault = f"{time.shown(second)} does not come after {time.shown(first)} of the row before"
-    if 0.5 * _DAY < (float(first) - float(second)) * unit < 1.5 * _DAY:
-        fault += (
-            "; a time of day begins again at midnight: write times with their date, such as"
-            " 2026-03-02T23:59:59, or add 24 h from that row on"
-        )
-    yield at(where, rows[back + 1], column, fault)
 
 
 def _sources(
@@ -257,9 +230,8 @@ def _sources(
         fault = unknown("column", name, here - {*titles, *TIMES, *used})
         faults.append(f"{toml}, [{titles[name]}] {name!r}: {fault}, in {where}")
     if not {*TIMES} & {*sources}:
-        faults.append(f"{header}: no column is named {', '.join(map(repr, TIMES))}")
-    if faults and toml:
-        faults += _suggestion(raw, titles, {*sources, *layout.columns, *used}, toml)
+        way_out = f'; under [columns] of {toml} name yours, as in time_s = "stamp"' if toml else ""
+        faults.append(f"{header}: {unknown('column', TIME, raw.names)}{way_out}")
     return sources, faults
 
 
@@ -279,28 +251,6 @@ def _in_its_unit(column: str, source: Source, raw: RawTable) -> Source:
         f"the unit of factor × {source.column!r} + offset is unclear; say unit = {ours[1:]!r} or"
         " another"
     )
-
-
-def _suggestion(
-    raw: RawTable, described: Collection[str], known: Collection[str], toml: str
-) -> list[str]:
-    """The entries of [columns] with which a table would be read, as far as its names say."""
-    entries = dict[str, str]()
-    if not {*TIMES} & {*known}:
-        firsts = (str(next(iter(column), "")) for column in raw.columns)
-        pairs = zip(raw.names, firsts, strict=True)
-        clocks = (name for name, cell in pairs if _CLOCK.fullmatch(name) or _DATE.match(cell))
-        entries[TIME] = next(clocks, "…")
-    for column in described:
-        if column in raw.names and column not in known:
-            entries[proposed_name(column)] = column
-        elif column not in known and not get_close_matches(column, raw.names, 1, 0.5):
-            entries[column] = "…"
-    lines = [
-        f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries.items()
-    ]
-    head = f"add to {toml}, with a unit for UNIT; [drive] and [measured] use the names on the left:"
-    return [head, "[columns]", *lines] if entries else []
 
 
 def _refusal(faults: Collection[str]) -> RecordingError:

@@ -172,7 +172,7 @@ def read_columns(
     if path.suffix.lower() == ".mcap":
         if layout is None:
             raise RecordingError(f"{path}: a log needs a description, which names its columns")
-        return Table(read_mcap(path, layout.topics, held))
+        return Table(read_mcap(path, layout.columns, held))
     if path.suffix.lower() == ".parquet":
         raw = read_parquet(path)
     else:

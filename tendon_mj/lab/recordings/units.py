@@ -149,22 +149,8 @@ def unit_fault(column: str, *, si: bool, elements: Collection[str] = ()) -> str:
     return ""
 
 
-def proposed_name(column: str) -> str:
-    """A name for a column of another program: its unit as it is spelt here, or ``UNIT`` for it."""
-    stem = re.sub(r"[^0-9A-Za-z]+", "_", column).strip("_")
-    ending = claimed_unit(stem)
-    unit = _spelt(ending) if ending != stem else ""
-    return stem.removesuffix(ending) + unit if unit else f"{stem}_UNIT"
-
-
-def _spelt(ending: str) -> str:
-    """A unit in other letters, as it is spelt here; empty if it is none."""
-    return next((u for u in UNIT_FACTORS if u.lower() == ending.lower()), "")
-
-
 def _nearest(ending: str, allowed: tuple[str, ...]) -> str:
     """Message that a unit is unknown, with the nearest of all and those of SI."""
-    near = unknown("unit", ending, allowed).partition(" (there are")[0]
-    if (spelt := _spelt(ending)) in allowed:
-        near = f"unknown unit {ending!r}; did you mean {spelt!r}?"
+    spelt = [unit for unit in allowed if unit.lower() == ending.lower()]
+    near = unknown("unit", ending, spelt or allowed).partition(" (there ")[0]
     return f"{near} (SI: {', '.join(map(repr, UNITS))})"

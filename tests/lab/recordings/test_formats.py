@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import sys
 from pathlib import Path
 
@@ -142,7 +143,7 @@ def test_a_broken_parquet_is_refused_with_file_row_and_column(
 # --- MCAP
 
 
-MCAP = """[mcap]
+MCAP = """[columns]
 reel_mm = { topic = "/reel", field = "data" }
 pull_N = { topic = "/cell", field = "wrench.force.0" }
 """
@@ -180,9 +181,9 @@ def test_another_topic_is_linear_between_its_messages_within_the_common_time(
 def test_a_held_drive_of_another_topic_keeps_the_latest_message(tmp_path: Path) -> None:
     path = rig_log(tmp_path, offset=0.05)
     toml = path.with_suffix(".toml")
-    text = toml.read_text().partition("[mcap]")[0]
+    text = toml.read_text().partition("[columns]")[0]
     entries = MCAP.splitlines()[1:]
-    toml.write_text("\n".join([text, "[mcap]", *reversed(entries)]))
+    toml.write_text("\n".join([text, "[columns]", *reversed(entries)]))
     assert_allclose(read_recording(path).columns["reel_m"], REEL[:-1])
 
 
@@ -194,7 +195,6 @@ def test_a_held_drive_of_another_topic_keeps_the_latest_message(tmp_path: Path) 
         ('"wrench.force.0"', '"wrench.force.7"', "unknown field '7'"),
         ('"wrench.force.0"', '"wrench"', "is {'force': [20.0, 0.0]}, not a number"),
         ('field = "data"', 'feild = "data"', "did you mean 'field'?"),
-        ("[mcap]", "[other]", "unknown key 'other'"),
         (MCAP, "", "has no [columns]"),
     ],
 )
@@ -207,6 +207,36 @@ def test_a_log_is_refused_with_topic_and_field(
     toml.write_text(toml.read_text().replace(old, new))
     with refusing(RecordingError, said):
         read_recording(path)
+
+
+@pytest.mark.parametrize(
+    ("message", "reason"), [(b'{"data": [1', "not JSON"), (b'{"data": true}', "not a number")]
+)
+def test_a_message_without_the_number_is_refused(
+    tmp_path: Path, message: bytes, reason: str
+) -> None:
+    path = rig_log(tmp_path)
+    log(path, ("/reel", 0.0, message), ("/cell", 0.0, {}))
+    with refusing(RecordingError, "r.mcap, topic '/reel', message 1", reason):
+        read_recording(path)
+
+
+@pytest.mark.parametrize("suffix", [".mcap", ".parquet"])
+def test_a_damaged_file_is_refused_by_name_or_read(tmp_path: Path, suffix: str) -> None:
+    path = rig_log(tmp_path)
+    if suffix == ".parquet":
+        path = parquet(tmp_path / "p.parquet", time_s=TIME, reel_m=REEL, pull_N=TENSION)
+    data, draw, refusals = path.read_bytes(), random.Random(1), []
+    for _ in range(200):
+        at = draw.randrange(1, len(data))
+        changed = bytes([draw.randrange(256)]) + data[at + draw.randrange(1, 40) :]
+        path.write_bytes(data[:at] + changed * (draw.random() < 0.7))
+        try:
+            read_recording(path) if suffix == ".mcap" else read_table(path)
+        except RecordingError as error:
+            refusals.append(str(error))
+    assert len(refusals) > 50
+    assert all(path.name in message for message in refusals)
 
 
 def test_other_encodings_and_other_files_are_refused(tmp_path: Path) -> None:

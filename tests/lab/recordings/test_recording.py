@@ -251,8 +251,8 @@ def test_the_documented_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert described.session
     described = parse_description(head + settled, page.name)
     assert (described.quasi_static, described.settling_time) == (True, 8.0)
-    topics = parse_toml(head + log, page.name)[1].topics
-    assert list(topics) == ["command_deg", "input_tension_N", "joint_deg"]
+    columns = parse_toml(head + log, page.name)[1].columns
+    assert list(columns) == ["command_deg", "input_tension_N", "joint_deg"]
     Path("pull.toml").write_text(blocks["toml"].replace("displacement", "displacment"))
     with pytest.raises(RecordingError, match=re.escape(" ".join(blocks["text"].split()))):
         read_recording("pull")
