@@ -89,7 +89,7 @@ def _cells(fleet: FleetFound, rig: RigFound) -> Sequence[str]:
 def write_table(fleet: FleetFound, path: Path) -> Path:
     """Write a CSV with a row for each rig, in SI units, and return its path."""
     with whole_file(path) as made:
-        pandas.DataFrame(fleet.table()).to_csv(made, index=False)
+        pandas.DataFrame([rig.row() for rig in fleet.rigs]).to_csv(made, index=False)
     return path
 
 

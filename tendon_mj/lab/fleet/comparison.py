@@ -13,8 +13,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -29,16 +29,14 @@ MISFIT = "misfit"  # in place of a parameter's name [noise]
 _LARGER = 2.0  # times the median
 
 
-@dataclass(frozen=True)
-class FleetSpread:
+class FleetSpread(NamedTuple):
     """A number on all rigs of a fleet: its median, and its spread between them [its unit]."""
 
     median: float
     between: float
 
 
-@dataclass(frozen=True)
-class RigDifference:
+class RigDifference(NamedTuple):
     """A number of a rig that is not consistent with the fleet [its unit], and how far [spreads]."""
 
     name: str
@@ -64,11 +62,8 @@ def rig_differences(
 ) -> dict[str, RigDifference]:
     """Rig → its difference, of the rigs that differ; empty where there are fewer than five rigs.
 
-    Args:
-        name: of the number.
-        values, errors: rig → its value and standard error [its unit].
-        spread: of the values.
-        one_out: rig → its value with each of its recordings left out, where there are several.
+    ``values, errors``: rig → value of the number and its standard error [its unit]; ``one_out``:
+    rig → its value with each of its recordings left out, where there are several.
     """
     if len(values) < FEWEST:
         return {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from datetime import datetime
 from itertools import pairwise
 from statistics import median
@@ -120,8 +120,7 @@ class RigFound:
                 {
                     "name": d.name,
                     "value": d.value,
-                    "median": d.spread.median,
-                    "between": d.spread.between,
+                    **d.spread._asdict(),
                     "significance": d.significance,
                 }
                 for d in self.differences
@@ -233,34 +232,26 @@ class FleetFound:
             "warning": self.warning,
             "rigs": [{**rig.result(), "sentence": rig.sentence(self.units)} for rig in self.rigs],
             "spreads": {
-                name: {**asdict(s), "unit": self.units[name]} for name, s in self.spreads.items()
+                name: {**s._asdict(), "unit": self.units[name]} for name, s in self.spreads.items()
             },
         }
-
-    def table(self) -> list[dict[str, Any]]:
-        """A row for each rig."""
-        return [rig.row() for rig in self.rigs]
 
 
 def change_sentence(
     change: Change, series: NumberSeries, rivals: Sequence[NumberSeries], dates: Sequence[datetime]
 ) -> str:
     """A change in words, with values and dates; ``rivals``: series that explain it as well."""
-    text = f"{_named(series)} {_course(change, series, dates)}"
-    if change.apart is not None:
-        text += f", except {stamp(change.apart)}"
-    if rivals:
-        text += f", or as well {', or '.join(_named(rival) for rival in rivals)}"
-    return text
-
-
-def _named(series: NumberSeries) -> str:
-    if not series.number.identifier:
-        return series.number.name
-    return f"{series.number.name} ({CATALOGUE[series.number.identifier].name})"
+    names = [
+        f"{n.name} ({CATALOGUE[n.identifier].name})" if n.identifier else n.name
+        for n in (one.number for one in (series, *rivals))
+    ]
+    apart = f", except {stamp(change.apart)}" if change.apart is not None else ""
+    also = f", or as well {', or '.join(names[1:])}" if rivals else ""
+    return f"{names[0]} {_course(change, series, dates)}{apart}{also}"
 
 
 def _course(change: Change, series: NumberSeries, dates: Sequence[datetime]) -> str:
+    """Values before and after, and since when; both days, where the gap between them is long."""
     if change.course == "varying":
         ends = [float(series.values.min()), float(series.values.max())]
         low, high = _in_one_unit(ends, series.unit)
@@ -271,17 +262,13 @@ def _course(change: Change, series: NumberSeries, dates: Sequence[datetime]) -> 
         during = f"from {stamp(change.since)} to {stamp(change.until)}"
         return f"{before} → {between} {during}, {after} since"
     before, after = _in_one_unit([change.before, change.after], series.unit)
-    growing = "growing " if change.course == "ramp" else ""
-    return f"{before} → {after} {growing}{_beginning(change, dates)}"
-
-
-def _beginning(change: Change, dates: Sequence[datetime]) -> str:
-    """The first day of a change; the days before and after, where the gap between them is long."""
+    growing = change.course == "ramp"
     usual = float(np.median([(b - a).total_seconds() for a, b in pairwise(dates)]))
-    if (change.since - change.last_same).total_seconds() <= _GAP * usual:
-        return f"since {stamp(change.since)}"
-    begun = "since a day " if change.course == "ramp" else ""
-    return f"{begun}between {stamp(change.last_same)} and {stamp(change.since)}"
+    days = f"since {stamp(change.since)}"
+    if (change.since - change.last_same).total_seconds() > _GAP * usual:
+        begun = "since a day " if growing else ""
+        days = f"{begun}between {stamp(change.last_same)} and {stamp(change.since)}"
+    return f"{before} → {after} {'growing ' if growing else ''}{days}"
 
 
 def _in_one_unit(values: Sequence[float], unit: str) -> list[str]:
@@ -303,10 +290,7 @@ def other_kind(parts: Sequence[str]) -> str:
 def odd_day(dates: Sequence[datetime], square: Sequence[float], usual: float) -> str:
     """Remark on the recording with most of a rig's residual; empty without one.
 
-    Args:
-        dates: of the recordings.
-        square: (n,) mean square residuals [noise²].
-        usual: rms residual of the median rig [noise].
+    ``square``: (n,) mean square residuals [noise²]; ``usual``: rms of the median rig [noise].
     """
     largest, whole = int(np.argmax(square)), float(np.sum(square))
     rms = float(np.sqrt(square[largest]))

@@ -115,26 +115,23 @@ def spread(time: FloatArray, rows: NDArray[np.int64], where: str) -> FloatArray:
 def at_common_times(
     series: Mapping[str, Samples], clock: str, scale: float, where: str, held: Collection[str]
 ) -> tuple[dict[str, FloatArray], NDArray[np.int64]]:
-    """Columns at the times of the first one, from the first row on.
+    """Clock and columns at the times of the first one, and the indices of its values there.
 
     Another one is linear between its values, or keeps the latest if it is ``held``. Rows before the
     first or after the last value of any column are left out; of two values at one time the later
-    one counts.
+    one counts. A `TendonWarning` tells of such values, long gaps, and many rows that are left out.
 
     ``series``: column → (m,) times [any unit, ``scale`` of which is that of the clock] and values.
 
-    Returns:
-        The clock and the columns, each (n,), and the (n,) values of the first that are its rows.
-
     Raises:
         RecordingError: there are not two common times.
-
-    Warns:
-        TendonWarning: of values at one time, long gaps, and many rows that are left out.
     """
-    joined: dict[str, FloatArray] = {}
-    chosen = {column: _in_order(times) for column, (times, _) in series.items()}
-    in_order = {c: (times[chosen[c]], values[chosen[c]]) for c, (times, values) in series.items()}
+    chosen, in_order = dict[str, NDArray[np.int64]](), dict[str, Samples]()
+    for column, (times, values) in series.items():
+        order = np.argsort(times, kind="stable")
+        last = np.append(np.diff(times[order]) != 0, True)
+        chosen[column] = order[last]
+        in_order[column] = times[order[last]], values[order[last]]
     main = next(iter(series))
     stamps = in_order[main][0]
     within = stamps >= max(times[0] for times, _ in in_order.values())
@@ -151,7 +148,7 @@ def at_common_times(
             f"{where}: {stamps.size - rows.size} of {stamps.size} rows are left out: {late!r}"
             f" begins later, or {early!r} ends earlier"
         )
-    joined[clock] = (rows - rows[0]) * scale
+    joined = {clock: np.asarray((rows - rows[0]) * scale)}
     for column, (times, values) in in_order.items():
         if lost := series[column][0].size - times.size:
             _warn(
@@ -174,13 +171,6 @@ def at_common_times(
     return joined, chosen[main][within]
 
 
-def _in_order(times: NDArray[Any]) -> NDArray[np.int64]:
-    order = np.argsort(times, kind="stable")
-    sorted_times = times[order]
-    last: NDArray[np.int64] = order[np.append(sorted_times[1:] != sorted_times[:-1], True)]
-    return last
-
-
 def at(where: str, rows: NDArray[np.int64], column: str, fault: str) -> str:
     """A fault of a column with the first of its rows, and how many more there are."""
     return f"{where}, row {rows[0]}, column {column!r}: {fault}{and_more(rows.size)}"
@@ -192,25 +182,21 @@ def check_table(table: Mapping[str, FloatArray], where: str, *, si: bool = False
     That is: names as in `name_fault`, equal lengths of at least 2, every value finite and at most
     `LARGEST` in size, and the time, the first of them, strictly increasing.
     """
-    for position, name in enumerate(table, start=1):
-        if fault := name_fault(name, si=si):
-            raise RecordingError(f"{where}, row 1, column {position}: {fault}")
     clock = next(iter(table))
     time = table[clock]
-    for name, column in table.items():
+    if time.size < 2:
+        raise RecordingError(too_few_rows(time.size, where))
+    for position, (name, column) in enumerate(table.items(), start=1):
+        if fault := name_fault(name, si=si):
+            raise RecordingError(f"{where}, row 1, column {position}: {fault}")
         if column.ndim != 1 or column.shape != time.shape:
             raise RecordingError(
                 f"{where}, column {name!r}: shape {column.shape}, but {clock!r} has {time.shape}"
                 " and (n,) is needed"
             )
-    if time.size < 2:
-        raise RecordingError(too_few_rows(time.size, where))
-    for name, column in table.items():
-        bad = np.flatnonzero(~(np.abs(column) <= LARGEST))
-        if bad.size:
-            raise RecordingError(
-                f"{where}, row {bad[0] + 2}, column {name!r}: {excess(float(column[bad[0]]))}"
-            )
+        if (bad := np.flatnonzero(~(np.abs(column) <= LARGEST))).size:
+            fault = excess(float(column[bad[0]]))
+            raise RecordingError(f"{where}, row {bad[0] + 2}, column {name!r}: {fault}")
     back = np.flatnonzero(time[1:] <= time[:-1])
     if back.size:
         before, after = time[back[0]].item(), time[back[0] + 1].item()

@@ -124,7 +124,7 @@ def test_a_fleet_that_its_model_does_not_describe_has_a_warning():
 def test_numbers_agree():
     assert FleetFound([RIG], {}, {}).sentence == "Of 1 rig 0 changed."
     failed = replace(RIG, error="x", dates=())
-    assert FleetFound([failed, RIG], {}, {}).table()[0]["first"] == ""
+    assert failed.row()["first"] == ""
 
 
 def test_odd_times_are_reported_once_a_kind():
