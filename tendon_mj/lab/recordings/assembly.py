@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -90,31 +90,23 @@ def element(value: Any, path: str, here: str) -> Any:
 
 
 def assemble(
-    raw: RawTable,
-    where: str,
-    layout: TableLayout | None = None,
-    described: Mapping[str, str] | None = None,
-    *,
-    held: Collection[str] = (),
-    elements: Collection[str] = (),
-    toml: str = "",
+    raw: RawTable, where: str, layout: TableLayout | None = None, elements: Collection[str] = ()
 ) -> Table:
     """Read the columns that a description names, and others with a valid name and valid numbers.
 
     Rows in which none of the named columns has a value are passed over, as of events. Where few of
     the others are complete, a row is a message, and `at_common_times` joins them.
 
-    ``where`` and ``toml`` are the files, for messages; ``described``: column → table of the
-    description that names it (None: all columns are needed); ``held``: columns that keep their
-    value until the next one; ``elements``: as of `unit_fault`.
+    ``where`` is the file, for messages; without a ``layout`` all columns are needed; ``elements``
+    as of `unit_fault`.
 
     Raises:
         RecordingError: all that is wrong with the table, a line each.
     """
-    layout = layout or TableLayout()
-    sources, faults = _sources(raw, where, layout, described, elements, toml)
+    sources, faults = _sources(raw, where, layout, elements)
     clock = next((column for column in sources if column in TIMES), "")
-    named = sources if described is None else [*layout.columns, *described]
+    named = sources if layout is None else [*layout.columns, *layout.roles]
+    layout = layout or TableLayout()
     rows = raw.first + np.arange(len(raw.columns[0]))
     series = dict[str, FloatArray]()
     for column, source in sources.items():
@@ -159,7 +151,7 @@ def assemble(
             column: (stamps[there], sources[column].converted(series[column][there], column))
             for column, there in filled.items()
         }
-        joined, chosen = at_common_times(messages, clock, time.scale, where, held)
+        joined, chosen = at_common_times(messages, clock, time.scale, where, layout.held)
         return Table(joined, rows[filled[needed[0]]][chosen])
     converted = {
         column: sources[column].converted(values, column)
@@ -195,30 +187,25 @@ def _column_faults(
 
 
 def _sources(
-    raw: RawTable,
-    where: str,
-    layout: TableLayout,
-    described: Mapping[str, str] | None,
-    elements: Collection[str],
-    toml: str,
+    raw: RawTable, where: str, layout: TableLayout | None, elements: Collection[str]
 ) -> tuple[dict[str, Source], list[str]]:
     """Place of each column that is named, or has a valid name; and faults of the names."""
     sources, faults = dict[str, Source](), list[str]()
+    all_needed, layout = layout is None, layout or TableLayout()
     for column, source in layout.columns.items():
         try:
             sources[column] = _in_its_unit(column, source, raw)
         except RecordingError as error:
-            faults.append(f"{toml}, [columns] {column!r}: {error}")
-    titles = described or {}
+            faults.append(f"{layout.toml}, [columns] {column!r}: {error}")
     used = {source.column: column for column, source in layout.columns.items()}
     header = f"{where}, row {max(raw.first - 1, 1)}"
     for place, name in enumerate(raw.names, start=1):
-        needed = described is None or name in titles
+        needed = all_needed or name in layout.roles
         if name in layout.columns or (name in used and not needed):
             continue
         fault, first = name_fault(name, elements=elements), raw.names.index(name) + 1
         if fault and name in used:
-            fault = f"in [{titles[name]}] write {used[name]!r}, as [columns] names it"
+            fault = f"in [{layout.roles[name]}] write {used[name]!r}, as [columns] names it"
         elif not fault and first != place:
             fault = f"{name!r} is already the name of column {first}"
         if not fault:
@@ -226,12 +213,15 @@ def _sources(
         elif needed:
             faults.append(f"{header}, column {place}: {fault}")
     here = {*layout.columns, *raw.names}
-    for name in [name for name in titles if name not in here]:
-        fault = unknown("column", name, here - {*titles, *TIMES, *used})
-        faults.append(f"{toml}, [{titles[name]}] {name!r}: {fault}, in {where}")
+    for name, title in layout.roles.items():
+        if name not in here:
+            fault = unknown("column", name, here - {*layout.roles, *TIMES, *used})
+            faults.append(f"{layout.toml}, [{title}] {name!r}: {fault}, in {where}")
     if not {*TIMES} & {*sources}:
-        way_out = f'; under [columns] of {toml} name yours, as in time_s = "stamp"' if toml else ""
-        faults.append(f"{header}: {unknown('column', TIME, raw.names)}{way_out}")
+        fault = unknown("column", TIME, raw.names)
+        if not all_needed:
+            fault += f'; under [columns] of {layout.toml} name yours, as in time_s = "stamp"'
+        faults.append(f"{header}: {fault}")
     return sources, faults
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from array import array
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from tendon_mj.errors import MissingPackageError, RecordingError, unknown
 from tendon_mj.lab.recordings.assembly import RawTable, element
-from tendon_mj.lab.recordings.description import Source
+from tendon_mj.lab.recordings.description import Source, TableLayout
 from tendon_mj.lab.recordings.files import check_file
 from tendon_mj.lab.recordings.times import Samples, at_common_times, check_table
 from tendon_mj.lab.recordings.units import TIME, TIMES
@@ -46,9 +46,7 @@ def read_parquet(path: Path) -> RawTable:
     return RawTable(names, [table.iloc[:, k] for k in range(len(names))], first=2)
 
 
-def read_mcap(
-    path: Path, topics: Mapping[str, Source], held: Collection[str] = ()
-) -> dict[str, FloatArray]:
+def read_mcap(path: Path, layout: TableLayout) -> dict[str, FloatArray]:
     """Read the columns that a description names, at the times of the first one's messages.
 
     ``time_s`` is their log time, from the first row on; other columns are as in `at_common_times`.
@@ -59,7 +57,7 @@ def read_mcap(
         MissingPackageError: mcap is not installed.
     """
     check_file(path)
-    topics = {column: source for column, source in topics.items() if column not in TIMES}
+    topics = {column: source for column, source in layout.columns.items() if column not in TIMES}
     if not topics:
         raise RecordingError(
             f"{path}: the description has no [columns], which says where the columns are, such as"
@@ -76,7 +74,7 @@ def read_mcap(
         if fault := topics[column].period_fault(values):
             raise RecordingError(f"{path}, [columns] {column!r}: {fault}")
         series[column] = times, topics[column].converted(values, column)
-    table, _ = at_common_times(series, TIME, 1e-9, str(path), held)
+    table, _ = at_common_times(series, TIME, 1e-9, str(path), layout.held)
     check_table(table, str(path))
     return table
 

@@ -176,13 +176,18 @@ class Source:
 
 @dataclass(frozen=True)
 class TableLayout:
-    """Places of the columns of a recording in its file.
+    """What a description says of the columns of its table or log.
 
-    columns: [columns] of the description; header: names of the columns of a table that has none.
+    toml: the description's file, for messages; columns: [columns]; header: names of the columns of
+    a table that has none; roles: column → table of the description that names it; held: columns
+    that keep their value until the next one.
     """
 
+    toml: str = ""
     columns: Mapping[str, Source] = field(default_factory=dict)
     header: tuple[str, ...] = ()
+    roles: Mapping[str, str] = field(default_factory=dict)
+    held: Collection[str] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -330,7 +335,8 @@ def parse_toml(text: str, where: str) -> tuple[Description, TableLayout]:
     header = _value("tuple[str, ...]", toml.get("header", []), f"{where}, header")
     columns = _table(toml, "columns", where)
     sources = {name: _source(name, *entry) for name, entry in columns.items()}
-    return description, TableLayout(sources, header)
+    roles = {c: title for title in ("drive", "measured") for c in getattr(description, title)}
+    return description, TableLayout(where, sources, header, roles, description.hold)
 
 
 def format_description(description: Description, model: str) -> str:

@@ -129,9 +129,7 @@ def read_recording(
     check_file(file)
     check_format(file)
     described, layout = parse_toml(read_text(toml, hint), str(toml))
-    columns_of = {"drive": described.drive, "measured": described.measured}
-    named = {column: title for title, columns in columns_of.items() for column in columns}
-    table, rows = read_columns(file, layout, named, described.hold, toml=str(toml))
+    table, rows = read_columns(file, layout)
     described.check(table, str(toml))
     columns = in_si(table, str(file))
     in_file = {si_name(name)[0]: name for name in table if si_name(name)[0] != name}
@@ -157,12 +155,7 @@ def read_table(path: Path, elements: Collection[str] = ()) -> dict[str, FloatArr
 
 
 def read_columns(
-    path: Path,
-    layout: TableLayout | None = None,
-    described: Mapping[str, str] | None = None,
-    held: Collection[str] = (),
-    elements: Collection[str] = (),
-    toml: str = "",
+    path: Path, layout: TableLayout | None = None, elements: Collection[str] = ()
 ) -> Table:
     """The columns of a table, under the names and in the units of its description.
 
@@ -172,12 +165,12 @@ def read_columns(
     if path.suffix.lower() == ".mcap":
         if layout is None:
             raise RecordingError(f"{path}: a log needs a description, which names its columns")
-        return Table(read_mcap(path, layout.columns, held))
+        return Table(read_mcap(path, layout))
     if path.suffix.lower() == ".parquet":
         raw = read_parquet(path)
     else:
         raw = read_csv(path, layout.header if layout else ())
-    return assemble(raw, str(path), layout, described, held=held, elements=elements, toml=toml)
+    return assemble(raw, str(path), layout, elements)
 
 
 def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
