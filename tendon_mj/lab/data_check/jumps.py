@@ -113,10 +113,8 @@ def jump_warnings(
 ) -> list[DataWarning]:
     """Warn of columns whose zero is lost, whose counter wraps, or whose scale changes midway.
 
-    Args:
-        recording: driven and measured columns.
-        simulated: the model under the same drive; None where it cannot be simulated.
-        replay: simulates a recording with another drive; None where that fails.
+    ``simulated``: the model under the same drive; ``replay`` simulates it under another one. They
+    are None where that fails.
     """
     if simulated is None:
         return []

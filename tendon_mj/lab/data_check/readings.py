@@ -77,12 +77,8 @@ def degree_warnings(
     """Warn of driven columns in rad that hold degrees, and of measured ones that do so too.
 
     They do if the model is off by more than a column's range, and comes much nearer when they are
-    taken as degrees.
-
-    Args:
-        recording: driven and measured columns.
-        simulated: at the numbers that the description states; None where that was unstable.
-        simulate: the same for another recording.
+    taken as degrees. ``simulated``: at the numbers that the description states, None where that was
+    unstable; ``simulate``: the same for another recording.
     """
     angles = {c for _, c in columns_of(recording) if column_unit(c) == "rad"}
     angles -= recording.in_file.keys()

@@ -184,10 +184,7 @@ def calibrate(
 ) -> Calibrated:
     """Fit the uncertain parameters to all recordings of a rig.
 
-    Args:
-        recordings: of one rig, in the order of time, see `usable`.
-        model: of the rig.
-        start: values of the terms, where they were fitted before.
+    ``start``: values of the terms, where they were fitted before.
     """
     simulate = Simulator(recordings, model=model, threads=1)
     own = Problem(tuple(recordings), simulate, all_samples(recordings))

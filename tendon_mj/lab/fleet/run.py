@@ -167,10 +167,7 @@ def _fit_series(_: None, task: tuple[RigData, list[float], _Changes]) -> dict[st
 class _RigFiles:
     """Keeps a JSON file for each rig, valid for one digest of its inputs, and if it has no error.
 
-    Args:
-        folder: made if it does not exist.
-        of: rig → digest of the inputs of its file.
-        again: whether existing files are computed again.
+    ``of``: rig → digest of the inputs of its file; ``again``: whether all are computed again.
     """
 
     def __init__(self, folder: Path, of: Mapping[str, str], *, again: bool = False) -> None:

@@ -59,11 +59,8 @@ def fit_series(
 ) -> list[NumberSeries]:
     """Fit each of some numbers day by day; the one that explains most first.
 
-    Args:
-        recordings: of a rig, in the order of time.
-        model: of the rig.
-        start: values of all terms, see `Observation`.
-        suspects: number → its first-order change on each day, (n,) [probes].
+    ``start``: values of all terms, see `Observation`; ``suspects``: number → its first-order change
+    on each day, (n,) [probes].
     """
     rig = calibrate(recordings, model, start)
     names = [recording.name for recording in recordings]
@@ -127,10 +124,7 @@ def explanation(ranked: Sequence[NumberSeries]) -> tuple[NumberSeries, list[Numb
 
     Two series differ if the mean reduction in residual over the recordings exceeds both twice its
     standard error and 1 % of the residual. Among those that do not differ, a parameter that the
-    recordings call uncertain comes first.
-
-    Args:
-        ranked: series, the one with the smallest residual first.
+    recordings call uncertain comes first. ``ranked``: the smallest residual first.
     """
     best, *rest = ranked
     alike = [best]

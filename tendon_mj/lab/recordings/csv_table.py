@@ -26,11 +26,8 @@ def read_csv(path: Path, header: Sequence[str] = ()) -> RawTable:
     """Read a CSV.
 
     Lines that begin with ``#`` above the names are passed over. Without names below them, the last
-    of these lines is the names, as `numpy.savetxt` writes them.
-
-    Args:
-        path: UTF-8, a byte-order mark is dropped.
-        header: names of the columns of a file that has none.
+    of these lines is the names, as `numpy.savetxt` writes them. ``header``: names of the columns of
+    a file that has none.
 
     Raises:
         RecordingError: the file is empty, not UTF-8 or not a CSV, its first row has no names, or a
