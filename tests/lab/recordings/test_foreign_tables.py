@@ -429,12 +429,6 @@ lever_rad = "angel"
         read_recording(tmp_path / "r.csv")
 
 
-def test_a_folder_that_is_there_is_not_said_to_be_missing(tmp_path: Path) -> None:
-    (tmp_path / "bag").mkdir()  # as of rosbag2
-    with refusing(RecordingError, "bag: cannot be read"):
-        read_recording(tmp_path / "bag")
-
-
 @pytest.mark.parametrize("top", [4095, 5000])
 def test_a_period_below_the_counts_of_a_column_is_refused(tmp_path: Path, top: int) -> None:
     counts = np.linspace(0.0, top, 60).round()

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tendon_mj.errors import RecordingError
-from tendon_mj.lab.recordings import UNITS, read_recording, read_table
+from tendon_mj.lab.recordings import read_recording, read_table
 from tests.refusals import refusing
 
 HEADER = "time_s,reel_m,tension_N\n"
@@ -77,12 +77,6 @@ def test_a_broken_table_is_refused_with_row_and_column(
     path.write_bytes(csv if isinstance(csv, bytes) else csv.encode())
     with refusing(RecordingError, path, where, what):
         read_table(path)
-
-
-def test_an_unknown_unit_is_refused_with_all_that_exist(tmp_path: Path) -> None:
-    toml = TOML.replace("tension_N", "tension_V")
-    message = refusal(tmp_path, csv=CSV.replace("tension_N", "tension_V"), toml=toml)
-    assert all(repr(unit) in message for unit in UNITS)
 
 
 @pytest.mark.parametrize(
