@@ -118,18 +118,18 @@ def jump_warnings(
     """
     if simulated is None:
         return []
-    found = list[DataWarning | None]()
+    warnings = list[DataWarning | None]()
     for columns, of_kind in (
         (recording.drive, _drive_warning),
         (recording.measured, _reading_warning),
     ):
-        if any(found):
+        if any(warnings):
             break  # with another drive, the model cannot judge the readings
         for column in columns:
             if not lost_turns(recording, column).size:  # which are reported already
                 given = recording, simulated, replay, column
-                found.append(_wrap_warning(*given) or of_kind(*given))
-    return [warning for warning in found if warning]
+                warnings.append(_wrap_warning(*given) or of_kind(*given))
+    return [warning for warning in warnings if warning]
 
 
 def _wrap_warning(

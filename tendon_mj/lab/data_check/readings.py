@@ -131,11 +131,11 @@ def _slack(recording: Recording, column: str, shown: FloatArray) -> DataWarning 
         place_of(recording, column),
         f"reads {quantity(middle, 'N')} in the middle, and the model 0 N",
         "if this is a cable's tension, it is slack in the model: does its pull turn the joint the"
-        " right way (the sign of the radius), and has it its pretension?",
+        " right way (the sign of the radius), and does it have a pretension?",
     )
 
 
-def _drive_unit(recording: Recording, said: str, ratios: list[float]) -> DataWarning:
+def _drive_unit(recording: Recording, how: str, ratios: list[float]) -> DataWarning:
     factors = [max(r, 1.0 / r) for r in ratios if 0.0 < r < np.inf]
     finite = [factor for factor in factors if factor < _BEYOND] or factors[:1]
     span = f"{min(finite):.0f}" + (f" to {max(finite):.0f}" if len(finite) > 1 else "")
@@ -153,7 +153,7 @@ def _drive_unit(recording: Recording, said: str, ratios: list[float]) -> DataWar
     return DataWarning(
         "unit",
         f"{recording.name}, [drive] {driven}",
-        f"in the model every measured column moves {said}, by a factor of {span}",
+        f"in the model every measured column moves {how}, by a factor of {span}",
         f"name the column with the unit that it is in; {by_scale}",
     )
 

@@ -32,7 +32,7 @@ _FEWEST = 3  # recordings, for one of them to be odd
 
 
 @dataclass(frozen=True, kw_only=True)
-class RigFound:
+class RigResult:
     """Result of one rig.
 
     Attributes:
@@ -171,7 +171,7 @@ class RigFound:
 
 
 @dataclass(frozen=True)
-class FleetFound:
+class FleetResult:
     """Result of a fleet.
 
     Attributes:
@@ -180,11 +180,11 @@ class FleetFound:
         units: parameter → its unit.
     """
 
-    rigs: Sequence[RigFound]
+    rigs: Sequence[RigResult]
     spreads: Mapping[str, FleetSpread]
     units: Mapping[str, str]
 
-    def of(self, verdict: _RigVerdict) -> list[RigFound]:
+    def of(self, verdict: _RigVerdict) -> list[RigResult]:
         """The rigs with a verdict."""
         return [rig for rig in self.rigs if rig.verdict == verdict]
 
@@ -219,7 +219,7 @@ class FleetFound:
         )
 
     @property
-    def with_findings(self) -> list[RigFound]:
+    def with_findings(self) -> list[RigResult]:
         """Rigs with findings or remarks, those that changed first."""
         verdicts: tuple[_RigVerdict, ...] = ("changed", "differs", "failed")
         rigs = [rig for verdict in verdicts for rig in self.of(verdict)]

@@ -26,8 +26,8 @@ from tendon_mj.lab.fleet.comparison import (
 )
 from tendon_mj.lab.fleet.observation import Label, Number, Observation, observe, one_out, usable
 from tendon_mj.lab.fleet.result import (
-    FleetFound,
-    RigFound,
+    FleetResult,
+    RigResult,
     odd_day,
     other_kind,
     remaining,
@@ -71,7 +71,7 @@ def run_fleet(
     again: bool = False,
     begin: Callable[[], None] = lambda: None,
     progress: Progress = silent,
-) -> FleetFound:
+) -> FleetResult:
     """Find which rigs of a fleet changed, and which differ from the others.
 
     Each rig is calibrated by itself. The scatter between days where nothing changed, and between
@@ -181,19 +181,19 @@ class _RigFiles:
 
     def write(self, key: str, result: Mapping[str, Any]) -> None:
         """Keep the result of a rig."""
-        text = json.dumps({"of": self._of[key], "found": result}, default=np.ndarray.tolist)
+        text = json.dumps({"of": self._of[key], "result": result}, default=np.ndarray.tolist)
         with whole_file(self._folder / f"{key}.json") as made:
             made.write_text(text, encoding="utf-8")
 
     def read(self, key: str) -> dict[str, Any]:
         """The result of a rig."""
         text = (self._folder / f"{key}.json").read_text(encoding="utf-8")
-        return dict(json.loads(text)["found"])
+        return dict(json.loads(text)["result"])
 
     def _valid(self, rig: str) -> bool:
         try:
             kept = json.loads((self._folder / f"{rig}.json").read_text(encoding="utf-8"))
-            return bool(kept["of"] == self._of[rig]) and not kept["found"].get("error")
+            return bool(kept["of"] == self._of[rig]) and not kept["result"].get("error")
         except (OSError, ValueError, KeyError, TypeError):
             return False
 
@@ -213,7 +213,7 @@ def _restored(kept: type[_Kept], values: Mapping[str, Any]) -> _Kept:
 
 def _result(
     rig: Rig, observed: _Observed, series: Sequence[NumberSeries], spreads: Mapping[Label, float]
-) -> RigFound:
+) -> RigResult:
     """The result of one rig, before it is compared."""
     observation = observed.observation
     remarks = [
@@ -223,13 +223,13 @@ def _result(
     ]
     remarks += observed.remarks
     if observation is None:
-        return RigFound(name=rig.name, dates=rig.dates, error=observed.error, remarks=remarks)
+        return RigResult(name=rig.name, dates=rig.dates, error=observed.error, remarks=remarks)
     dates = rig.without(observed.reasons).dates
     names = [number.name for number in observation.fitted]
     values = dict(zip(names, observation.values.tolist(), strict=True))
     without, misfits = one_out(observation)
     misfit = _rms(observation.square)
-    unchanged = RigFound(
+    unchanged = RigResult(
         name=rig.name,
         dates=dates,
         values=values,
@@ -263,10 +263,10 @@ def _result(
 
 
 def _compared(
-    rigs: Sequence[RigFound],
+    rigs: Sequence[RigResult],
     seen: Mapping[str, Observation],
     other_kinds: Mapping[str, Sequence[str]],
-) -> FleetFound:
+) -> FleetResult:
     """Compare the fitted numbers between rigs; ``other_kinds``: see `unlike`."""
     units = {n.name: n.unit for observation in seen.values() for n in observation.fitted}
     fitted = [rig for rig in rigs if not rig.error]
@@ -304,7 +304,7 @@ def _compared(
                 remarks=list(filter(None, remarks)),
             )
         compared.append(rig)
-    return FleetFound(compared, spreads, units)
+    return FleetResult(compared, spreads, units)
 
 
 def _rms(square: FloatArray) -> float:
