@@ -92,40 +92,22 @@ class Watched:
     shape: tuple[Term, ...]
     value: float
 
-    @property
-    def probe(self) -> float:
-        """A small change, on the side that the range allows [the term's unit]."""
-        step = min(self.term.probe, self.term.high - self.term.low)
-        return step if self.term.high - self.value >= step else -step
-
 
 @suppress_unsolved_warnings()
 def usable(data: RigData) -> list[str]:
     """Why each recording of a rig cannot be calibrated with the others; empty where it can."""
-    read = [recording for recording in data.recordings if recording is not None]
-    if data.model is None:
-        return data.reasons
-    try:
-        _check(read, read, data.model)
-        return data.reasons
-    except TendonError:
-        kept, reasons = list[Recording](), list(data.reasons)
+    kept, reasons = list[Recording](), list(data.reasons)
     for k, recording in enumerate(data.recordings):
-        if recording is not None:
-            try:
-                _check([*kept, recording], [recording], data.model)
-                kept.append(recording)
-            except TendonError as error:
-                reasons[k] = str(error)
+        if recording is None or data.model is None:
+            continue
+        try:
+            check_recordings([*kept, recording], ())
+            simulate = Simulator([recording], model=data.model, threads=1)
+            check_simulation(Problem((recording,), simulate, all_samples([recording])))
+            kept.append(recording)
+        except TendonError as error:
+            reasons[k] = str(error)
     return reasons
-
-
-def _check(
-    together: Sequence[Recording], simulated: Sequence[Recording], model: mujoco.MjModel
-) -> None:
-    check_recordings(together, ())
-    simulate = Simulator(simulated, model=model, threads=1)
-    check_simulation(Problem(tuple(simulated), simulate, all_samples(simulated)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,11 +236,13 @@ def mean_squares(residual: FloatArray, problem: Problem) -> FloatArray:
 @suppress_unsolved_warnings()
 def _derivative(rig: Calibrated, watched: Watched) -> FloatArray:
     """(m,) change of the residuals with a number, by a probe [noise]; 0 where one fails."""
-    terms = (*rig.fit.terms, watched.term, *watched.shape)
-    values = [*rig.fit.values, watched.value + watched.probe, *watched.number.shape]
+    term, value = watched.term, watched.value
+    step = min(term.probe, term.high - term.low)
+    sign = 1.0 if term.high - value >= step else -1.0  # the side that the range allows
+    terms = (*rig.fit.terms, term, *watched.shape)
+    values = [*rig.fit.values, value + sign * step, *watched.number.shape]
     moved = written(terms, np.array(values), rig.base)
     simulated = rig.problem.residuals([moved])[0] + rig.fit.correction
-    sign = np.sign(watched.probe)
     trace = sign * (simulated - rig.fit.residual)
     return trace if np.isfinite(trace).all() else np.zeros_like(trace)
 
