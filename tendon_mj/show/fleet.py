@@ -136,15 +136,15 @@ def _day_by_day(axes: Axes, rig: RigResult) -> None:
         return
     unit = engineering_unit(series.unit, [change.before, change.after])
     values, errors = series.values * unit.factor, series.errors * unit.factor
-    begins = [float(day) for day in _numbers([change.last_same, change.since])]
+    begins: Any = change.last_same, change.since
     axes.axvspan(*begins, color=style.PALE, alpha=0.5, lw=0, label="the change begins")
     errors = np.minimum(errors, np.ptp(values) or 1.0)
     look: dict[str, Any] = {"color": style.BLUE, "markersize": 4, "elinewidth": 1.0}
     label = "fitted to each recording"
-    axes.errorbar(_numbers(rig.dates), values, errors, fmt="o", label=label, **look)
+    axes.errorbar(rig.dates, values, errors, fmt="o", label=label, **look)  # type: ignore[arg-type]
     days, course = _course(rig)
     line = np.array(course) * unit.factor
-    axes.plot(_numbers(days), line, "--", color=style.VERMILLION, label="change")
+    axes.plot(days, line, "--", color=style.VERMILLION, label="change")  # type: ignore[arg-type]
     locator: Any = mdates.AutoDateLocator(minticks=3, maxticks=6)  # type: ignore[no-untyped-call]
     axes.xaxis.set_major_locator(locator)
     axes.xaxis.set_major_formatter(mdates.ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]
@@ -184,7 +184,3 @@ def _all_rigs(axes: Axes, fleet: FleetResult, rigs: Sequence[RigResult], name: s
             axes.scatter(x, y, color=colour, marker=marker, s=size, label=label, zorder=3)
     axes.set_title(name, fontsize=9)
     axes.set_ylabel(f"[{unit.symbol or '-'}]")
-
-
-def _numbers(dates: Sequence[datetime]) -> np.ndarray:
-    return np.asarray(mdates.date2num(list(dates)), float)  # type: ignore[no-untyped-call]
