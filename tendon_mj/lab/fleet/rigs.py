@@ -11,7 +11,9 @@ the TOML beside it, the ``description.toml`` of its rig, or that of the fleet.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import date, datetime, time
@@ -28,6 +30,7 @@ from tendon_mj.lab.recordings import (
     is_same_model,
     read_recording,
 )
+from tendon_mj.lab.tasks import versions
 from tendon_mj.models import load_model, model_digest
 
 DESCRIPTION = "description.toml"
@@ -83,20 +86,20 @@ class Rig:
                 reasons.append("")
         return RigData(recordings, reasons, model)
 
-    def content(self) -> Iterator[bytes]:
-        """What decides the result of a rig: its dates, files and models."""
-        for when, files in self.files.items():
-            yield when.isoformat().encode()
-            for file in files:
-                with suppress(OSError):  # the recording is left out when it is read
-                    yield file.read_bytes()
+    def digest(self) -> str:
+        """16 hexadecimal digits of what decides its result: versions, dates, files and models."""
+        digest = hashlib.sha256(json.dumps(versions(), sort_keys=True).encode())
         models = dict[str, Path]()
-        for _, toml in self.files.values():
-            with suppress(TendonError):
+        for when, (table, toml) in self.files.items():
+            digest.update(when.isoformat().encode())
+            with suppress(TendonError, OSError):  # the recording is left out when it is read
+                digest.update(table.read_bytes())
+                digest.update(toml.read_bytes())
                 models[described_model(toml)] = toml.parent
         for model, folder in models.items():
             with suppress(TendonError):
-                yield model_digest(load_model(model, beside=folder)).encode()
+                digest.update(model_digest(load_model(model, beside=folder)).encode())
+        return digest.hexdigest()[:16]
 
     def without(self, reasons: Sequence[str]) -> Rig:
         """The rig without the recordings that have a reason not to be used."""

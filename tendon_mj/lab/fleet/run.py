@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
@@ -36,7 +35,7 @@ from tendon_mj.lab.fleet.result import (
 from tendon_mj.lab.fleet.rigs import Rig, RigData
 from tendon_mj.lab.fleet.series import NumberSeries, explanation, fit_series
 from tendon_mj.lab.progress import Progress, silent
-from tendon_mj.lab.tasks import Workers, run_tasks, versions
+from tendon_mj.lab.tasks import Workers, run_tasks
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
@@ -92,7 +91,7 @@ def run_fleet(
     """
     run = partial(run_tasks, on=on, progress=progress)
     by_name = {rig.name: rig for rig in rigs}
-    digests = {rig.name: _digest(rig) for rig in rigs if not rig.error}
+    digests = {rig.name: rig.digest() for rig in rigs if not rig.error}
     first = _RigFiles(out / "observations", digests, again=again)
     run(
         _observe,
@@ -132,13 +131,6 @@ def run_fleet(
         series = [_restored(NumberSeries, one) for one in kept]
         results.append(_result(rig, observed[rig.name], series, spreads))
     return _compared(results, seen, unlike({name: observed[name].kind for name in seen}))
-
-
-def _digest(rig: Rig) -> str:
-    digest = hashlib.sha256(json.dumps(versions(), sort_keys=True).encode())
-    for part in rig.content():
-        digest.update(part)
-    return digest.hexdigest()[:16]
 
 
 def _observe(_: None, data: RigData) -> dict[str, Any]:

@@ -59,8 +59,7 @@ def read_csv(path: Path, header: Sequence[str] = ()) -> RawTable:
         )
     else:
         row += 1
-    columns = _columns(below, len(names), separator, path)
-    *columns, extra = columns
+    *columns, extra = _columns(below, len(names), separator, path)
     if extra.notna().any():
         place = int(extra.first_valid_index())
         raise RecordingError(
