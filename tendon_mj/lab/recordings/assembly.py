@@ -43,11 +43,13 @@ class RawTable:
         names: of its columns, in order.
         columns: their cells, each a `pandas.Series`.
         first: row of the first values.
+        fault: of the whole; empty if there is none.
     """
 
     names: list[str]
     columns: list[Any]
     first: int
+    fault: str = ""
 
     def root(self, name: str) -> str | None:
         """The column that a name with dots is a part of; the name itself where it is a column."""
@@ -217,6 +219,8 @@ def _sources(
         if name not in here:
             fault = unknown("column", name, here - {*layout.roles, *TIMES, *used})
             faults.append(f"{layout.toml}, [{title}] {name!r}: {fault}, in {where}")
+    if raw.fault:
+        faults.append(raw.fault)
     if not {*TIMES} & {*sources}:
         fault = unknown("column", TIME, raw.names)
         if not all_needed:

@@ -30,8 +30,7 @@ def read_csv(path: Path, header: Sequence[str] = ()) -> RawTable:
     a file that has none.
 
     Raises:
-        RecordingError: the file is empty, not UTF-8 or not a CSV, its first row has no names, or a
-            row has more cells than there are names.
+        RecordingError: the file is empty, not UTF-8 or not a CSV, or its first row has no names.
     """
     text = read_text(path)
     top = re.match(_TOP, text)[0]  # type: ignore[index]  # it matches nothing, too
@@ -60,13 +59,14 @@ def read_csv(path: Path, header: Sequence[str] = ()) -> RawTable:
     else:
         row += 1
     *columns, extra = _columns(below, len(names), separator, path)
+    fault = ""
     if extra.notna().any():
         place = int(extra.first_valid_index())
-        raise RecordingError(
+        fault = (
             f"{path}, row {row + place}, column {len(names) + 1}: {extra[place]!r} is one cell too"
             f" many; the names end with column {len(names)}, {names[-1]!r}"
         )
-    return RawTable(names, columns, row)
+    return RawTable(names, columns, row, fault)
 
 
 def write_csv(table: Mapping[str, FloatArray], path: Path) -> None:
