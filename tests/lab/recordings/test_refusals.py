@@ -25,19 +25,14 @@ tension_N = { sensor = "input_tension", noise = 0.05 }
 """
 
 
-def refusal(folder: Path, csv: str | bytes = CSV, toml: str | bytes = TOML) -> str:
-    for suffix, text in ((".csv", csv), (".toml", toml)):
-        data = text if isinstance(text, bytes) else text.encode()
-        (folder / f"rig{suffix}").write_bytes(data)
-    with pytest.raises(RecordingError) as caught:
-        read_recording(folder / "rig")
-    return str(caught.value)
+def written(folder: Path, toml: bytes = TOML.encode()) -> Path:
+    (folder / "rig.csv").write_text(CSV)
+    (folder / "rig.toml").write_bytes(toml)
+    return folder / "rig"
 
 
 def test_the_unbroken_files_are_accepted(tmp_path: Path) -> None:
-    (tmp_path / "rig.csv").write_text(CSV)
-    (tmp_path / "rig.toml").write_text(TOML)
-    assert read_recording(tmp_path / "rig").time.size == 3
+    assert read_recording(written(tmp_path)).time.size == 3
 
 
 @pytest.mark.parametrize(
@@ -83,6 +78,7 @@ def test_a_broken_table_is_refused_with_row_and_column(
     ("old", "new", "where", "what"),
     [
         ('model = "bench"', "model = ", "line 1", "not TOML"),
+        ("made up", "made \xb5p", "row 2", "byte 0xb5 is not UTF-8"),
         ('model = "bench"', 'mode = "bench"', "unknown key 'mode'", "did you mean 'model'?"),
         ('model = "bench"', "", "'model'", "missing"),
         ('model = "bench"', "model = 3", "model", "must be a text in quotes, got 3"),
@@ -109,12 +105,7 @@ def test_a_broken_table_is_refused_with_row_and_column(
         ("noise = 0.05", "noize = 0.05", "[measured] 'tension_N'", "did you mean 'noise'?"),
         ("noise = 0.05", "noise = 0", "[measured] 'tension_N'", "noise = 0.0"),
         ("noise = 0.05", "noise = nan", "[measured] 'tension_N'", "noise = nan"),
-        (
-            "noise = 0.05",
-            "noise = 1e-31",
-            "[measured] 'tension_N'",
-            "1e-31 is outside 1e-30 … 1e+30",
-        ),
+        ("noise = 0.05", "noise = 1e-31", "[measured] 'tension_N'", "1e-31 is outside 1e-30"),
         ("noise = 0.05", 'noise = "1"', "[measured] 'tension_N', noise", "a number, got '1'"),
         ('{ sensor = "input_tension", noise = 0.05 }', '"a"', "'tension_N'", "write { sensor"),
         ('"sheath.axial_stiffness"', "stiffness", "[known] 'stiffness'", "<element>.<parameter>"),
@@ -136,15 +127,9 @@ def test_a_broken_description_is_refused_with_table_and_key(
     tmp_path: Path, old: str, new: str, where: str, what: str
 ) -> None:
     assert TOML.count(old)
-    message = refusal(tmp_path, toml=TOML.replace(old, new, 1))
-    assert message.startswith(str(tmp_path / "rig.toml"))
-    assert where in message
-    assert what in message
-
-
-def test_a_description_that_is_not_utf8_is_refused_with_its_row(tmp_path: Path) -> None:
-    message = refusal(tmp_path, toml=TOML.encode().replace(b"made up", b"made \xb5p"))
-    assert message.startswith(f"{tmp_path / 'rig.toml'}, row 2: byte 0xb5 is not UTF-8")
+    path = written(tmp_path, TOML.replace(old, new, 1).encode("latin-1"))
+    with refusing(RecordingError, f"{path}.toml", where, what):
+        read_recording(path)
 
 
 def test_a_missing_table_is_refused_with_the_nearest_file(tmp_path: Path) -> None:
