@@ -1,4 +1,4 @@
-"""A CSV as it is in its file: names, separator and cells, which pandas reads; and its writer."""
+"""A CSV as it is in its file: names, separator and cells, which pandas reads."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import csv
 import io
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +15,6 @@ import pandas as pd
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings.assembly import RawTable
 from tendon_mj.lab.recordings.files import read_text
-from tendon_mj.typing import FloatArray
-from tendon_mj.whole_file import whole_file
 
 _TOP = re.compile(r"(?:(?:#.*|[^\S\n]*)\n)*")  # comments and blank lines above the names
 _DATUM = re.compile(r"\s*(?:[+-]?\.?\d.*|nan)?\s*", re.IGNORECASE)  # a number, a time, or empty
@@ -67,14 +65,6 @@ def read_csv(path: Path, header: Sequence[str] = ()) -> RawTable:
             f" many; the names end with column {len(names)}, {names[-1]!r}"
         )
     return RawTable(names, columns, row, fault)
-
-
-def write_csv(table: Mapping[str, FloatArray], path: Path) -> None:
-    """Write columns, each (n,) [its unit], as a CSV that reads back bit for bit."""
-    rows = zip(*(column.tolist() for column in table.values()), strict=True)
-    with whole_file(path) as made, made.open("w", encoding="utf-8", newline="\n") as file:
-        file.write(",".join(table) + "\n")
-        file.writelines(",".join(map(repr, row)) + "\n" for row in rows)
 
 
 def _separator(line: str) -> str:

@@ -8,12 +8,13 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.errors import RecordingError, unknown
 from tendon_mj.lab.recordings.assembly import Table, assemble
 from tendon_mj.lab.recordings.binary_files import read_mcap, read_parquet
-from tendon_mj.lab.recordings.csv_table import read_csv, write_csv
+from tendon_mj.lab.recordings.csv_table import read_csv
 from tendon_mj.lab.recordings.description import (
     Description,
     TableLayout,
@@ -183,7 +184,9 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
     path = Path(path)
     stem = path.name.removesuffix(".toml").removesuffix(".csv")
     csv, toml = path.with_name(f"{stem}.csv"), path.with_name(f"{stem}.toml")
-    write_csv({TIME: recording.time, **recording.columns}, csv)
+    table = pd.DataFrame({TIME: recording.time, **recording.columns})
+    with whole_file(csv) as made:
+        table.to_csv(made, index=False, lineterminator="\n")
     text = format_description(recording, _model_from(toml, recording.model))
     with whole_file(toml) as made:
         made.write_text(text, encoding="utf-8", newline="\n")
