@@ -127,19 +127,19 @@ def name_fault(name: str, *, si: bool = False, elements: Collection[str] = ()) -
 def unit_fault(column: str, *, si: bool, elements: Collection[str] = ()) -> str:
     """Message that the unit in a column's name cannot be used; empty if it can.
 
-    Args:
-        column: its name.
-        si: whether the unit has to be of SI, or may be one that is converted.
-        elements: names, as of actuators, that may precede the unit although they end in one.
+    ``si``: whether it has to be of SI, or may be one that is converted; ``elements``: names, as of
+    actuators, that may precede the unit although they end in one.
     """
     ending, allowed = claimed_unit(column), UNITS if si else tuple(UNIT_FACTORS)
     stem = f"_{column.removesuffix(ending)}"
     if ending not in allowed or ending == column:
-        converted = [unit for unit in allowed if unit not in UNITS and "_per_" not in unit]
-        kind, also = "an SI unit", ""
+        kind, converted = "an SI unit", ""
         if not si:
-            kind, also = "a unit that is read", f"; converted: {', '.join(converted)} and rates"
-        return f"does not end in {kind}: {_nearest(ending, allowed)}{also}"
+            others = [unit for unit in allowed if unit not in UNITS and "_per_" not in unit]
+            kind, converted = "a unit that is read", f"; converted: {', '.join(others)} and rates"
+        spelt = [unit for unit in allowed if unit.lower() == ending.lower()]
+        near = unknown("unit", ending, spelt or allowed).partition(" (there ")[0]
+        return f"does not end in {kind}: {near} (SI: {', '.join(map(repr, UNITS))}){converted}"
     twice = stem.endswith(UNITS) or (ending in ("_s", "_ms", "_min") and stem.endswith(allowed))
     if twice and stem[1:] not in elements:
         return (
@@ -147,10 +147,3 @@ def unit_fault(column: str, *, si: bool, elements: Collection[str] = ()) -> str:
             f" {', '.join(UNITS)}"
         )
     return ""
-
-
-def _nearest(ending: str, allowed: tuple[str, ...]) -> str:
-    """Message that a unit is unknown, with the nearest of all and those of SI."""
-    spelt = [unit for unit in allowed if unit.lower() == ending.lower()]
-    near = unknown("unit", ending, spelt or allowed).partition(" (there ")[0]
-    return f"{near} (SI: {', '.join(map(repr, UNITS))})"
