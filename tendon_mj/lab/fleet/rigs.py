@@ -69,6 +69,7 @@ class Rig:
         recordings, reasons = list[Recording | None](), list[str]()
         first, model = None, None
         for when, (table, description) in self.files.items():
+            recording, reason = None, ""
             try:
                 recording = replace(read_recording(table, description), name=stamp(when))
                 first = first or recording
@@ -79,11 +80,9 @@ class Rig:
                     )
                 model = model or load_model(recording.model, beside=recording.beside)
             except (TendonError, OSError) as error:
-                recordings.append(None)
-                reasons.append(str(error))
-            else:
-                recordings.append(recording)
-                reasons.append("")
+                recording, reason = None, str(error)
+            recordings.append(recording)
+            reasons.append(reason)
         return RigData(recordings, reasons, model)
 
     def digest(self) -> str:
