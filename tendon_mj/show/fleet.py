@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tendon_mj.lab.diagnosis import Provenance
-from tendon_mj.lab.fleet import FleetFound, RigFound
+from tendon_mj.lab.fleet import FleetResult, RigResult
 from tendon_mj.lab.replay import EngineeringUnit, engineering_unit, plain, quantity
 from tendon_mj.show.figures import style
 from tendon_mj.show.page import page_templates
@@ -40,7 +40,7 @@ _MARKS = {
 
 
 def fleet_page(
-    fleet: FleetFound, pictures: Mapping[str, bytes], provenance: Provenance, folder: str
+    fleet: FleetResult, pictures: Mapping[str, bytes], provenance: Provenance, folder: str
 ) -> str:
     """The page as HTML. Every text that comes from a file is escaped.
 
@@ -72,11 +72,11 @@ def fleet_page(
     )
 
 
-def _unit(fleet: FleetFound, name: str) -> EngineeringUnit:
+def _unit(fleet: FleetResult, name: str) -> EngineeringUnit:
     return engineering_unit(fleet.units[name], [fleet.spreads[name].median])
 
 
-def _cells(fleet: FleetFound, rig: RigFound) -> Sequence[str]:
+def _cells(fleet: FleetResult, rig: RigResult) -> Sequence[str]:
     numbers = [
         plain(rig.values[name] * _unit(fleet, name).factor) if name in rig.values else "–"
         for name in fleet.units
@@ -86,14 +86,14 @@ def _cells(fleet: FleetFound, rig: RigFound) -> Sequence[str]:
     return [rig.name, rig.verdict, str(len(rig.dates)), days, *numbers, *misfits]
 
 
-def write_table(fleet: FleetFound, path: Path) -> Path:
+def write_table(fleet: FleetResult, path: Path) -> Path:
     """Write a CSV with a row for each rig, in SI units, and return its path."""
     with whole_file(path) as made:
-        pandas.DataFrame(fleet.table()).to_csv(made, index=False)
+        pandas.DataFrame([rig.row() for rig in fleet.rigs]).to_csv(made, index=False)
     return path
 
 
-def changes_figure(fleet: FleetFound) -> Figure | None:
+def changes_figure(fleet: FleetResult) -> Figure | None:
     """Draw the numbers that changed day by day; None where nothing changed."""
     changed = fleet.of("changed")[:_MOST]
     if not changed:
@@ -111,7 +111,7 @@ def changes_figure(fleet: FleetFound) -> Figure | None:
     return figure
 
 
-def spread_figure(fleet: FleetFound) -> Figure | None:
+def spread_figure(fleet: FleetResult) -> Figure | None:
     """Draw each fitted parameter of every rig; None where nothing was fitted."""
     rigs = [rig for rig in fleet.rigs if not rig.error]
     names = [name for name in fleet.units if any(name in rig.values for rig in rigs)]
@@ -130,21 +130,21 @@ def spread_figure(fleet: FleetFound) -> Figure | None:
     return figure
 
 
-def _day_by_day(axes: Axes, rig: RigFound) -> None:
+def _day_by_day(axes: Axes, rig: RigResult) -> None:
     change, series = rig.change, rig.series
     if change is None or series is None:
         return
     unit = engineering_unit(series.unit, [change.before, change.after])
     values, errors = series.values * unit.factor, series.errors * unit.factor
-    begins = [float(day) for day in _numbers([change.last_same, change.since])]
+    begins: Any = change.last_same, change.since
     axes.axvspan(*begins, color=style.PALE, alpha=0.5, lw=0, label="the change begins")
     errors = np.minimum(errors, np.ptp(values) or 1.0)
     look: dict[str, Any] = {"color": style.BLUE, "markersize": 4, "elinewidth": 1.0}
     label = "fitted to each recording"
-    axes.errorbar(_numbers(rig.dates), values, errors, fmt="o", label=label, **look)
+    axes.errorbar(rig.dates, values, errors, fmt="o", label=label, **look)  # type: ignore[arg-type]
     days, course = _course(rig)
     line = np.array(course) * unit.factor
-    axes.plot(_numbers(days), line, "--", color=style.VERMILLION, label="change")
+    axes.plot(days, line, "--", color=style.VERMILLION, label="change")  # type: ignore[arg-type]
     locator: Any = mdates.AutoDateLocator(minticks=3, maxticks=6)  # type: ignore[no-untyped-call]
     axes.xaxis.set_major_locator(locator)
     axes.xaxis.set_major_formatter(mdates.ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]
@@ -152,7 +152,7 @@ def _day_by_day(axes: Axes, rig: RigFound) -> None:
     axes.set_ylabel(f"{series.parameter.rpartition('.')[2]} [{unit.symbol or '-'}]")
 
 
-def _course(rig: RigFound) -> tuple[list[datetime], list[float]]:
+def _course(rig: RigResult) -> tuple[list[datetime], list[float]]:
     """The line of a course: a step is drawn upright, on the first day with it."""
     change, dates = rig.change, rig.dates
     if change is None or change.course == "varying":
@@ -167,7 +167,7 @@ def _course(rig: RigFound) -> tuple[list[datetime], list[float]]:
     return [first, change.last_same, last], [before, before, after]
 
 
-def _all_rigs(axes: Axes, fleet: FleetFound, rigs: Sequence[RigFound], name: str) -> None:
+def _all_rigs(axes: Axes, fleet: FleetResult, rigs: Sequence[RigResult], name: str) -> None:
     spread, unit = fleet.spreads[name], _unit(fleet, name)
     low, high = ((spread.median + sign * spread.between) * unit.factor for sign in (-1.0, 1.0))
     label = "median ± spread between rigs"
@@ -184,7 +184,3 @@ def _all_rigs(axes: Axes, fleet: FleetFound, rigs: Sequence[RigFound], name: str
             axes.scatter(x, y, color=colour, marker=marker, s=size, label=label, zorder=3)
     axes.set_title(name, fontsize=9)
     axes.set_ylabel(f"[{unit.symbol or '-'}]")
-
-
-def _numbers(dates: Sequence[datetime]) -> np.ndarray:
-    return np.asarray(mdates.date2num(list(dates)), float)  # type: ignore[no-untyped-call]

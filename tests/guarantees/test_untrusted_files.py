@@ -136,7 +136,7 @@ def write_tables(folder):
     pq.write_table(pa.table([time, time], schema=schema), folder / "pickle.parquet")
     (folder / "pickle.toml").write_text(described)
     log(folder / "log.mcap", ("/cell", 0.0, {"f": CODE}), ("/cell", 1.0, {"f": 1.0}))
-    topic = '[mcap]\ninput_tension_N = { topic = "/cell", field = "f" }\n'
+    topic = '[columns]\ninput_tension_N = { topic = "/cell", field = "f" }\n'
     (folder / "log.toml").write_text(described + topic)
 
 
@@ -206,6 +206,8 @@ def test_a_stranger_s_file_does_nothing_but_what_the_command_writes(name, told):
     assert status in RUNS[name][1]
     caches = (Path.home() / ".cache", Path(sys.prefix), Path.home() / ".config")
     for event, what in seen:
+        if event == "pickle.find_class" and "concurrent.futures" in what:
+            continue  # results of the command's own processes
         path = Path(what)
         assert path.is_absolute(), (event, what)  # all else than a file is a program or connection
         assert any(path.is_relative_to(one) for one in (outs[name], *caches)), (event, what)

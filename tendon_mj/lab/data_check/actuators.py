@@ -31,12 +31,7 @@ _RIGIDITY = 4.0  # k_b = J/(4 r² h²)
 
 
 def actuation_warnings(schedule: Schedule, adjustable: Adjustable) -> Iterator[DataWarning]:
-    """Warn of a saturated drive, and of joints and tendons whose load is beyond their actuators.
-
-    Args:
-        schedule: of a recording.
-        adjustable: its model at the numbers that its description states; not stepped.
-    """
+    """Warn of a saturated drive, and of joints and tendons whose load is beyond their actuators."""
     yield from _saturated(schedule, adjustable)
     yield from _cannot_hold(schedule, adjustable)
     yield from _lets_go(schedule, adjustable)

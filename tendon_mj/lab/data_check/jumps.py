@@ -7,8 +7,9 @@ of the rig: the model makes the same of a step of its drive, with all that follo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,9 +41,7 @@ _NEARLY = 1.1  # times the period of a counter, that its range and its jumps are
 _LEAST_BITS, _SMOOTH = 6, 0.1  # of a counter; of its period, by which it changes at most otherwise
 _BETTER = 0.5  # of the error, that remains without a jump
 _PROBE = 0.02  # of the drive's range, a slip to try
-_TRIES = (
-    4  # slips, each from the part that the last explains; places at which a drive may have jumped
-)
+_TRIES = 4  # slips, each from the part that the last explains; places of a jump of a drive
 _AFTER = 200  # samples after a jump, by which a slip is told from a lost zero
 _EDGE, _PART = 20, 0.1  # samples and share of them: the shortest part of a split
 _SPLIT = 0.4  # of the error, that a split leaves at most
@@ -53,8 +52,7 @@ _TIE = 1.3  # times the error that a step of a zero leaves, up to which a slip i
 _GRADUAL = 0.5  # of the error of a gradual change, that a sudden one leaves at most
 
 
-@dataclass(frozen=True)
-class _Jump:
+class _Jump(NamedTuple):
     """A jump of a column before sample ``row``."""
 
     row: int
@@ -115,24 +113,23 @@ def jump_warnings(
 ) -> list[DataWarning]:
     """Warn of columns whose zero is lost, whose counter wraps, or whose scale changes midway.
 
-    Args:
-        recording: driven and measured columns.
-        simulated: the model under the same drive; None where it cannot be simulated.
-        replay: simulates a recording with another drive; None where that fails.
+    ``simulated``: the model under the same drive; ``replay`` simulates it under another one. They
+    are None where that fails.
     """
-    warnings = []
-    for table, columns in (("drive", recording.drive), ("measured", recording.measured)):
-        for column in columns:
-            if lost_turns(recording, column).size or simulated is None:
-                continue  # reported already, or without a measure
-            by_table = _drive_warning if table == "drive" else _reading_warning
-            warning = _wrap_warning(recording, simulated, replay, column) or by_table(
-                recording, simulated, replay, column
-            )
-            warnings += [warning] if warning else []
-        if warnings:
+    if simulated is None:
+        return []
+    warnings = list[DataWarning | None]()
+    for columns, of_kind in (
+        (recording.drive, _drive_warning),
+        (recording.measured, _reading_warning),
+    ):
+        if any(warnings):
             break  # with another drive, the model cannot judge the readings
-    return warnings
+        for column in columns:
+            if not lost_turns(recording, column).size:  # which are reported already
+                given = recording, simulated, replay, column
+                warnings.append(_wrap_warning(*given) or of_kind(*given))
+    return [warning for warning in warnings if warning]
 
 
 def _wrap_warning(
@@ -154,9 +151,8 @@ def _wrap_warning(
         return None  # spikes
     unwrapped = _changed(recording, column, series - period * turns)
     better = replay(unwrapped) if driven else simulated
-    if better is None or not (
-        _errors(unwrapped, better) < _BETTER**2 * _errors(recording, simulated)
-    ):
+    most = _BETTER**2 * _errors(recording, simulated).sum()
+    if better is None or not _errors(unwrapped, better).sum() < most:
         return None
     rows = np.flatnonzero(np.diff(turns))
     before, after = (quantity(series[rows[0] + k], unit) for k in (0, 1))
@@ -179,10 +175,8 @@ def _period(series: FloatArray, unit: str) -> tuple[float, str]:
         return 0.0, ""
     largest = float(np.abs(changes[rows]).max())
     bits = int(np.rint(np.log2(largest / step))) if step else 0
-    period, counts = (
-        step * 2.0**bits,
-        f"2^{bits} = {2**bits} of its steps of {quantity(step, unit)}",
-    )
+    period = step * 2.0**bits
+    counts = f"2^{bits} = {2**bits} of its steps of {quantity(step, unit)}"
     most = max(largest, float(np.ptp(series)))
     if bits < _LEAST_BITS or not most < _NEARLY * period < _NEARLY**2 * largest:
         # rounded once more in the file: about as long as its largest jump
@@ -216,11 +210,11 @@ def _drive_warning(
         size = float(changes[row - 1] - median_around(changes, _SIDE)[row - 1])
         straight = float(series[row]) - size
         scale = float(series[row]) / straight if straight else 1.0
-        left = [_column_errors(recording, simulated, row)]
+        left = [_errors(recording, simulated, row)]
         for mended in (series - size, series / scale if scale > 0.0 else series):
             shown = replay(_changed(recording, column, np.append(series[:row], mended[row:])))
             failed = np.full(len(noise), np.inf)
-            left.append(failed if shown is None else _column_errors(recording, shown, row))
+            left.append(failed if shown is None else _errors(recording, shown, row))
         best = min(left[1:], key=np.sum)
         agrees = _AGREES**2 * (series.size - row)
         if best.sum() < _BETTER**2 * left[0].sum() and (best < np.maximum(left[0], agrees)).all():
@@ -276,7 +270,8 @@ def _reading_warning(
     ]
     if alone:
         jump = max(alone, key=lambda j: abs(j.size))
-        stretch = _stretch(alone, jump, read.size)
+        later = [j.row for j in alone if j.row > jump.row]
+        stretch = slice(jump.row, min(later, default=read.size))
     else:
         row = _split(recording, shown, column)
         if row is None:
@@ -307,11 +302,6 @@ def _reading_warning(
         " recording before it",
         blocks=True,
     )
-
-
-def _stretch(others: Sequence[_Jump], jump: _Jump, size: int) -> slice:
-    """Samples from a jump to the next."""
-    return slice(jump.row, min([j.row for j in others if j.row > jump.row], default=size))
 
 
 def _stays(off: FloatArray, jump: _Jump) -> bool:
@@ -372,7 +362,6 @@ def _split(recording: Recording, shown: FloatArray, column: str) -> int | None:
     least = min(_SPLIT**2 * whole, agrees)
     if whole <= agrees / _AGREES**2 * 1.5:
         return None
-
     edge = max(_EDGE, int(_PART * read.size))
     if 2 * edge >= read.size:
         return None
@@ -390,11 +379,9 @@ def _left_before(read: FloatArray, shown: FloatArray) -> FloatArray:
     sums = np.cumsum([x, y, x * x, x * y, y * y], axis=1)
     sums = np.concatenate([np.zeros((5, 1)), sums], axis=1)
     count = np.maximum(1, np.arange(read.size + 1))
-    xx, xy, yy = (
-        sums[2] - sums[0] ** 2 / count,
-        sums[3] - sums[0] * sums[1] / count,
-        sums[4] - sums[1] ** 2 / count,
-    )
+    xx = sums[2] - sums[0] ** 2 / count
+    xy = sums[3] - sums[0] * sums[1] / count
+    yy = sums[4] - sums[1] ** 2 / count
     moved = xx > 0.0
     slope = np.divide(xy, xx, out=np.zeros_like(xx), where=moved)
     left: FloatArray = np.maximum(0.0, yy - slope * xy)
@@ -427,10 +414,12 @@ def _slips(
 
     left, wanted = float(np.sum(off(mended, simulated) ** 2)), off(recording, simulated)
     for driven in recording.drive:
-        span = float(np.ptp(recording.columns[driven]))
+        series = recording.columns[driven]
+        span = float(np.ptp(series))
         slip = _PROBE * span
         for _ in range(_TRIES):
-            tried = replay(_shifted(recording, driven, jump.row, slip))
+            shifted = np.append(series[: jump.row], series[jump.row :] + slip)
+            tried = replay(_changed(recording, driven, shifted))
             if tried is None:
                 break
             if float(np.sum(off(recording, tried) ** 2)) < _TIE * left:
@@ -443,24 +432,12 @@ def _slips(
     return False
 
 
-def _shifted(recording: Recording, column: str, row: int, by: float) -> Recording:
-    """The recording with a drive that is shifted from a sample on."""
-    series = recording.columns[column].copy()
-    series[row:] += by
-    return _changed(recording, column, series)
-
-
 def _changed(recording: Recording, column: str, series: FloatArray) -> Recording:
     return replace(recording, columns={**recording.columns, column: series})
 
 
-def _errors(recording: Recording, simulated: Recording, row: int = 0) -> float:
-    """Sum of squares from a sample on, of the columns' errors beyond their offset before."""
-    return float(np.sum(_column_errors(recording, simulated, row)))
-
-
-def _column_errors(recording: Recording, simulated: Recording, row: int) -> FloatArray:
-    """The same of each measured column."""
+def _errors(recording: Recording, simulated: Recording, row: int = 0) -> FloatArray:
+    """Of each measured column, squared errors from a sample on, beyond their offset before it."""
     errors = []
     for column, level in noise_levels(recording).items():
         off = (recording.columns[column] - simulated.columns[column]) / level

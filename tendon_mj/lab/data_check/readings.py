@@ -22,10 +22,7 @@ from tendon_mj.typing import FloatArray
 _THOUSAND = 100.0  # ratio of two ranges from which it may be 1000: friction is not proportional
 _BEYOND = 3000.0  # ratio of two ranges that no mistaken unit explains
 _ALL = 5.0  # ratio from which, if every column is off by it, the drive is meant
-_DEGREES, _NEARLY = (
-    180.0 / np.pi,
-    1.5,
-)  # ratio of degrees and radians, and by how much it may be off
+_DEGREES, _NEARLY = 180.0 / np.pi, 1.5  # ratio of degrees and radians, and its tolerance
 _TURNED = 3.0  # range of angles that may be degrees [rad]; less of these would be no motion
 _LITTLE = 1e-3  # of a range, an error that none is
 _AGAINST = -0.7  # correlation below which a column runs against the model
@@ -57,9 +54,13 @@ def reading_warnings(recording: Recording, simulated: Recording) -> list[DataWar
     """
     whole = [c for c in recording.measured if not lost_turns(recording, c).size]
     pairs = {c: (recording.columns[c], simulated.columns[c]) for c in whole}
-    if slack := [_slack(recording, c) for c, pair in pairs.items() if _is_slack(c, *pair)]:
+    if slack := list(filter(None, (_slack(recording, c, s) for c, (_, s) in pairs.items()))):
         return slack
-    ratios = [_ratio(*pair) for pair in pairs.values()]
+    # as measured over as simulated; inf where the model stands still
+    ratios = [
+        np.inf if _stands(shown) else usual_range(read) / usual_range(shown)
+        for read, shown in pairs.values()
+    ]
     if len(ratios) > 1 and any(0.0 < ratio < np.inf for ratio in ratios):
         if min(ratios) > _ALL:
             return [_drive_unit(recording, "less", ratios)]
@@ -76,12 +77,8 @@ def degree_warnings(
     """Warn of driven columns in rad that hold degrees, and of measured ones that do so too.
 
     They do if the model is off by more than a column's range, and comes much nearer when they are
-    taken as degrees.
-
-    Args:
-        recording: driven and measured columns.
-        simulated: at the numbers that the description states; None where that was unstable.
-        simulate: the same for another recording.
+    taken as degrees. ``simulated``: at the numbers that the description states, None where that was
+    unstable; ``simulate``: the same for another recording.
     """
     angles = {c for _, c in columns_of(recording) if column_unit(c) == "rad"}
     angles -= recording.in_file.keys()
@@ -124,28 +121,21 @@ def _misfit(
     return sum(errors) / max(1, len(errors) - 1), turned
 
 
-def _ratio(read: FloatArray, shown: FloatArray) -> float:
-    """Range as measured over the range as simulated; inf where the model stands still."""
-    return usual_range(read) / usual_range(shown) if not _stands(shown) else np.inf
-
-
-def _is_slack(column: str, read: FloatArray, shown: FloatArray) -> bool:
-    """Whether a tension that is measured is 0 in the model for most of the time."""
-    return column_unit(column) == "N" and float(np.median(read)) > 0.0 >= float(np.median(shown))
-
-
-def _slack(recording: Recording, column: str) -> DataWarning:
+def _slack(recording: Recording, column: str, shown: FloatArray) -> DataWarning | None:
+    """A tension that is measured, and 0 in the model for most of the time."""
+    middle = float(np.median(recording.columns[column]))
+    if column_unit(column) != "N" or not middle > 0.0 >= float(np.median(shown)):
+        return None
     return DataWarning(
         "slack",
         place_of(recording, column),
-        f"reads {quantity(float(np.median(recording.columns[column])), 'N')} in the middle, and the"
-        " model 0 N",
+        f"reads {quantity(middle, 'N')} in the middle, and the model 0 N",
         "if this is a cable's tension, it is slack in the model: does its pull turn the joint the"
-        " right way (the sign of the radius), and has it its pretension?",
+        " right way (the sign of the radius), and does it have a pretension?",
     )
 
 
-def _drive_unit(recording: Recording, said: str, ratios: list[float]) -> DataWarning:
+def _drive_unit(recording: Recording, how: str, ratios: list[float]) -> DataWarning:
     factors = [max(r, 1.0 / r) for r in ratios if 0.0 < r < np.inf]
     finite = [factor for factor in factors if factor < _BEYOND] or factors[:1]
     span = f"{min(finite):.0f}" + (f" to {max(finite):.0f}" if len(finite) > 1 else "")
@@ -163,7 +153,7 @@ def _drive_unit(recording: Recording, said: str, ratios: list[float]) -> DataWar
     return DataWarning(
         "unit",
         f"{recording.name}, [drive] {driven}",
-        f"in the model every measured column moves {said}, by a factor of {span}",
+        f"in the model every measured column moves {how}, by a factor of {span}",
         f"name the column with the unit that it is in; {by_scale}",
     )
 

@@ -42,9 +42,7 @@ _USUAL, _LARGE = 80.0, 4.0  # percentile of a column's changes, times which it d
 _ABOUT = 3.0  # times as much or as little, an excursion of the model is the same
 _SOON = 10  # samples from an excursion of the model, within which the rig makes its own
 _BEYOND, _LEVEL = 3.0, 20  # noises beyond all readings; samples and noises that are level there
-_PART = (
-    0.1  # of the model's range, that a column with an end has at least; of a column's, a dropout
-)
+_PART = 0.1  # of the model's range, that a column with an end has; of a column's, a dropout
 _BARELY = 1.3  # noises, by which a level reading varies at most
 _LONGEST_DRIVE = 5  # samples for which a drive is held: longer ones are rests
 _VISIBLE = 2.5e-3  # of a column's range: visible to a diagnosis, where no noise is stated
@@ -355,9 +353,8 @@ def frozen(recording: Recording, column: str, shown: FloatArray) -> DataWarning 
     limit = max(share * float(np.ptp(shown)), _BEYOND * level)
     worst, place = 0.0, (0, 0)
     for start, end in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
-        slack = (
-            read[start] == 0.0 and unit == "N" and np.abs(shown[start:end]).min() < _BEYOND * level
-        )
+        near = np.abs(shown[start:end]).min() < _BEYOND * level
+        slack = read[start] == 0.0 and unit == "N" and near
         if end - start >= held and not slack and np.ptp(shown[start:end]) > max(limit, worst):
             worst, place = float(np.ptp(shown[start:end])), (start, end)
     if worst == 0.0:

@@ -90,24 +90,9 @@ def templates(dates: Sequence[datetime]) -> list[Template]:
     return courses
 
 
-def excursions(dates: Sequence[datetime]) -> list[Template]:
-    """Candidate changes that are later undone, with enough recordings before, between and after."""
-    return [
-        Template("there and back", there.first, there.weights - back.weights)
-        for there, back in _two_steps(dates)
-    ]
-
-
 def _two_steps(dates: Sequence[datetime]) -> list[tuple[Template, Template]]:
     steps = [template for template in templates(dates) if template.course == "step"]
     return [p for p in combinations(steps, 2) if p[1].first - p[0].first >= LEAST_DAYS]
-
-
-def daily(observation: Observation) -> FloatArray:
-    """(n, w) best change of each number for each recording by itself [probes]."""
-    diagonal = np.einsum("kii->ki", observation.normal)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(diagonal > 0.0, -observation.gradient / diagonal, np.nan)
 
 
 def daily_deviations(observations: Sequence[Observation]) -> dict[Label, float]:
@@ -116,11 +101,12 @@ def daily_deviations(observations: Sequence[Observation]) -> dict[Label, float]:
     floors: dict[Label, list[float]] = {}
     for rig in observations:
         probes = np.array([number.probe for number in rig.numbers])
-        steps = probes * np.diff(daily(rig), axis=0) / np.sqrt(2.0)
         information = np.einsum("kii->ki", rig.normal)
         noise = np.sqrt(np.maximum(rig.square, 1.0))[:, None]
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            best = np.where(information > 0.0, -rig.gradient / information, np.nan)  # [probes]
             floor = probes * np.median(noise / np.sqrt(information), axis=0)
+        steps = probes * np.diff(best, axis=0) / np.sqrt(2.0)
         for k, number in enumerate(rig.numbers):
             differences.setdefault(number.label, []).append(steps[:, k])
             floors.setdefault(number.label, []).append(float(floor[k]))
@@ -140,8 +126,12 @@ def suspects(
 
     A change that is undone later is sought where no lasting one stands out.
     """
+    undone = [
+        Template("there and back", there.first, there.weights - back.weights)
+        for there, back in _two_steps(dates)
+    ]
     return _standing_out(observation, templates(dates), spreads) or _standing_out(
-        observation, excursions(dates), spreads
+        observation, undone, spreads
     )
 
 
@@ -239,28 +229,24 @@ def find_change(
         deviations: (n,) standard deviations where nothing changes, > 0.
         within: (2,) range of the number, to which the values of the change are clipped.
     """
-    change = _best_change(dates, values, deviations)
+    once = _at_once_or_growing(dates, values, deviations)
+    pairs = [_fit(pair, values, deviations) for pair in _two_steps(dates)]
+    twice = min(pairs, key=lambda fitted: fitted.left, default=once)
+    if once.fits or twice.fits:
+        change = _change(once if once.fits else twice, dates, values, deviations)
+    else:
+        change = _but_for_one(dates, values, deviations) or replace(
+            _change(once, dates, values, deviations),
+            course="varying",
+            last_same=dates[0],
+            since=dates[1],
+            before=float(values[0]),
+            after=float(values[-1]),
+        )
     low, high = np.asarray(within, float)
     before, after = (float(np.clip(x, low, high)) for x in (change.before, change.after))
     between = None if change.between is None else float(np.clip(change.between, low, high))
     return replace(change, before=before, after=after, between=between)
-
-
-def _best_change(dates: Sequence[datetime], values: FloatArray, deviations: FloatArray) -> Change:
-    once = _at_once_or_growing(dates, values, deviations)
-    pairs = [_fit(pair, values, deviations) for pair in _two_steps(dates)]
-    twice = min(pairs, key=lambda fitted: fitted.left, default=once)
-    for fitted in (once, twice):
-        if fitted.fits:
-            return _change(fitted, dates, values, deviations)
-    return _but_for_one(dates, values, deviations) or replace(
-        _change(once, dates, values, deviations),
-        course="varying",
-        last_same=dates[0],
-        since=dates[1],
-        before=float(values[0]),
-        after=float(values[-1]),
-    )
 
 
 def _at_once_or_growing(

@@ -13,13 +13,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
+import mujoco
 import numpy as np
 from scipy.stats import median_abs_deviation
 
 from tendon_mj.lab.recordings import Recording
+from tendon_mj.models import model_digest
 
 FEWEST = 5  # rigs, for a spread between them
 DIFFERENT = 5.0  # standard deviations
@@ -27,16 +29,14 @@ MISFIT = "misfit"  # in place of a parameter's name [noise]
 _LARGER = 2.0  # times the median
 
 
-@dataclass(frozen=True)
-class FleetSpread:
+class FleetSpread(NamedTuple):
     """A number on all rigs of a fleet: its median, and its spread between them [its unit]."""
 
     median: float
     between: float
 
 
-@dataclass(frozen=True)
-class RigDifference:
+class RigDifference(NamedTuple):
     """A number of a rig that is not consistent with the fleet [its unit], and how far [spreads]."""
 
     name: str
@@ -62,11 +62,8 @@ def rig_differences(
 ) -> dict[str, RigDifference]:
     """Rig → its difference, of the rigs that differ; empty where there are fewer than five rigs.
 
-    Args:
-        name: of the number.
-        values, errors: rig → its value and standard error [its unit].
-        spread: of the values.
-        one_out: rig → its value with each of its recordings left out, where there are several.
+    ``values, errors``: rig → value of the number and its standard error [its unit]; ``one_out``:
+    rig → its value with each of its recordings left out, where there are several.
     """
     if len(values) < FEWEST:
         return {}
@@ -93,15 +90,11 @@ def larger_misfits(
     return {rig: one for rig, one in outliers.items() if least[rig] > _LARGER * spread.median}
 
 
-def kind(recording: Recording, model: str) -> dict[str, str]:
-    """Everything that rigs need to have in common: part of the description → its content.
-
-    Args:
-        recording: the first of a rig.
-        model: digest of its model.
-    """
+def kind(recording: Recording, model: mujoco.MjModel) -> dict[str, str]:
+    """Everything that rigs need to have in common: part of the description → its content."""
     tables = {"[uncertain]": recording.uncertain, "[known]": recording.known}
-    return {"model": model} | {name: repr(sorted(t.items())) for name, t in tables.items()}
+    contents = {name: repr(sorted(t.items())) for name, t in tables.items()}
+    return {"model": model_digest(model)} | contents
 
 
 def unlike(kinds: Mapping[str, Mapping[str, str]]) -> dict[str, list[str]]:

@@ -16,9 +16,8 @@ values and the mean squares of the others by
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from datetime import datetime
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import product
 
 import mujoco
@@ -26,7 +25,6 @@ import numpy as np
 
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import (
-    Candidate,
     Fit,
     Problem,
     Term,
@@ -42,8 +40,9 @@ from tendon_mj.lab.diagnosis import (
     with_step,
     written,
 )
+from tendon_mj.lab.fleet.rigs import RigData
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import Simulator, name_in_session, suppress_unsolved_warnings
+from tendon_mj.lab.replay import Simulator, suppress_unsolved_warnings
 from tendon_mj.typing import BoolArray, FloatArray
 
 Label = tuple[str, str, tuple[float, ...]]  # identifier, name, shape
@@ -93,71 +92,22 @@ class Watched:
     shape: tuple[Term, ...]
     value: float
 
-    @property
-    def probe(self) -> float:
-        """A small change, on the side that the range allows [the term's unit]."""
-        step = min(self.term.probe, self.term.high - self.term.low)
-        return step if self.term.high - self.value >= step else -step
-
-    def moved(self, change: float) -> tuple[tuple[Term, ...], tuple[float, ...]]:
-        """The terms and their values with the number changed."""
-        return (self.term, *self.shape), (self.value + change, *self.number.shape)
-
-    def per_recording(self, names: Sequence[str]) -> tuple[Term, ...]:
-        """A term for each recording, which writes the number there alone."""
-        targets = self.term.targets
-        return tuple(
-            replace(self.term, targets=tuple(name_in_session(t, n) for t in targets), spread=0.0)
-            for n in names
-        )
-
-
-def watched_numbers(
-    calibrated: Sequence[Term], values: Sequence[float], candidates: Sequence[Candidate]
-) -> tuple[Watched, ...]:
-    """The calibrated terms with their values, and each start of each candidate effect."""
-    watched = [
-        Watched(_number(term, ""), term, (), float(value))
-        for term, value in zip(calibrated, values, strict=True)
-    ]
-    for candidate in candidates:
-        strength, *shape = candidate.terms
-        for starts in product(*(t.starts or (t.inert,) for t in shape)):
-            number = _number(strength, candidate.identifier, starts)
-            watched.append(Watched(number, strength, tuple(shape), strength.inert))
-    return tuple(watched)
-
-
-def _number(term: Term, identifier: str, shape: tuple[float, ...] = ()) -> Number:
-    return Number(", ".join(term.targets), identifier, term.unit, term.probe, shape)
-
 
 @suppress_unsolved_warnings()
-def usable(
-    recordings: Mapping[datetime, Recording], model: mujoco.MjModel
-) -> tuple[dict[datetime, Recording], dict[datetime, str]]:
-    """The recordings of a rig that can be calibrated together, and why others cannot."""
-    kept, refused = dict[datetime, Recording](), dict[datetime, str]()
-    try:
-        _check(recordings.values(), recordings.values(), model)
-    except TendonError:
-        for date, recording in recordings.items():
-            try:
-                _check([*kept.values(), recording], [recording], model)
-                kept[date] = recording
-            except TendonError as error:
-                refused[date] = str(error)
-        return kept, refused
-    return dict(recordings), refused
-
-
-def _check(
-    together: Iterable[Recording], simulated: Iterable[Recording], model: mujoco.MjModel
-) -> None:
-    check_recordings(list(together), ())
-    recordings = tuple(simulated)
-    simulate = Simulator(recordings, model=model, threads=1)
-    check_simulation(Problem(recordings, simulate, all_samples(recordings)))
+def usable(data: RigData) -> list[str]:
+    """Why each recording of a rig cannot be calibrated with the others; empty where it can."""
+    kept, reasons = list[Recording](), list(data.reasons)
+    for k, recording in enumerate(data.recordings):
+        if recording is None or data.model is None:
+            continue
+        try:
+            check_recordings([*kept, recording], ())
+            simulate = Simulator([recording], model=data.model, threads=1)
+            check_simulation(Problem((recording,), simulate, all_samples([recording])))
+            kept.append(recording)
+        except TendonError as error:
+            reasons[k] = str(error)
+    return reasons
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,10 +166,7 @@ def calibrate(
 ) -> Calibrated:
     """Fit the uncertain parameters to all recordings of a rig.
 
-    Args:
-        recordings: of one rig, in the order of time, see `usable`.
-        model: of the rig.
-        start: values of the terms, where they were fitted before.
+    ``start``: values of the terms, where they were fitted before.
     """
     simulate = Simulator(recordings, model=model, threads=1)
     own = Problem(tuple(recordings), simulate, all_samples(recordings))
@@ -230,13 +177,22 @@ def calibrate(
     inert = [term.inert for term in terms]
     begin, most = (inert, _CONVERGED) if start is None else (start, _AGAIN)
     fitted = fit(problem, base, terms, (), np.asarray(begin, float), evaluations=most)
-    shared = [k for k, term in enumerate(terms) if not term.spread]
+    watched = [
+        Watched(_number(term), term, (), float(value))
+        for term, value in zip(terms, fitted.values, strict=True)
+        if not term.spread
+    ]
     values = {**base, **fitted.parameters(base)}
-    acting = [c for c in candidates(system) if c.acts_on(values)]
-    watched = watched_numbers(
-        [terms[k] for k in shared], [fitted.values[k] for k in shared], acting
-    )
-    return Calibrated(problem, base, fitted, watched)
+    for candidate in (c for c in candidates(system) if c.acts_on(values)):
+        strength, *shape = candidate.terms
+        for starts in product(*(term.starts or (term.inert,) for term in shape)):
+            number = _number(strength, candidate.identifier, starts)
+            watched.append(Watched(number, strength, tuple(shape), strength.inert))
+    return Calibrated(problem, base, fitted, tuple(watched))
+
+
+def _number(term: Term, identifier: str = "", shape: tuple[float, ...] = ()) -> Number:
+    return Number(", ".join(term.targets), identifier, term.unit, term.probe, shape)
 
 
 def observe(recordings: Sequence[Recording], model: mujoco.MjModel) -> Observation:
@@ -247,7 +203,8 @@ def observe(recordings: Sequence[Recording], model: mujoco.MjModel) -> Observati
     count = len(uncertain)
     slopes = [fitted.jacobian[:, k] for k in uncertain]
     slopes += [_derivative(rig, number) for number in rig.watched[count:]]
-    seen = [k for k, slope in enumerate(slopes) if k < count or _visible(slope)]
+    visible = [float(slope @ slope) >= _INVISIBLE * slope.size for slope in slopes]
+    seen = [k for k in range(len(slopes)) if k < count or visible[k]]
     matrix = np.column_stack([slopes[k] for k in seen])
     watched = [rig.watched[k] for k in seen]
     parts = [
@@ -279,16 +236,15 @@ def mean_squares(residual: FloatArray, problem: Problem) -> FloatArray:
 @suppress_unsolved_warnings()
 def _derivative(rig: Calibrated, watched: Watched) -> FloatArray:
     """(m,) change of the residuals with a number, by a probe [noise]; 0 where one fails."""
-    terms, values = watched.moved(watched.probe)
-    moved = written((*rig.fit.terms, *terms), np.array([*rig.fit.values, *values]), rig.base)
+    term, value = watched.term, watched.value
+    step = min(term.probe, term.high - term.low)
+    sign = 1.0 if term.high - value >= step else -1.0  # the side that the range allows
+    terms = (*rig.fit.terms, term, *watched.shape)
+    values = [*rig.fit.values, value + sign * step, *watched.number.shape]
+    moved = written(terms, np.array(values), rig.base)
     simulated = rig.problem.residuals([moved])[0] + rig.fit.correction
-    sign = np.sign(watched.probe)
     trace = sign * (simulated - rig.fit.residual)
     return trace if np.isfinite(trace).all() else np.zeros_like(trace)
-
-
-def _visible(slope: FloatArray) -> bool:
-    return float(slope @ slope) >= _INVISIBLE * slope.size
 
 
 def _without_sessions(
@@ -323,13 +279,6 @@ def _errors(normal: FloatArray, square: FloatArray) -> FloatArray:
 def inverse(normal: FloatArray) -> FloatArray:
     """(p, p) inverse of a sum of A_k; 0 in directions without information."""
     return np.asarray(np.linalg.pinv(normal, rcond=SINGULAR, hermitian=True), np.float64)
-
-
-def terms_without(fitted: Fit, replaced: Sequence[Term]) -> tuple[tuple[Term, ...], FloatArray]:
-    """Terms and values of a fit, except those that write the same parameters as others."""
-    taken = {target for term in replaced for target in term.targets}
-    kept = [k for k, term in enumerate(fitted.terms) if not {*term.targets} & taken]
-    return tuple(fitted.terms[k] for k in kept), fitted.values[kept]
 
 
 def one_out(observation: Observation) -> tuple[FloatArray, FloatArray]:

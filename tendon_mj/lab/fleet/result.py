@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from datetime import datetime
 from itertools import pairwise
-from pathlib import Path
 from statistics import median
 from typing import Any, Literal
 
@@ -33,7 +32,7 @@ _FEWEST = 3  # recordings, for one of them to be odd
 
 
 @dataclass(frozen=True, kw_only=True)
-class RigFound:
+class RigResult:
     """Result of one rig.
 
     Attributes:
@@ -62,13 +61,13 @@ class RigFound:
     one_out: Mapping[str, Sequence[float]] = field(default_factory=dict)
     misfit: float = float("nan")
     left: float = float("nan")
-    square: tuple[float, ...] = ()
+    square: Sequence[float] = ()
     change: Change | None = None
     series: NumberSeries | None = None
-    rivals: tuple[NumberSeries, ...] = ()
-    differences: tuple[RigDifference, ...] = ()
+    rivals: Sequence[NumberSeries] = ()
+    differences: Sequence[RigDifference] = ()
     compared: int = 0
-    remarks: tuple[str, ...] = ()
+    remarks: Sequence[str] = ()
 
     @property
     def verdict(self) -> _RigVerdict:
@@ -88,9 +87,20 @@ class RigFound:
         parts = [self.error.removesuffix(".")] if self.error else []
         if self.change and self.series:
             parts.append(change_sentence(self.change, self.series, self.rivals, self.dates))
-        parts += [difference_sentence(d, units.get(d.name, "noise")) for d in self.differences]
+        for d in self.differences:
+            unit, middle = units.get(d.name, "noise"), d.spread.median
+            value, _ = _in_one_unit([d.value, middle], unit)
+            parts.append(f"{d.name} is {value}, the fleet's median {quantity(middle, unit)}")
         if not parts:
-            parts = [self.verdict, *not_judged(len(self.dates), self.compared)]
+            parts = [self.verdict]
+            if len(self.dates) < 2 * LEAST_DAYS:
+                needed, there = 2 * LEAST_DAYS, len(self.dates)
+                parts.append(f"a change needs {needed} recordings or more, and there are {there}")
+            if self.compared < FEWEST:
+                parts.append(
+                    f"a comparison needs {FEWEST} fitted rigs or more, and there are"
+                    f" {self.compared}"
+                )
         return f"{self.name}: {'; '.join([*parts, *self.remarks])}."
 
     def result(self) -> dict[str, Any]:
@@ -110,8 +120,7 @@ class RigFound:
                 {
                     "name": d.name,
                     "value": d.value,
-                    "median": d.spread.median,
-                    "between": d.spread.between,
+                    **d.spread._asdict(),
                     "significance": d.significance,
                 }
                 for d in self.differences
@@ -122,9 +131,10 @@ class RigFound:
         change, series = self.change, self.series
         if change is None or series is None:
             return None
-        plain = {k: _plain(value) for k, value in asdict(change).items()}
+        dates = {k: v.isoformat() for k, v in vars(change).items() if isinstance(v, datetime)}
         return {
-            **plain,
+            **vars(change),
+            **dates,
             "parameter": series.parameter,
             "effect": series.number.identifier,
             "unit": series.unit,
@@ -160,12 +170,8 @@ class RigFound:
         }
 
 
-def _plain(value: object) -> object:
-    return value.isoformat() if isinstance(value, datetime) else value
-
-
 @dataclass(frozen=True)
-class FleetFound:
+class FleetResult:
     """Result of a fleet.
 
     Attributes:
@@ -174,21 +180,31 @@ class FleetFound:
         units: parameter → its unit.
     """
 
-    rigs: Sequence[RigFound]
+    rigs: Sequence[RigResult]
     spreads: Mapping[str, FleetSpread]
     units: Mapping[str, str]
 
-    def of(self, verdict: _RigVerdict) -> list[RigFound]:
+    def of(self, verdict: _RigVerdict) -> list[RigResult]:
         """The rigs with a verdict."""
         return [rig for rig in self.rigs if rig.verdict == verdict]
 
     @property
     def sentence(self) -> str:
         """The result in a sentence."""
-        verdicts: tuple[_RigVerdict, ...] = ("changed", "differs", "failed")
-        changed, different, failed = ([rig.name for rig in self.of(v)] for v in verdicts)
-        unknown = len(self.of("not judged"))
-        return fleet_sentence(len(self.rigs), changed, different, unknown, failed)
+        differ = "differs" if len(self.of("differs")) == 1 else "differ"
+        words: dict[_RigVerdict, str] = {
+            "changed": "changed",
+            "differs": f"{differ} from the fleet",
+            "not judged": "could not be judged",
+            "failed": "could not be fitted",
+        }
+        parts = []
+        for verdict, what in words.items():
+            names = [rig.name for rig in self.of(verdict)]
+            listed = f" ({', '.join(names)})" if names and verdict != "not judged" else ""
+            if names or verdict == "changed":
+                parts.append(f"{len(names)} {what}{listed}")
+        return f"Of {len(self.rigs)} {'rig' if len(self.rigs) == 1 else 'rigs'} {', '.join(parts)}."
 
     @property
     def warning(self) -> str:
@@ -203,7 +219,7 @@ class FleetFound:
         )
 
     @property
-    def with_findings(self) -> list[RigFound]:
+    def with_findings(self) -> list[RigResult]:
         """Rigs with findings or remarks, those that changed first."""
         verdicts: tuple[_RigVerdict, ...] = ("changed", "differs", "failed")
         rigs = [rig for verdict in verdicts for rig in self.of(verdict)]
@@ -216,34 +232,26 @@ class FleetFound:
             "warning": self.warning,
             "rigs": [{**rig.result(), "sentence": rig.sentence(self.units)} for rig in self.rigs],
             "spreads": {
-                name: {**asdict(s), "unit": self.units[name]} for name, s in self.spreads.items()
+                name: {**s._asdict(), "unit": self.units[name]} for name, s in self.spreads.items()
             },
         }
-
-    def table(self) -> list[dict[str, Any]]:
-        """A row for each rig."""
-        return [rig.row() for rig in self.rigs]
 
 
 def change_sentence(
     change: Change, series: NumberSeries, rivals: Sequence[NumberSeries], dates: Sequence[datetime]
 ) -> str:
     """A change in words, with values and dates; ``rivals``: series that explain it as well."""
-    text = f"{_named(series)} {_course(change, series, dates)}"
-    if change.apart is not None:
-        text += f", except {stamp(change.apart)}"
-    if rivals:
-        text += f", or as well {', or '.join(_named(rival) for rival in rivals)}"
-    return text
-
-
-def _named(series: NumberSeries) -> str:
-    if not series.number.identifier:
-        return series.number.name
-    return f"{series.number.name} ({CATALOGUE[series.number.identifier].name})"
+    names = [
+        f"{n.name} ({CATALOGUE[n.identifier].name})" if n.identifier else n.name
+        for n in (one.number for one in (series, *rivals))
+    ]
+    apart = f", except {stamp(change.apart)}" if change.apart is not None else ""
+    also = f", or as well {', or '.join(names[1:])}" if rivals else ""
+    return f"{names[0]} {_course(change, series, dates)}{apart}{also}"
 
 
 def _course(change: Change, series: NumberSeries, dates: Sequence[datetime]) -> str:
+    """Values before and after, and since when; both days, where the gap between them is long."""
     if change.course == "varying":
         ends = [float(series.values.min()), float(series.values.max())]
         low, high = _in_one_unit(ends, series.unit)
@@ -254,17 +262,13 @@ def _course(change: Change, series: NumberSeries, dates: Sequence[datetime]) -> 
         during = f"from {stamp(change.since)} to {stamp(change.until)}"
         return f"{before} → {between} {during}, {after} since"
     before, after = _in_one_unit([change.before, change.after], series.unit)
-    growing = "growing " if change.course == "ramp" else ""
-    return f"{before} → {after} {growing}{_beginning(change, dates)}"
-
-
-def _beginning(change: Change, dates: Sequence[datetime]) -> str:
-    """The first day of a change; the days before and after, where the gap between them is long."""
+    growing = change.course == "ramp"
     usual = float(np.median([(b - a).total_seconds() for a, b in pairwise(dates)]))
-    if (change.since - change.last_same).total_seconds() <= _GAP * usual:
-        return f"since {stamp(change.since)}"
-    begun = "since a day " if change.course == "ramp" else ""
-    return f"{begun}between {stamp(change.last_same)} and {stamp(change.since)}"
+    days = f"since {stamp(change.since)}"
+    if (change.since - change.last_same).total_seconds() > _GAP * usual:
+        begun = "since a day " if growing else ""
+        days = f"{begun}between {stamp(change.last_same)} and {stamp(change.since)}"
+    return f"{before} → {after} {'growing ' if growing else ''}{days}"
 
 
 def _in_one_unit(values: Sequence[float], unit: str) -> list[str]:
@@ -273,48 +277,6 @@ def _in_one_unit(values: Sequence[float], unit: str) -> list[str]:
     symbol = f" {chosen.symbol}" if chosen.symbol and chosen.symbol != "°" else chosen.symbol
     numbers = [plain(value * chosen.factor) for value in values]
     return [*numbers[:-1], f"{numbers[-1]}{symbol}"]
-
-
-def difference_sentence(difference: RigDifference, unit: str) -> str:
-    """Sentence that states a difference, with both values."""
-    median = difference.spread.median
-    value, _ = _in_one_unit([difference.value, median], unit)
-    return f"{difference.name} is {value}, the fleet's median {quantity(median, unit)}"
-
-
-def not_judged(recordings: int, rigs: int) -> list[str]:
-    """Reasons not to search for a change, or not to compare a rig."""
-    reasons = []
-    if recordings < 2 * LEAST_DAYS:
-        reasons.append(
-            f"a change needs {2 * LEAST_DAYS} recordings or more, and there are {recordings}"
-        )
-    if rigs < FEWEST:
-        reasons.append(f"a comparison needs {FEWEST} fitted rigs or more, and there are {rigs}")
-    return reasons
-
-
-def fleet_sentence(
-    rigs: int,
-    changed: Sequence[str],
-    different: Sequence[str],
-    not_judged: int,
-    failed: Sequence[str],
-) -> str:
-    """Counts and names of the rigs that changed, differ, could not be judged or fitted."""
-    parts = [f"{len(changed)} changed{_in_brackets(changed)}"]
-    if different:
-        verb = "differs" if len(different) == 1 else "differ"
-        parts.append(f"{len(different)} {verb} from the fleet{_in_brackets(different)}")
-    if not_judged:
-        parts.append(f"{not_judged} could not be judged")
-    if failed:
-        parts.append(f"{len(failed)} could not be fitted{_in_brackets(failed)}")
-    return f"Of {rigs} {'rig' if rigs == 1 else 'rigs'} {', '.join(parts)}."
-
-
-def _in_brackets(names: Sequence[str]) -> str:
-    return f" ({', '.join(names)})" if names else ""
 
 
 def other_kind(parts: Sequence[str]) -> str:
@@ -328,10 +290,7 @@ def other_kind(parts: Sequence[str]) -> str:
 def odd_day(dates: Sequence[datetime], square: Sequence[float], usual: float) -> str:
     """Remark on the recording with most of a rig's residual; empty without one.
 
-    Args:
-        dates: of the recordings.
-        square: (n,) mean square residuals [noise²].
-        usual: rms residual of the median rig [noise].
+    ``square``: (n,) mean square residuals [noise²]; ``usual``: rms of the median rig [noise].
     """
     largest, whole = int(np.argmax(square)), float(np.sum(square))
     rms = float(np.sqrt(square[largest]))
@@ -345,15 +304,6 @@ def remaining(residual: float, usual: float) -> str:
     if residual <= _ABOVE * usual:
         return ""
     return f"{residual:.2g} noise remains, so that more may have changed"
-
-
-def left_out(tables: Mapping[datetime, Path], refused: Mapping[datetime, str]) -> list[str]:
-    """Remarks on recordings that are left out: each by its file, with the reason."""
-    return [
-        f"{tables[date]} is left out: "
-        + reason.removeprefix(str(tables[date])).lstrip(":, ").removesuffix(".")
-        for date, reason in refused.items()
-    ]
 
 
 def timing_remarks(recordings: Iterable[Recording]) -> list[str]:

@@ -11,17 +11,38 @@ the TOML beside it, the ``description.toml`` of its rig, or that of the fleet.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import date, datetime, time
 from pathlib import Path
+from typing import NamedTuple
+
+import mujoco
 
 from tendon_mj.errors import RecordingError, TendonError
-from tendon_mj.lab.recordings import Recording, read_recording
+from tendon_mj.lab.recordings import (
+    FORMATS,
+    Recording,
+    described_model,
+    is_same_model,
+    read_recording,
+)
+from tendon_mj.lab.tasks import versions
+from tendon_mj.models import load_model, model_digest
 
 DESCRIPTION = "description.toml"
-_TABLES = (".csv", ".parquet", ".mcap")
 RESULT_TABLE = "fleet.csv"  # of a run over a fleet
+
+
+class RigData(NamedTuple):
+    """The recordings of a rig, None for each that cannot be used; why it cannot; the model."""
+
+    recordings: list[Recording | None]
+    reasons: list[str]
+    model: mujoco.MjModel | None
 
 
 @dataclass(frozen=True)
@@ -30,59 +51,59 @@ class Rig:
 
     Attributes:
         name: of its folder.
-        tables: date → file of a recording, in the order of time.
-        descriptions: likewise, its description.
+        files: date → table and description of a recording, in the order of time.
         error: why the rig cannot be used; empty where it can.
     """
 
     name: str
-    tables: Mapping[datetime, Path]
-    descriptions: Mapping[datetime, Path]
+    files: Mapping[datetime, tuple[Path, Path]]
     error: str = ""
 
     @property
     def dates(self) -> tuple[datetime, ...]:
         """Date of each recording."""
-        return tuple(self.tables)
+        return tuple(self.files)
 
-    def read_first(self) -> Recording:
-        """The first recording that can be read.
-
-        Raises:
-            RecordingError: none can; with the reason for the first.
-        """
-        refused = dict[datetime, str]()
-        for when in self.tables:
+    def read(self) -> RigData:
+        """The recordings, named after their dates, and the model of the first that can be read."""
+        recordings, reasons = list[Recording | None](), list[str]()
+        first, model = None, None
+        for when, (table, description) in self.files.items():
+            recording, reason = None, ""
             try:
-                return self._read(when)
-            except (TendonError, OSError) as error:
-                refused[when] = str(error)
-        raise RecordingError(unusable(refused))
-
-    def read(self) -> tuple[dict[datetime, Recording], dict[datetime, str]]:
-        """Date → recording, and date → reason why a recording cannot be used."""
-        recordings, refused = dict[datetime, Recording](), dict[datetime, str]()
-        for when, path in self.tables.items():
-            try:
-                recording = self._read(when)
-                first = next(iter(recordings.values()), recording)
-                if _model_of(recording) != _model_of(first):
+                recording = replace(read_recording(table, description), name=stamp(when))
+                first = first or recording
+                if not is_same_model(recording.model, first.model):
                     raise RecordingError(
-                        f"{path}: its model is {recording.model!r}, and that of the rig's first"
+                        f"{table}: its model is {recording.model!r}, and that of the rig's first"
                         f" recording {first.model!r}; a rig has one model"
                     )
-                recordings[when] = recording
+                model = model or load_model(recording.model, beside=recording.beside)
             except (TendonError, OSError) as error:
-                refused[when] = str(error)
-        return recordings, refused
+                recording, reason = None, str(error)
+            recordings.append(recording)
+            reasons.append(reason)
+        return RigData(recordings, reasons, model)
 
-    def _read(self, when: datetime) -> Recording:
-        recording = read_recording(self.tables[when], self.descriptions[when])
-        return replace(recording, name=stamp(when))
+    def digest(self) -> str:
+        """16 hexadecimal digits of what decides its result: versions, dates, files and models."""
+        digest = hashlib.sha256(json.dumps(versions(), sort_keys=True).encode())
+        models = dict[str, Path]()
+        for when, (table, toml) in self.files.items():
+            digest.update(when.isoformat().encode())
+            with suppress(TendonError, OSError):  # the recording is left out when it is read
+                digest.update(table.read_bytes())
+                digest.update(toml.read_bytes())
+                models[described_model(toml)] = toml.parent
+        for model, folder in models.items():
+            with suppress(TendonError):
+                digest.update(model_digest(load_model(model, beside=folder)).encode())
+        return digest.hexdigest()[:16]
 
-    def without(self, dates: Collection[datetime]) -> Rig:
-        """The rig with fewer recordings."""
-        return replace(self, tables={d: p for d, p in self.tables.items() if d not in dates})
+    def without(self, reasons: Sequence[str]) -> Rig:
+        """The rig without the recordings that have a reason not to be used."""
+        pairs = zip(self.files.items(), reasons, strict=True)
+        return replace(self, files={when: files for (when, files), reason in pairs if not reason})
 
 
 def stamp(when: datetime) -> str:
@@ -90,14 +111,6 @@ def stamp(when: datetime) -> str:
     if when.time() == time():
         return f"{when:%Y-%m-%d}"
     return f"{when:%Y-%m-%d %H:%M:%S}" + (f",{when:%f}" if when.microsecond else "")
-
-
-def unusable(refused: Mapping[datetime, str]) -> str:
-    """That no recording of a rig can be used, with the reason for the first."""
-    first = refused[min(refused)]
-    if len(refused) == 1:
-        return first
-    return f"none of its {len(refused)} recordings can be used; the first: {first}"
 
 
 def find_rigs(folder: Path, out: Path | None = None) -> list[Rig]:
@@ -116,16 +129,15 @@ def find_rigs(folder: Path, out: Path | None = None) -> list[Rig]:
     """
     if not folder.is_dir():
         raise RecordingError(f"{folder} is not a folder; a fleet is a folder with one for each rig")
-    for path in _tables(folder):
-        if _date(path):
-            raise RecordingError(
-                f"{path} lies directly in the fleet's folder; move it to the folder of its rig, for"
-                f" example {folder / 'rig_1' / path.name}"
-            )
+    if loose := list(filter(_date, _tables(folder))):
+        raise RecordingError(
+            f"{loose[0]} lies directly in the fleet's folder; move it to the folder of its rig, for"
+            f" example {folder / 'rig_1' / loose[0].name}"
+        )
     rigs = [_rig(path, folder) for path in sorted(folder.iterdir()) if _is_rig(path, out)]
     if all(rig.error and not _tables(folder / rig.name) for rig in rigs):
         raise RecordingError(
-            f"{folder}: no folder in it has recordings ({', '.join(_TABLES)}); a fleet has one"
+            f"{folder}: no folder in it has recordings ({', '.join(FORMATS)}); a fleet has one"
             " folder for each rig, with its recordings in it"
         )
     return rigs
@@ -134,7 +146,7 @@ def find_rigs(folder: Path, out: Path | None = None) -> list[Rig]:
 def _is_rig(folder: Path, out: Path | None) -> bool:
     if not folder.is_dir() or folder.name.startswith("."):
         return False
-    dated = [path for path in _tables(folder) if _date(path)]
+    dated = list(filter(_date, _tables(folder)))
     holds_out = out is not None and out.resolve().is_relative_to(folder.resolve())
     if dated and holds_out:
         raise RecordingError(
@@ -145,29 +157,23 @@ def _is_rig(folder: Path, out: Path | None) -> bool:
 
 
 def _rig(folder: Path, fleet: Path) -> Rig:
-    tables, descriptions = dict[datetime, Path](), dict[datetime, Path]()
+    files = dict[datetime, tuple[Path, Path]]()
     try:
-        for path in _tables(folder):
-            when = _date(path)
+        for table in _tables(folder):
+            when = _date(table)
             if when is None:
                 raise RecordingError(
-                    f"{path}: its name is not a date; name it after the day, as 2026-03-01.csv, or"
+                    f"{table}: its name is not a date; name it after the day, as 2026-03-01.csv, or"
                     " after day and time, as 2026-03-01T1430.csv"
                 )
-            if when in tables:
-                raise RecordingError(f"{tables[when]} and {path} are of one date, {stamp(when)}")
-            tables[when], descriptions[when] = path, _description(path, fleet)
-        unread = [f.name for f in folder.iterdir() if f.is_dir() and _tables(f)]
-        if unread:
-            raise RecordingError(
-                f"{folder}: recordings in its folder {min(unread)!r} are not read; move them to"
-                f" {folder}, with the date as their name"
-            )
-        if not tables:
-            raise RecordingError(f"{folder}: no recordings ({', '.join(_TABLES)})")
+            if when in files:
+                raise RecordingError(f"{files[when][0]} and {table} are of one date, {stamp(when)}")
+            files[when] = table, _description(table, fleet)
+        if not files:
+            raise RecordingError(f"{folder}: no recordings ({', '.join(FORMATS)})")
     except RecordingError as error:
-        return Rig(folder.name, {}, {}, str(error))
-    return Rig(folder.name, dict(sorted(tables.items())), dict(sorted(descriptions.items())))
+        return Rig(folder.name, {}, str(error))
+    return Rig(folder.name, dict(sorted(files.items())))
 
 
 def _description(table: Path, fleet: Path) -> Path:
@@ -181,7 +187,7 @@ def _description(table: Path, fleet: Path) -> Path:
 
 def _tables(folder: Path) -> list[Path]:
     files = sorted(folder.iterdir())
-    return [p for p in files if p.suffix.lower() in _TABLES and not p.name.startswith(".")]
+    return [p for p in files if p.suffix.lower() in FORMATS and not p.name.startswith(".")]
 
 
 def _date(table: Path) -> datetime | None:
@@ -194,9 +200,3 @@ def _date(table: Path) -> datetime | None:
     except ValueError:
         return None
     return when if when.tzinfo is None else None
-
-
-def _model_of(recording: Recording) -> Path:
-    """A model's name, or the resolved path of its file."""
-    path = Path(recording.model)
-    return path.resolve() if path.is_file() else path

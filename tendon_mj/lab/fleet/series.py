@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -15,9 +15,9 @@ from tendon_mj.lab.fleet.observation import (
     Watched,
     calibrate,
     mean_squares,
-    terms_without,
 )
 from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import name_in_session
 from tendon_mj.typing import FloatArray
 
 _CONVERGED = 6  # evaluations, from near the best values
@@ -59,11 +59,8 @@ def fit_series(
 ) -> list[NumberSeries]:
     """Fit each of some numbers day by day; the one that explains most first.
 
-    Args:
-        recordings: of a rig, in the order of time.
-        model: of the rig.
-        start: values of all terms, see `Observation`.
-        suspects: number → its first-order change on each day, (n,) [probes].
+    ``start``: values of all terms, see `Observation`; ``suspects``: number → its first-order change
+    on each day, (n,) [probes].
     """
     rig = calibrate(recordings, model, start)
     names = [recording.name for recording in recordings]
@@ -78,15 +75,20 @@ def fit_series(
 def _series(
     rig: Calibrated, watched: Watched, changes: Sequence[float], names: Sequence[str]
 ) -> NumberSeries:
-    own, term, count = watched.per_recording(names), watched.term, len(names)
-    kept, values = terms_without(rig.fit, (term,))
+    term, count = watched.term, len(names)
+    own = [
+        replace(term, targets=tuple(name_in_session(t, name) for t in term.targets), spread=0.0)
+        for name in names
+    ]
+    pairs = zip(rig.fit.terms, rig.fit.values, strict=True)
+    kept = [(other, x) for other, x in pairs if not {*other.targets} & {*term.targets}]
     daily = np.clip(watched.value + term.probe * np.array(changes), term.low, term.high)
     fitted = fit(
         rig.problem,
         rig.base,
-        (*kept, *watched.shape, *own),
+        (*(other for other, _ in kept), *watched.shape, *own),
         (),
-        np.concatenate([values, watched.number.shape, daily]),
+        np.array([*(x for _, x in kept), *watched.number.shape, *daily]),
         correction=rig.fit.correction,
         evaluations=_CONVERGED,
     )
@@ -108,7 +110,7 @@ def _series(
         errors=errors,
         square=square,
         range=np.sort([_parameter(term, end, written) for end in (term.low, term.high)]),
-        others={t: written[t] for other in kept if not other.spread for t in other.targets},
+        others={t: written[t] for other, _ in kept if not other.spread for t in other.targets},
     )
 
 
@@ -122,10 +124,7 @@ def explanation(ranked: Sequence[NumberSeries]) -> tuple[NumberSeries, list[Numb
 
     Two series differ if the mean reduction in residual over the recordings exceeds both twice its
     standard error and 1 % of the residual. Among those that do not differ, a parameter that the
-    recordings call uncertain comes first.
-
-    Args:
-        ranked: series, the one with the smallest residual first.
+    recordings call uncertain comes first. ``ranked``: the smallest residual first.
     """
     best, *rest = ranked
     alike = [best]

@@ -46,8 +46,7 @@ def test_a_fleet_is_written_with_its_key(tmp_path):
     assert [len(rig.dates) for rig in rigs.values()] == [8, 8]
     ((name, true),) = key.items()
     assert true["since"] == rigs[name].dates[true["first"]].isoformat()
-    recordings, _ = rigs[name].read()
-    assert next(iter(recordings.values())).uncertain.keys() >= {"sheath.friction"}
+    assert rigs[name].read().recordings[0].uncertain.keys() >= {"sheath.friction"}
     make_fleet(settings)  # goes on with what is there
     with refusing(InvalidValueError, '"seed": 1 | "seed": 2 | another --out'):
         make_fleet(dataclasses.replace(settings, seed=2))

@@ -76,7 +76,7 @@ def test_times_in_ms_are_warned_of_and_not_simulated(pull: Recording) -> None:
     assert "name the column 'time_ms'" in checked.warnings[0].way_out
 
 
-def test_the_longest_gap_is_told_with_its_row(pull: Recording) -> None:
+def test_the_longest_gap_is_told_with_its_row_also_of_slow_samples(pull: Recording) -> None:
     time = np.array(pull.time)
     time[100:] += 0.2
     time[150:] += 0.3
@@ -85,12 +85,7 @@ def test_the_longest_gap_is_told_with_its_row(pull: Recording) -> None:
     assert "2 gaps, the longest 0.31 s" in warning.value
     assert "(row 151)" in warning.value
     assert timing_warnings(pull) == []
-
-
-def test_a_gap_is_told_also_of_slow_samples(pull: Recording) -> None:
-    time = 100.0 * pull.time
-    time[100:] += 500.0
-    found = timing_warnings(replace(pull, time=time))
+    found = timing_warnings(replace(pull, time=500.0 * time))
     assert [warning.identifier for warning in found] == ["times_in_ms", "gap"]
 
 
@@ -118,6 +113,7 @@ def at(rows: slice | int, value: float | None = None) -> Callable[[np.ndarray], 
 
 
 SCALED = {"output_tension.offset": 20.0}
+ROWS = np.arange(200) + 2  # of the file
 FAULTS: dict[str, tuple[Callable[[Recording], Recording], str, tuple[str, ...]]] = {
     **{
         f"output times {factor:g}": (with_output(lambda y, f=factor: f * y), "unit", ("'out_N'", m))
@@ -163,6 +159,37 @@ FAULTS: dict[str, tuple[Callable[[Recording], Recording], str, tuple[str, ...]]]
         "unit",
         ("multiplied by reel.command_scale = 0.01",),
     ),
+    "a slack cable": (
+        lambda p: replace(
+            changed(p, reel_m=p.columns["reel_m"] - 0.01), known={"sheath.pretension": 0.0}
+        ),
+        "slack",
+        ("the sign of the radius",),
+    ),
+    "no drive": (lambda p: replace(p, drive={}), "nothing_moves", ("no column is in [drive]",)),
+    "a drive that stands still": (
+        lambda p: changed(p, reel_m=np.full(p.time.size, 1e-3)),
+        "nothing_moves",
+        ("'reel_m'", "stands still"),
+    ),
+    "an output that stands still": (
+        with_output(at(slice(None), 20.0)),
+        "nothing_moves",
+        ("'out_N'", "reads 20 N from the first sample to the last"),
+    ),
+    **{
+        f"a glitch in row {row}": (
+            with_output(lambda y, k=row: np.where(k == ROWS, y + 3.0 * np.ptp(y), y)),
+            "spike",
+            (f"in row {row}, between",),
+        )
+        for row in (2, 201)
+    },
+    "no fault, but coarse steps": (
+        with_output(lambda y: np.round(y / np.ptp(y), 2) * np.ptp(y)),
+        "",
+        (),
+    ),
 }
 
 
@@ -170,26 +197,8 @@ FAULTS: dict[str, tuple[Callable[[Recording], Recording], str, tuple[str, ...]]]
 def test_a_fault_is_told_alone_with_its_place_and_value(pull: Recording, fault: str) -> None:
     change, identifier, facts = FAULTS[fault]
     found = said(change(pull))
-    assert set(found) == {identifier}
+    assert list(found) == ([identifier] if identifier else [])
     assert all(fact in found[identifier] for fact in facts)
-
-
-def test_a_cable_that_is_slack_in_the_model_is_told_alone(pull: Recording) -> None:
-    unwound = changed(pull, reel_m=pull.columns["reel_m"] - 0.01)
-    found = said(replace(unwound, known={"sheath.pretension": 0.0}))
-    assert set(found) == {"slack"}
-    assert "the sign of the radius" in found["slack"]
-
-
-@pytest.mark.parametrize("column", ["reel_m", "out_N"])
-def test_a_column_that_stands_still_is_told(pull: Recording, column: str) -> None:
-    still = np.full(pull.time.size, pull.columns[column][0])
-    found = said(changed(pull, **{column: still}))
-    assert column in found["nothing_moves"]
-
-
-def test_a_recording_without_a_drive_is_told(pull: Recording) -> None:
-    assert "no column is in [drive]" in said(replace(pull, drive={}))["nothing_moves"]
 
 
 def test_a_drive_that_makes_the_model_fail_is_told(pull: Recording) -> None:
@@ -200,17 +209,6 @@ def test_a_drive_that_makes_the_model_fail_is_told(pull: Recording) -> None:
 def test_a_sensor_that_the_model_lacks_is_refused(pull: Recording) -> None:
     with refusing(RecordingError, "did you mean 'output_tension'"):
         check_recording(replace(pull, measured={"out_N": Measured("outputtension")}))
-
-
-@pytest.mark.parametrize(("column", "row"), [("out_N", 0), ("in_N", -1)])
-def test_a_glitch_in_the_first_or_last_row_is_a_spike(
-    pull: Recording, column: str, row: int
-) -> None:
-    read = pull.columns[column].copy()
-    read[row] += 3.0 * np.ptp(read)
-    found = said(changed(pull, **{column: read}))
-    assert set(found) == {"spike"}
-    assert f"in row {row % read.size + 2}, between" in found["spike"]
 
 
 @pytest.mark.parametrize("size", [1, 4])
@@ -242,11 +240,6 @@ def test_a_short_hang_of_a_noisy_reading_is_told(pull: Recording) -> None:
     found = said(changed(pull, out_N=out))
     assert set(found) == {"frozen"}
     assert f"from row {row + 2} to {row + 16}" in found["frozen"]
-
-
-def test_an_encoder_with_coarse_steps_is_not_frozen(pull: Recording) -> None:
-    span = float(np.ptp(pull.columns["out_N"]))
-    assert said(changed(pull, out_N=np.round(pull.columns["out_N"] / span, 2) * span)) == {}
 
 
 # --- actuators

@@ -90,7 +90,7 @@ def test_a_second_run_computes_only_what_is_new(run, capsys):
     (fleet / "hand_3" / "2026-03-09.csv").write_text(rows.replace("0.79,", "0.795,"))
     assert main(["fleet", str(fleet), "--out", str(run / "out"), "--processes", "1"]) == 0
     again = {path.name for path, time in times.items() if path.stat().st_mtime_ns != time}
-    assert again == {kept[0].name, "hand_3.json"}
+    assert again == {kept[0].name, "hand_3.json", "hand_9.json"}  # the last could not be fitted
     assert "1 changed (hand_2)" in capsys.readouterr().out
 
 
@@ -127,8 +127,14 @@ def test_a_fleet_of_which_no_rig_can_be_fitted_is_a_failure_with_page_and_table(
     (tmp_path / "hands" / "hand_1").mkdir(parents=True)
     (tmp_path / "hands" / "hand_1" / "notes.csv").write_text("a,b\n1,2\n", encoding="utf-8")
     (tmp_path / "hands" / "hand_2").mkdir()
+    for day in (1, 2):
+        table = tmp_path / "hands" / "hand_2" / f"2026-03-0{day}.csv"
+        table.write_text("time_s\n", encoding="utf-8")
+        table.with_suffix(".toml").write_text('model = "bench"\nsource = ""', encoding="utf-8")
     out = tmp_path / "out"
     assert main(["fleet", str(tmp_path / "hands"), "--out", str(out), "--processes", "1"]) == 2
     assert "no rig could be fitted; hand_1: " in capsys.readouterr().err
-    assert list(pandas.read_csv(out / "fleet.csv")["verdict"]) == ["failed", "failed"]
+    table = pandas.read_csv(out / "fleet.csv")
+    assert list(table["verdict"]) == ["failed", "failed"]
+    assert "none of its 2 recordings can be used; the first: " in table["error"][1]
     assert "hand_2" in (out / "fleet.html").read_text(encoding="utf-8")

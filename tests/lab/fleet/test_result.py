@@ -6,7 +6,7 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
-from tendon_mj.lab.fleet import FleetFound, RigFound
+from tendon_mj.lab.fleet import FleetResult, RigResult
 from tendon_mj.lab.fleet.changes import find_change
 from tendon_mj.lab.fleet.comparison import unlike
 from tendon_mj.lab.fleet.observation import Number
@@ -21,7 +21,7 @@ from tendon_mj.lab.fleet.series import NumberSeries
 from tendon_mj.lab.recordings import Recording
 
 DATES = tuple(datetime(2026, 3, 1) + timedelta(days=k) for k in range(8))
-RIG = RigFound(name="hand", dates=DATES, misfit=1.1, left=1.1, compared=5)
+RIG = RigResult(name="hand", dates=DATES, misfit=1.1, left=1.1, compared=5)
 
 
 def sentence(values, dates=DATES):
@@ -109,22 +109,22 @@ def test_a_missing_judgement_is_reported_with_what_it_needs(days, compared, verd
 
 
 def test_a_rig_with_a_remark_is_a_finding():
-    fleet = FleetFound([RIG, replace(RIG, name="odd", remarks=("its model differs",))], {}, {})
+    fleet = FleetResult([RIG, replace(RIG, name="odd", remarks=("its model differs",))], {}, {})
     (odd,) = fleet.with_findings
     assert odd.sentence({}) == "odd: consistent with the fleet; its model differs."
 
 
 def test_a_fleet_that_its_model_does_not_describe_has_a_warning():
     ill = replace(RIG, left=40.0)
-    assert "40 times the noise" in FleetFound([ill, ill, RIG], {}, {}).warning
-    assert not FleetFound([ill, RIG, RIG], {}, {}).warning
-    assert not FleetFound([replace(RIG, error="no recordings")], {}, {}).warning
+    assert "40 times the noise" in FleetResult([ill, ill, RIG], {}, {}).warning
+    assert not FleetResult([ill, RIG, RIG], {}, {}).warning
+    assert not FleetResult([replace(RIG, error="no recordings")], {}, {}).warning
 
 
 def test_numbers_agree():
-    assert FleetFound([RIG], {}, {}).sentence == "Of 1 rig 0 changed."
+    assert FleetResult([RIG], {}, {}).sentence == "Of 1 rig 0 changed."
     failed = replace(RIG, error="x", dates=())
-    assert FleetFound([failed, RIG], {}, {}).table()[0]["first"] == ""
+    assert failed.row()["first"] == ""
 
 
 def test_odd_times_are_reported_once_a_kind():
