@@ -102,8 +102,8 @@ def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
     table, described = b"\n".join(rows), source.with_suffix(".toml").read_bytes()
     with tempfile.TemporaryDirectory() as folder:
         tables = {".csv": table, **_binary(read_table(source), Path(folder))}
-        described += b"\n[columns]\n" + b"".join(
-            b'%s = { column = "%s", topic = "/rig", field = "%s" }\n' % (name, name, name)
+        described += b"\n[mcap]\n" + b"".join(
+            b'%s = { topic = "/rig", field = "%s" }\n' % (name, name)
             for name in rows[0].split(b",")[1:]
         )
         for _ in range(count):

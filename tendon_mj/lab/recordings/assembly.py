@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+import json
+import re
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,10 +15,10 @@ from numpy.typing import NDArray
 from tendon_mj.errors import RecordingError, unknown
 from tendon_mj.lab.recordings.description import Source, TableLayout
 from tendon_mj.lab.recordings.times import (
+    Stamps,
     at,
     at_common_times,
     read_clock,
-    read_numbers,
     spread,
     too_few_rows,
 )
@@ -27,44 +30,39 @@ from tendon_mj.lab.recordings.units import (
     claimed_unit,
     excess,
     name_fault,
+    proposed_name,
     si_name,
 )
 from tendon_mj.typing import BoolArray, FloatArray
 
+Columns = dict[str, NDArray[Any]]
+
 _SPARSE = 0.6  # share of complete rows below which a row is a message: half are, of 100 and 50 Hz
+_DAY = 86400.0  # [s]
 _SINCE_1970 = 1e8  # [s]: a date, not a stopwatch
+_DATE = re.compile(r"\d{4}-\d\d-\d\d")
+_CLOCK = re.compile(r"(.*[\W_])?(time|t|stamp|timestamp|zeit)([\W_].*)?", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class RawTable:
-    """A table as it is in its file.
+class OpenTable:
+    """A table of which the names are read, and its cells not yet.
 
     Attributes:
         names: of its columns, in order.
-        columns: their cells, each a `pandas.Series`.
-        first: row of the first values.
-        fault: of the whole; empty if there is none.
+        has: whether a column can be read: one of these, or a part of one.
+        first: row of its first values.
+        read: (column → whether it is needed, the clock) → columns, each (n,), and faults of their
+            cells. Columns are float64 with NaN for an empty cell; the clock may be of integers,
+            dates or texts. Those that are not needed are left out where they hold no numbers.
+        sample: column → a value as text, of some columns.
     """
 
     names: list[str]
-    columns: list[Any]
+    has: Callable[[str], bool]
     first: int
-    fault: str = ""
-
-    def root(self, name: str) -> str | None:
-        """The column that a name with dots is a part of; the name itself where it is a column."""
-        parts = name.split(".")
-        roots = (".".join(parts[:k]) for k in range(len(parts), 0, -1))
-        return next((root for root in roots if root in self.names), None)
-
-    def cells(self, name: str, where: str) -> Any:
-        """A column, or the part of its lists and objects to which dots lead: ``position.1``."""
-        root = self.root(name) or ""
-        column, path = self.columns[self.names.index(root)], name[len(root) + 1 :]
-        if not path:
-            return column
-        here = f"{where}, column {name!r}"
-        return column.map(lambda cell: element(cell, path, here), na_action="ignore")
+    read: Callable[[Mapping[str, bool], str], tuple[Columns, list[str]]]
+    sample: Mapping[str, str]
 
 
 class Table(NamedTuple):
@@ -74,178 +72,302 @@ class Table(NamedTuple):
     rows: NDArray[np.int64] | None = None
 
 
-def element(value: Any, path: str, here: str) -> Any:
-    """The part of nested lists and objects to which names and places with dots between lead.
-
-    Raises:
-        RecordingError: there is none; the message begins with ``here``.
-    """
-    for part in path.split("."):
-        if isinstance(value, dict) and part in value:
-            value = value[part]
-        elif isinstance(value, list | np.ndarray) and part.isdecimal() and int(part) < len(value):
-            value = value[int(part)]
-        else:
-            there = value if isinstance(value, dict) else ()
-            raise RecordingError(f"{here}: {unknown('field', part, map(str, there))} in {path!r}")
-    return value
-
-
 def assemble(
-    raw: RawTable, where: str, layout: TableLayout | None = None, elements: Collection[str] = ()
+    table: OpenTable,
+    where: str,
+    layout: TableLayout | None = None,
+    described: Mapping[str, str] | None = None,
+    *,
+    held: Collection[str] = (),
+    elements: Collection[str] = (),
+    toml: str = "",
 ) -> Table:
     """Read the columns that a description names, and others with a valid name and valid numbers.
 
     Rows in which none of the named columns has a value are passed over, as of events. Where few of
     the others are complete, a row is a message, and `at_common_times` joins them.
 
-    ``where`` is the file, for messages; without a ``layout`` all columns are needed; ``elements``
-    as of `unit_fault`.
+    ``where`` and ``toml`` are the files, for messages; ``described``: column → table of the
+    description that names it (None: all columns are needed); ``held``: columns that keep their
+    value until the next one; ``elements``: as of `unit_fault`.
 
     Raises:
         RecordingError: all that is wrong with the table, a line each.
     """
-    sources, faults = _sources(raw, where, layout, elements)
-    clock = next((column for column in sources if column in TIMES), "")
-    named = sources if layout is None else [*layout.columns, *layout.roles]
-    layout = layout or TableLayout()
-    rows = raw.first + np.arange(len(raw.columns[0]))
-    series = dict[str, FloatArray]()
-    for column, source in sources.items():
-        if column not in TIMES:
-            try:
-                cells = raw.cells(source.column, where)
-                series[column] = read_numbers(cells, source.column, rows, where)
-            except RecordingError as error:
-                faults += [str(error)] if column in named else []
-    if not clock:
+    names = _Names(table, where, layout or TableLayout(), described or {}, described is None, toml)
+    sources, faults = names.sources(elements)
+    named = sources if described is None else [*names.layout.columns, *described]
+    needed = [c for c in dict.fromkeys(named) if c in sources.keys() - {*TIMES}]
+    clock = _clock(sources)
+    of_clock = sources[clock].column if clock else ""
+    wanted = {s.column: c in needed or c == clock for c, s in sources.items()}
+    cells, bad_cells = table.read(wanted, of_clock)
+    faults += bad_cells
+    if of_clock not in cells:
         raise _refusal(faults)
+    rows = table.first + np.arange(cells[of_clock].size)
     try:
-        time = read_clock(
-            raw.cells(sources[clock].column, where), clock, sources[clock], rows, where
-        )
+        time = read_clock(cells[of_clock], clock, sources[clock], rows, where)
     except RecordingError as error:
         raise _refusal([*faults, str(error)]) from None
-    needed = [column for column in dict.fromkeys(named) if column in series]
-    filled = {column: ~np.isnan(series[column]) for column in needed}
-    kept = np.any([*filled.values()], axis=0) if needed else time.there
-    if not time.there[kept].all():
-        lost = rows[kept & ~time.there]
-        faults.append(at(where, lost, sources[clock].column, "empty cell"))
-        kept = kept & time.there
-    if kept.sum() < 2:
-        raise _refusal(faults or [too_few_rows(int(kept.sum()), where)])
-    rows, stamps = rows[kept], time.stamps[kept]
-    series = {column: values[kept] for column, values in series.items()}
-    filled = {column: there[kept] for column, there in filled.items()}
-    sparse = len(needed) > 1 and np.all([*filled.values()], axis=0).mean() < _SPARSE
-    for column, there in filled.items():
-        faults += _column_faults(sources[column], series[column], there, rows, sparse, where)
-    back = np.flatnonzero(stamps[1:] < stamps[:-1])
-    if back.size:
-        first, second = (time.shown(stamp) for stamp in stamps[back[0] : back[0] + 2])
-        fault = f"{second} does not come after {first} of the row before"
-        faults.append(at(where, rows[back + 1], sources[clock].column, fault))
-    if faults:
+    samples = _samples(where, sources, clock, time, rows, cells, needed, faults)
+    if faults := [*faults, *samples.faults()]:
         raise _refusal(faults)
-    if sparse:
-        messages = {
-            column: (stamps[there], sources[column].converted(series[column][there], column))
-            for column, there in filled.items()
-        }
-        joined, chosen = at_common_times(messages, clock, time.scale, where, layout.held)
-        return Table(joined, rows[filled[needed[0]]][chosen])
-    converted = {
-        column: sources[column].converted(values, column)
-        for column, values in series.items()
-        if column in needed or (np.abs(values) <= LARGEST).all()  # not if one is nan
-    }
-    since_1970 = abs(float(stamps[0])) * time.scale * si_name(clock)[1] >= _SINCE_1970
-    if time.dated or (since_1970 and clock in layout.columns):
-        stamps = stamps - stamps[0]
-    times = np.asarray(stamps, np.float64)
-    times = times if time.scale == 1.0 else times * time.scale
-    place = f"{where}, column {sources[clock].column!r}"
-    return Table({clock: spread(times, rows, place)} | converted, rows)
+    return samples.joined(held) if samples.sparse else samples.table(names.layout)
 
 
-def _column_faults(
-    source: Source,
-    values: FloatArray,
-    there: BoolArray,
-    rows: NDArray[np.int64],
-    sparse: bool,
+def _samples(
     where: str,
-) -> Iterator[str]:
-    """Numbers out of range, beyond their period, and gaps."""
-    large = np.flatnonzero(np.abs(values) > LARGEST)
-    if large.size:
-        yield at(where, rows[large], source.column, excess(float(values[large[0]])))
-    if fault := source.period_fault(values[there]):
-        yield f"{where}, column {source.column!r}: {fault}"
-    if not there.all() and not (sparse and there.any()):
-        gap = "empty cell or nan; leave out rows that have a gap"
-        yield at(where, rows[~there], source.column, gap)
-
-
-def _sources(
-    raw: RawTable, where: str, layout: TableLayout | None, elements: Collection[str]
-) -> tuple[dict[str, Source], list[str]]:
-    """Place of each column that is named, or has a valid name; and faults of the names."""
-    sources, faults = dict[str, Source](), list[str]()
-    all_needed, layout = layout is None, layout or TableLayout()
-    for column, source in layout.columns.items():
-        try:
-            sources[column] = _in_its_unit(column, source, raw)
-        except RecordingError as error:
-            faults.append(f"{layout.toml}, [columns] {column!r}: {error}")
-    used = {source.column: column for column, source in layout.columns.items()}
-    header = f"{where}, row {max(raw.first - 1, 1)}"
-    for place, name in enumerate(raw.names, start=1):
-        needed = all_needed or name in layout.roles
-        if name in layout.columns or (name in used and not needed):
-            continue
-        fault, first = name_fault(name, elements=elements), raw.names.index(name) + 1
-        if fault and name in used:
-            fault = f"in [{layout.roles[name]}] write {used[name]!r}, as [columns] names it"
-        elif not fault and first != place:
-            fault = f"{name!r} is already the name of column {first}"
-        if not fault:
-            sources[name] = Source(column=name)
-        elif needed:
-            faults.append(f"{header}, column {place}: {fault}")
-    here = {*layout.columns, *raw.names}
-    for name, title in layout.roles.items():
-        if name not in here:
-            fault = unknown("column", name, here - {*layout.roles, *TIMES, *used})
-            faults.append(f"{layout.toml}, [{title}] {name!r}: {fault}, in {where}")
-    if raw.fault:
-        faults.append(raw.fault)
-    if not {*TIMES} & {*sources}:
-        fault = unknown("column", TIME, raw.names)
-        if not all_needed:
-            fault += f'; under [columns] of {layout.toml} name yours, as in time_s = "stamp"'
-        faults.append(f"{header}: {fault}")
-    return sources, faults
-
-
-def _in_its_unit(column: str, source: Source, raw: RawTable) -> Source:
-    """A source of a table with the unit in which its own name ends."""
-    if not source.column:
-        raise RecordingError("is of a log; for a table write { column = … }")
-    if raw.root(source.column) is None:
-        raise RecordingError(unknown("column", source.column, raw.names))
-    ours, theirs = claimed_unit(column), claimed_unit(source.column)
-    if source.unit or theirs not in UNIT_FACTORS or theirs == ours:
-        return source
-    plain = source.factor == 1.0 and not source.offset
-    if plain and UNIT_FACTORS[ours][0] == UNIT_FACTORS[theirs][0]:
-        return replace(source, unit=theirs.removeprefix("_"))
-    raise RecordingError(
-        f"the unit of factor × {source.column!r} + offset is unclear; say unit = {ours[1:]!r} or"
-        " another"
+    sources: Mapping[str, Source],
+    clock: str,
+    time: Stamps,
+    rows: NDArray[np.int64],
+    cells: Columns,
+    needed: Sequence[str],
+    faults: list[str],
+) -> _Samples:
+    """The rows in which a needed column has a value; their faults are added to the others."""
+    numbers = {
+        c: cells[s.column] for c, s in sources.items() if c not in TIMES and s.column in cells
+    }
+    columns = [column for column in needed if column in numbers]
+    filled = ~np.isnan(np.reshape([numbers[c] for c in columns], (len(columns), rows.size)))
+    kept = filled.any(axis=0) if columns else time.there
+    if not time.there[kept].all():
+        column = sources[clock].column
+        faults.append(at(where, rows[kept & ~time.there], column, "empty cell"))
+        kept &= time.there
+    if kept.sum() < 2 and not faults:
+        faults.append(too_few_rows(int(kept.sum()), where))
+    numbers = {column: values[kept] for column, values in numbers.items()}
+    return _Samples(
+        where,
+        sources,
+        clock,
+        time,
+        time.stamps[kept],
+        rows[kept],
+        numbers,
+        columns,
+        filled[:, kept],
     )
 
 
-def _refusal(faults: Collection[str]) -> RecordingError:
+@dataclass(frozen=True)
+class _Samples:
+    """Rows of a table that have a value; ``stamps`` are their (n,) times, see `Stamps`."""
+
+    where: str
+    sources: Mapping[str, Source]
+    clock: str  # name of the column
+    time: Stamps  # of all rows
+    stamps: NDArray[Any]
+    rows: NDArray[np.int64]  # (n,) in the file
+    numbers: Mapping[str, FloatArray]  # as in the file
+    needed: Sequence[str]  # columns that the description names
+    filled: BoolArray  # (needed, n)
+
+    @property
+    def sparse(self) -> bool:
+        """Whether few rows are complete, so that each is a message of one of several sources."""
+        complete = int(self.filled.all(axis=0).sum())
+        return len(self.needed) > 1 and complete < _SPARSE * self.rows.size
+
+    @property
+    def _scale(self) -> float:
+        """Unit of the stamps [s]."""
+        return self.time.scale * si_name(self.clock)[1]
+
+    def faults(self) -> list[str]:
+        """Numbers out of range, gaps, and times that decrease."""
+        faults = list[str]()
+        for column, there in zip(self.needed, self.filled, strict=True):
+            source, values = self.sources[column], self.numbers[column]
+            large = np.flatnonzero(np.abs(values) > LARGEST)
+            if large.size:
+                fault = excess(float(values[large[0]]))
+                faults.append(at(self.where, self.rows[large], source.column, fault))
+            if fault := source.period_fault(values[there]):
+                faults.append(f"{self.where}, column {source.column!r}: {fault}")
+            if not there.all() and not (self.sparse and there.any()):
+                gap = "empty cell or nan; leave out rows that have a gap"
+                faults.append(at(self.where, self.rows[~there], source.column, gap))
+        back = np.flatnonzero(self.stamps[1:] < self.stamps[:-1])
+        if back.size:
+            first, second = self.stamps[back[0] : back[0] + 2]
+            fault = f"{self.time.shown(second)} does not come after {self.time.shown(first)} of"
+            fault += " the row before"
+            if 0.5 * _DAY < (float(first) - float(second)) * self._scale < 1.5 * _DAY:
+                fault += (
+                    "; a time of day begins again at midnight: write times with their date, such as"
+                    " 2026-03-02T23:59:59, or add 24 h from that row on"
+                )
+            column = self.sources[self.clock].column
+            faults.append(at(self.where, self.rows[back + 1], column, fault))
+        return faults
+
+    def joined(self, held: Collection[str]) -> Table:
+        """Columns at the times of the first one."""
+        series = {
+            c: (self.stamps[there], self.sources[c].converted(self.numbers[c][there], c))
+            for c, there in zip(self.needed, self.filled, strict=True)
+        }
+        joined, chosen = at_common_times(series, self.clock, self.time.scale, self.where, held)
+        return Table(joined, self.rows[self.filled[0]][chosen])
+
+    def table(self, layout: TableLayout) -> Table:
+        """Columns row by row; dates, and a clock of [columns] since 1970, from the first one on."""
+        converted = {
+            c: self.sources[c].converted(values, c)
+            for c, values in self.numbers.items()
+            if c in self.needed or (np.abs(values) <= LARGEST).all()  # not if one is nan
+        }
+        stamps, scale = self.stamps, self.time.scale
+        since_1970 = abs(float(stamps[0])) * self._scale >= _SINCE_1970
+        if self.time.dated or (since_1970 and self.clock in layout.columns):
+            stamps = stamps - stamps[0]
+        times = np.asarray(stamps, np.float64)
+        times = times if scale == 1.0 else times * scale
+        place = f"{self.where}, column {self.sources[self.clock].column!r}"
+        return Table({self.clock: spread(times, self.rows, place)} | converted, self.rows)
+
+
+class _Names(NamedTuple):
+    """Names of a table's columns, and those that a description uses; see `assemble`."""
+
+    table: OpenTable
+    where: str
+    layout: TableLayout
+    described: Mapping[str, str]
+    all_needed: bool
+    toml: str
+
+    def sources(self, elements: Collection[str]) -> tuple[dict[str, Source], list[str]]:
+        """Place of each column that is named, or has a valid name; and faults of the names."""
+        used = {source.column: column for column, source in self.layout.columns.items()}
+        header = f"{self.where}, row {max(self.table.first - 1, 1)}"
+        sources, faults = self._mapped()
+        for place, name in enumerate(self.table.names, start=1):
+            fault = self._fault(place, name, used, elements)
+            if fault == "":
+                sources[name] = Source(column=name)
+            elif fault:
+                units = any(" (SI: " in other for other in faults)  # their list, once
+                fault = fault.partition(" (SI: ")[0] if units else fault
+                faults.append(f"{header}, column {place}: {fault}")
+        faults += self._missing(used)
+        clock = _clock(sources)
+        if not clock:
+            faults.append(f"{header}: no column is named {', '.join(map(repr, TIMES))}")
+        if faults and self.toml:
+            faults += self._suggestion(sources, clock, used)
+        return sources, faults
+
+    def _fault(
+        self, place: int, name: str, used: Mapping[str, str], elements: Collection[str]
+    ) -> str | None:
+        """Fault of a name in the table; empty if the column is to be read, None if it is not."""
+        needed = self.all_needed or name in self.described
+        if name in self.layout.columns or (name in used and not needed):
+            return None
+        fault, first = name_fault(name, elements=elements), self.table.names.index(name) + 1
+        if fault and name in used:
+            title = self.described.get(name)
+            return f"in [{title}] write {used[name]!r}, as [columns] names it"
+        if not fault and first != place:
+            fault = f"{name!r} is already the name of column {first}"
+        return fault if needed or not fault else None
+
+    def _mapped(self) -> tuple[dict[str, Source], list[str]]:
+        """The same of [columns]."""
+        sources, faults = dict[str, Source](), list[str]()
+        for column, source in self.layout.columns.items():
+            if not source.column:
+                fault = "is of a log; for a table write { column = … }"
+            elif not self.table.has(source.column):
+                fault = unknown("column", source.column, self.table.names)
+            else:
+                sources[column], fault = _in_its_unit(column, source)
+            faults += [f"{self.toml}, [columns] {column!r}: {fault}"] if fault else []
+        return sources, faults
+
+    def _missing(self, used: Collection[str]) -> list[str]:
+        """Columns that the description names and the table lacks; the list of names, once."""
+        here = {*self.layout.columns, *self.table.names}
+        missing = [name for name in self.described if name not in here]
+        valid = here - {*self.described, *TIMES, *used}
+        faults = [unknown("column", name, valid) for name in missing]
+        return [
+            f"{self.toml}, [{self.described[name]}] {name!r}:"
+            f" {fault if k == 0 else fault.partition(' (there ')[0]}, in {self.where}"
+            for k, (name, fault) in enumerate(zip(missing, faults, strict=True))
+        ]
+
+    def _suggestion(self, sources: Collection[str], clock: str, used: Collection[str]) -> list[str]:
+        """The entries of [columns] with which a table would be read, as far as its names say."""
+        names, described = self.table.names, self.described
+        entries = [] if clock else [self._clock_entry()]
+        misnamed = {*names} - {*sources, *used}
+        entries += [(proposed_name(column), column) for column in described if column in misnamed]
+        taken = {*described, *TIMES, *dict(entries).values()}
+        rest = [name for name in names if name not in taken]
+        there = {*names, *self.layout.columns, *TIMES}
+        near = {c: get_close_matches(c, rest, 1, 0.5) for c in described if c not in there}
+        if not entries and all(near.values()):
+            return []  # misspelt, as the faults say
+        only = rest if len(rest) == len(near) == 1 else ["…"]
+        entries += [(column, (close or only)[0]) for column, close in near.items()]
+        return [
+            f"add to {self.toml}; [drive] and [measured] use the names on the left, with a unit for"
+            " UNIT:",
+            "[columns]",
+            *(f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries),
+            f"where numbers have no unit, for example counts of 4096 a turn: {_factored(entries)}",
+        ]
+
+    def _clock_entry(self) -> tuple[str, str]:
+        """A name for the column of times, with the unit that its first value seems to have."""
+        sample = self.table.sample
+        dates = (name for name in self.table.names if _DATE.match(sample.get(name, "")))
+        name = next((n for n in self.table.names if _CLOCK.fullmatch(n)), next(dates, "…"))
+        if (unit := claimed_unit(name)) in ("_s", "_ms", "_us", "_ns"):
+            return f"time{unit}", name
+        try:
+            size = float(sample.get(name, ""))
+        except ValueError:
+            return TIME if sample.get(name) else "time_UNIT", name
+        since_1970 = {"time_ns": 1e17, "time_us": 1e14, "time_ms": 1e11, "time_s": _SINCE_1970}
+        return next((u for u, least in since_1970.items() if size >= least), "time_UNIT"), name
+
+
+def _in_its_unit(column: str, source: Source) -> tuple[Source, str]:
+    """A source with the unit in which its own name ends; or the contradiction to that."""
+    ours, theirs = claimed_unit(column), claimed_unit(source.column)
+    if source.unit or theirs not in UNIT_FACTORS or theirs == ours:
+        return source, ""
+    alike = UNIT_FACTORS[ours][0] == UNIT_FACTORS[theirs][0]
+    plain = source.factor == 1.0 and not source.offset
+    if plain and alike:
+        return replace(source, unit=theirs.removeprefix("_")), ""
+    if alike or plain:
+        product = "factor × number + offset" if alike else f"a number of {source.column!r}"
+        return source, f"which unit {product} is in is unclear; say unit = {ours[1:]!r} or another"
+    return source, ""
+
+
+def _clock(columns: Collection[str]) -> str:
+    """Name of the column of times; empty if there is none."""
+    return next((column for column in columns if column in TIMES), "")
+
+
+def _refusal(faults: Sequence[str]) -> RecordingError:
     return RecordingError("\n".join(dict.fromkeys(faults)))
+
+
+def _factored(entries: Collection[tuple[str, str]]) -> str:
+    """An entry of [columns] with a factor, for an angle if there is one."""
+    others = [entry for entry in entries if entry[0] not in TIMES]
+    angles = [entry for entry in others if entry[0].endswith(("_deg", "_rad"))]
+    column, name = (*angles, *others, ("lever_deg", "counts"))[0]
+    factor = "…" if others and not angles else '0.087890625, unit = "deg"'
+    return f"{column} = {{ column = {json.dumps(name, ensure_ascii=False)}, factor = {factor} }}"

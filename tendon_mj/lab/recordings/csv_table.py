@@ -1,70 +1,86 @@
-"""A CSV as it is in its file: names, separator and cells, which pandas reads."""
+"""The columns of a CSV: its names, preamble and separator; its cells are read through pandas."""
 
 from __future__ import annotations
 
 import csv
-import io
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
+import numpy as np
 import pandas as pd
 
 from tendon_mj.errors import RecordingError
-from tendon_mj.lab.recordings.assembly import RawTable
-from tendon_mj.lab.recordings.files import read_text
+from tendon_mj.lab.recordings.assembly import Columns, OpenTable
+from tendon_mj.lab.recordings.files import check_file, read_text
+from tendon_mj.lab.recordings.times import and_more
+from tendon_mj.lab.recordings.units import UNIT_FACTORS, proposed_name
+from tendon_mj.typing import FloatArray
+from tendon_mj.whole_file import whole_file
 
-_TOP = re.compile(r"(?:(?:#.*|[^\S\n]*)\n)*")  # comments and blank lines above the names
+_AHEAD = 2**16  # characters that are searched for decimal commas
+_EXACT = 15  # digits of an integer that a float holds; ns since 1970 have more
+_EXTRA = "extra"  # the cells behind the last column
 _DATUM = re.compile(r"\s*(?:[+-]?\.?\d.*|nan)?\s*", re.IGNORECASE)  # a number, a time, or empty
 
 
-def read_csv(path: Path, header: Sequence[str] = ()) -> RawTable:
-    """Read a CSV.
+def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
+    """The names of a CSV's columns, and how to read them.
 
     Lines that begin with ``#`` above the names are passed over. Without names below them, the last
-    of these lines is the names, as `numpy.savetxt` writes them. ``header``: names of the columns of
-    a file that has none.
+    of these lines is the names, as `numpy.savetxt` writes them.
+
+    Args:
+        path: UTF-8, a byte-order mark is dropped.
+        header: names of the columns of a file that has none.
 
     Raises:
-        RecordingError: the file is empty, not UTF-8 or not a CSV, or its first row has no names.
+        RecordingError: the file is empty, not UTF-8, too large, or its first row has no names.
     """
-    text = read_text(path)
-    top = re.match(_TOP, text)[0]  # type: ignore[index]  # it matches nothing, too
-    first_line, _, below = text[len(top) :].partition("\n")
-    if not first_line.strip():
+    check_file(path)
+    try:
+        with path.open(encoding="utf-8-sig") as file:
+            lines = _leading_lines(file)
+            ahead = file.read(_AHEAD)
+    except UnicodeDecodeError:
+        read_text(path)  # raises with the place
+        raise
+    if not lines[-1].strip():
         raise RecordingError(f"{path}, row 1: the file is empty")
-    separator = _separator(first_line)
-    first, row = _cells(first_line, separator), top.count("\n") + 1
-    names = list(header) or first
-    if all(map(_DATUM.fullmatch, first)):
-        if not header:
-            comment = top.rstrip("\n").rpartition("\n")[2]
-            names = _cells(comment.lstrip("# "), separator)
-            if len(names) != len(first):
-                raise RecordingError(
-                    f"{path}, row {row}: holds numbers, not the names of the columns; write into"
-                    ' the description, above its tables: header = ["time_s", …], names of all'
-                    f" {len(first)} columns"
-                )
-        below = text[len(top) :]
-    elif header:
-        raise RecordingError(
-            f"{path}, row {row}: holds names, {first[0]!r} and so on; take header = … out of the"
-            " description"
-        )
-    else:
-        row += 1
-    *columns, extra = _columns(below, len(names), separator, path)
-    fault = ""
-    if extra.notna().any():
-        place = int(extra.first_valid_index())
-        fault = (
-            f"{path}, row {row + place}, column {len(names) + 1}: {extra[place]!r} is one cell too"
-            f" many; the names end with column {len(names)}, {names[-1]!r}"
-        )
-    return RawTable(names, columns, row, fault)
+    separator = _separator(lines[-1])
+    first, below = _cells(lines[-1], separator), _cells(ahead.partition("\n")[0], separator)
+    no_names = all(map(_DATUM.fullmatch, first))
+    names = _names(path, lines, separator, first, no_names, header)
+    if not header and not no_names:
+        _check_units_row(path, len(lines) + 1, first, below)
+    decimal = "," if separator == ";" and "," in ahead else "."
+    skipped = len(lines) - no_names
+    sample = dict(zip(names, first if no_names else below, strict=False))
+    body = _Body(path, names, skipped, separator, decimal)
+
+    def read(wanted: Mapping[str, bool], clock: str) -> tuple[Columns, list[str]]:
+        return body.read(wanted, clock, len(sample.get(clock, "")) in range(1, _EXACT + 1))
+
+    return OpenTable(names, set(names).__contains__, skipped + 1, read, sample)
+
+
+def write_csv(table: Mapping[str, FloatArray], path: Path) -> None:
+    """Write columns, each (n,) [its unit], as a CSV that reads back bit for bit."""
+    rows = zip(*(column.tolist() for column in table.values()), strict=True)
+    with whole_file(path) as made, made.open("w", encoding="utf-8", newline="\n") as file:
+        file.write(",".join(table) + "\n")
+        file.writelines(",".join(map(repr, row)) + "\n" for row in rows)
+
+
+def _leading_lines(file: TextIO) -> list[str]:
+    """Blank lines and comments at the top of a file, and the first line that is neither."""
+    lines: list[str] = []
+    while not lines or (lines[-1] and (lines[-1].startswith("#") or not lines[-1].strip())):
+        lines.append(file.readline())
+    return lines
 
 
 def _separator(line: str) -> str:
@@ -81,29 +97,139 @@ def _cells(line: str, separator: str) -> list[str]:
     return [cell.strip() for row in rows for cell in row]
 
 
-def _columns(body: str, count: int, separator: str, path: Path) -> list[Any]:
-    """Columns of rows without names: so many, and that of the cells behind them."""
-    labels = [f"c{k}" for k in range(count + 1)]
-    decimal = "," if separator == ";" and "," in body else "."
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # from pandas 3.1 on `float_precision` is deprecated
-        try:
-            frame = pd.read_csv(
-                io.StringIO(separator.join(labels) + "\n" + body),
-                sep=r"\s+" if separator == " " else separator,
-                decimal=decimal,
-                usecols=labels,
-                index_col=False,  # else rows that are too long have one, and are shifted
-                dtype={labels[-1]: str},
-                skipinitialspace=True,
-                skip_blank_lines=False,
-                float_precision="round_trip",  # to the last bit, also in older versions
-                low_memory=False,  # one type for the whole of a column
-                dtype_backend="numpy_nullable",  # integers next to empty cells stay exact
+def _names(
+    path: Path,
+    lines: Sequence[str],
+    separator: str,
+    first: list[str],
+    no_names: bool,
+    header: Sequence[str],
+) -> list[str]:
+    """Names of the columns: of the description, the first row, or the last comment above it."""
+    here = f"{path}, row {len(lines)}"
+    if header and not no_names:
+        raise RecordingError(
+            f"{here}: holds names, {first[0]!r} and so on; take header = … out of the description"
+        )
+    comment = _cells(lines[-2].lstrip("# "), separator) if len(lines) > 1 else []
+    if header or not no_names:
+        return list(header) or first
+    if len(comment) == len(first):
+        return comment
+    raise RecordingError(
+        f"{here}: holds numbers, not the names of the columns; write into the description, above"
+        f' its tables: header = ["time_s", …], names of all {len(first)} columns'
+    )
+
+
+def _check_units_row(path: Path, row: int, names: Sequence[str], below: Sequence[str]) -> None:
+    """Refuse a row of units, or words of which one is a unit, below the names."""
+    units = [cell.strip("[]() ") for cell in below]
+    some = any(f"_{cell}" in UNIT_FACTORS for cell in units)
+    if len(below) != len(names) or not some or any(c and _DATUM.fullmatch(c) for c in units):
+        return
+    named = ", ".join(
+        n if n.endswith(f"_{u}") else proposed_name(f"{n}_{u}")
+        for n, u in zip(names, units, strict=True)
+    )
+    raise RecordingError(
+        f"{path}, row {row}: holds units ({', '.join(below)}) and no values; delete the row and"
+        f" name the columns with their units, such as {named}"
+    )
+
+
+@dataclass(frozen=True)
+class _Body:
+    """The rows of a CSV below its names, and the names of the columns."""
+
+    path: Path
+    names: Sequence[str]
+    skipped: int  # rows above
+    separator: str
+    decimal: str
+
+    def read(
+        self, wanted: Mapping[str, bool], clock: str, exact: bool
+    ) -> tuple[Columns, list[str]]:
+        """Columns by name, and the faults of their cells; see `OpenTable`.
+
+        Columns are numbers, with NaN for empty cells; the clock may be texts, and is unless it is
+        ``exact`` as a number.
+        """
+        labels = {name: f"c{self.names.index(name)}" for name in wanted}
+        frame = self._frame([*labels.values()], {} if exact or not clock else {labels[clock]: str})
+        cells, faults, width = Columns(), list[str](), len(self.names)
+        more = frame[_EXTRA].dropna()
+        for name, label in labels.items():
+            column = frame[label]
+            if column.dtype.kind in "iuf":
+                integer_clock = name == clock and column.dtype.kind == "i"
+                cells[name] = column.to_numpy(np.int64 if integer_clock else np.float64)
+            elif name == clock:
+                cells[name] = column.to_numpy(object)
+            else:
+                fault = self._convert(column, name, cells)
+                faults += [fault] if fault and wanted[name] else []
+        if len(more):
+            cell = frame[_EXTRA].astype(object)[more.index[0]]
+            faults.append(
+                f"{self.path}, row {self._row(more.index[0])}, column {width + 1}: {cell!r} is one"
+                f" cell too many; the names end with column {width}, {self.names[-1]!r}"
             )
-        except pd.errors.ParserError as error:  # such as a quote that does not end
-            raise RecordingError(f"{path}: not a CSV: {error}") from None
-    columns = [frame[label] for label in labels]
-    if decimal == ",":
-        columns = [c.str.replace(",", ".") if c.dtype == "string" else c for c in columns]
-    return columns
+        return cells, faults
+
+    def _row(self, place: int) -> int:
+        return self.skipped + 1 + place
+
+    def _frame(self, labels: Sequence[str], kinds: Mapping[str, type]) -> Any:
+        separator = r"\s+" if self.separator == " " else self.separator
+        with self.path.open(encoding="utf-8-sig") as file, warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # from pandas 3.1 on `float_precision` is deprecated
+            for _ in range(self.skipped):
+                file.readline()
+            every = [*(f"c{k}" for k in range(len(self.names))), _EXTRA]
+            try:
+                return pd.read_csv(
+                    _Named(self.separator.join(every) + "\n", file),
+                    sep=separator,
+                    decimal=self.decimal,
+                    usecols=[*labels, _EXTRA],
+                    index_col=False,  # else rows that are too long have one, and are shifted
+                    dtype={**kinds, _EXTRA: str},
+                    skipinitialspace=True,
+                    skip_blank_lines=False,
+                    float_precision="round_trip",  # to the last bit, also in older versions
+                    low_memory=False,  # one type for the whole of a column
+                )
+            except UnicodeDecodeError:
+                read_text(self.path)  # raises with the place
+                raise
+            except pd.errors.ParserError as error:  # such as a quote that does not end
+                raise RecordingError(f"{self.path}: not a CSV: {error}") from None
+
+    def _convert(self, column: Any, name: str, cells: Columns) -> str:
+        """Add a column of texts to the cells if all are numbers; else return the fault."""
+        texts = column.dropna().astype(str)
+        point = texts.str.replace(",", ".") if self.decimal == "," else texts
+        bad = texts[pd.to_numeric(point, errors="coerce").isna()]
+        if bad.empty:
+            cells[name] = pd.to_numeric(point).reindex(column.index).to_numpy(np.float64)
+            return ""
+        return (
+            f"{self.path}, row {self._row(int(bad.index[0]))}, column {name!r}: {bad.iloc[0]!r} is"
+            f" not a number{and_more(len(bad))}"
+        )
+
+
+class _Named:
+    """A file for pandas below a row of names."""
+
+    def __init__(self, names: str, file: TextIO) -> None:
+        self._names, self._file = names, file
+
+    def read(self, size: int = -1) -> str:
+        names, self._names = self._names, ""
+        return names or self._file.read(size)
+
+    def __iter__(self) -> Iterator[str]:  # by which pandas recognises a file
+        raise NotImplementedError

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import MISSING, asdict, dataclass, field, fields, replace
 from typing import Any, TypeVar
 
@@ -13,6 +13,7 @@ from tendon_mj.errors import InvalidValueError, RecordingError, unknown
 from tendon_mj.lab.recordings.files import read_toml
 from tendon_mj.lab.recordings.units import (
     ANY_NUMBER,
+    LARGEST,
     NOT_NEGATIVE,
     POSITIVE_NUMBER,
     TIMES,
@@ -25,20 +26,12 @@ from tendon_mj.lab.recordings.units import (
 from tendon_mj.typing import FloatArray
 
 _TABLES = ("drive", "measured", "known", "uncertain", "session")
-KEYS = ("model", "source", "settle", "timing", "header", *_TABLES, "columns")
+KEYS = ("model", "source", "settle", "timing", "header", *_TABLES, "columns", "mcap")
 
 _OVER = 1.01  # of its period, that a counter with noise covers at most
 _LEAST_SPREAD = 1e-12  # of the value that it is about
 _SETTLING_TIME = 10.0  # [s] of rests where none is stated; a model that rests earlier is read then
 _UNQUOTED = 'a name that has a dot is quoted, such as "sheath.friction" = …'
-_KINDS: dict[str, tuple[tuple[type, ...], str]] = {  # annotation of a field → its kind in TOML
-    "bool": ((bool,), "true or false"),
-    "float": ((int, float), "a number"),
-    "float | None": ((int, float), "a number"),
-    "str": ((str,), "a text in quotes"),
-    "tuple[str, ...]": ((list,), "a list of names"),
-    "str | tuple[str, ...]": ((str, list), "a text in quotes, or a list of them"),
-}
 _Entry = TypeVar("_Entry")
 
 
@@ -176,18 +169,15 @@ class Source:
 
 @dataclass(frozen=True)
 class TableLayout:
-    """What a description says of the columns of its table or log.
+    """Places of the columns of a recording in its file.
 
-    toml: the description's file, for messages; columns: [columns]; header: names of the columns of
-    a table that has none; roles: column → table of the description that names it; held: columns
-    that keep their value until the next one.
+    columns: [columns] of the description; topics: the same of a log, where they may be called
+    [mcap]; header: names of the columns of a table that has none.
     """
 
-    toml: str = ""
     columns: Mapping[str, Source] = field(default_factory=dict)
+    topics: Mapping[str, Source] = field(default_factory=dict)
     header: tuple[str, ...] = ()
-    roles: Mapping[str, str] = field(default_factory=dict)
-    held: Collection[str] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -238,61 +228,76 @@ class Description:
         Refused: empty texts, unknown columns, a column both driven and measured, an actuator driven
         twice, parameters misnamed, out of range, or in two of the tables.
         """
-        if fault := next(self._faults(columns), ""):
+        _check_text(self.model, f"{where}, model")
+        _check_text(self.source, f"{where}, source")
+        faults = [NOT_NEGATIVE.fault("settle", self.settle, "s")]
+        if self.settling_time is not None:
+            faults.append(POSITIVE_NUMBER.fault("[timing] settling_time", self.settling_time, "s"))
+        for fault in filter(None, faults):
             raise RecordingError(f"{where}, {fault}")
+        for table, kind in (("measured", Measured), ("uncertain", Uncertain), ("session", Session)):
+            for name, entry in getattr(self, table).items():
+                if not isinstance(entry, kind):
+                    raise RecordingError(f"{where}, [{table}] {name!r}: cannot be {entry!r}")
+        self._check_actuators(where)
+        self._check_columns(columns, where)
+        self._check_parameters(where)
 
-    def _faults(self, columns: Collection[str]) -> Iterator[str]:
-        for name in ("model", "source"):
-            if not getattr(self, name).strip():
-                yield f"{name}: must not be empty"
-        if fault := NOT_NEGATIVE.fault("settle", self.settle, "s"):
-            yield fault
-        settling = self.settling_time
-        if settling is not None and not POSITIVE_NUMBER.admits(settling):
-            yield POSITIVE_NUMBER.fault("[timing] settling_time", settling, "s")
+    def _check_actuators(self, where: str) -> None:
+        driven: dict[str, str] = {}
         for column, names in self.drive.items():
-            if not names:
-                yield f"[drive] {column!r}: must not be empty"
-        driven = dict[str, str]()
-        for column, actuator in self.driven:
-            if actuator in driven:
-                yield f"[drive] {column!r}: {driven[actuator]!r} already drives {actuator!r}"
-            driven[actuator] = column
+            here = f"{where}, [drive] {column!r}"
+            for actuator in (names,) if isinstance(names, str) else names or ("",):
+                _check_text(actuator, here)
+                if other := driven.get(actuator):
+                    raise RecordingError(f"{here}: {other!r} already drives {actuator!r}")
+                driven[actuator] = column
+
+    def _check_columns(self, columns: Collection[str], where: str) -> None:
         series = [name for name in columns if name not in TIMES]
         for table in ("drive", "measured"):
             for column in getattr(self, table):
+                fault = "" if column in series else unknown("column", column, series)
                 if column in TIMES:
-                    yield f"[{table}] {column!r}: the clock is neither driven nor measured"
-                elif column not in series:
-                    yield f"[{table}] {column!r}: {unknown('column', column, series)}"
+                    fault = "the clock is neither driven nor measured"
                 elif table == "measured" and column in self.drive:
-                    yield f"[measured] {column!r}: is also in [drive]; list it in one table only"
+                    fault = "is also in [drive]; list it in one table only"
+                if fault:
+                    raise RecordingError(f"{where}, [{table}] {column!r}: {fault}")
         for column in self.hold:
             if column not in self.drive:
-                yield f"hold: {unknown('driven column', column, self.drive)}"
-        tables = dict[str, str]()
+                fault = unknown("driven column", column, self.drive)
+                raise RecordingError(f"{where}, hold: {fault}")
+
+    def _check_parameters(self, where: str) -> None:
+        tables: dict[str, str] = {}
         for table in ("known", "uncertain", "session"):
-            for name in getattr(self, table):
+            for name, entry in getattr(self, table).items():
+                here = f"{where}, [{table}] {name!r}"
                 parts = name.split(".")
                 if len(parts) < 2 or not all(map(str.strip, parts)):
-                    yield (
-                        f"[{table}] {name!r}: a parameter is named '<element>.<parameter>', such as"
+                    raise RecordingError(
+                        f"{here}: a parameter is named '<element>.<parameter>', such as"
                         " 'sheath.friction'"
                     )
                 if name in tables:
-                    yield f"[{table}] {name!r}: is also in [{tables[name]}]; list it in one only"
+                    raise RecordingError(
+                        f"{here}: is also in [{tables[name]}]; list it in one table only"
+                    )
                 tables[name] = table
-        for name, value in self.known.items():
-            if fault := ANY_NUMBER.fault(repr(name), value):
-                yield f"[known] {fault}"
+                if table == "known" and (fault := ANY_NUMBER.fault(repr(name), entry)):
+                    raise RecordingError(f"{where}, [known] {fault}")
 
-    def in_si(self) -> Description:
-        """The description of the same columns in SI."""
+    def in_si(self, where: str) -> Description:
+        """The description of the same columns in SI; messages begin with ``where``."""
         measured = {}
         for column, entry in self.measured.items():
             name, factor = si_name(column)
             noise = None if entry.noise is None else entry.noise * factor
-            measured[name] = Measured(entry.sensor, noise)
+            try:
+                measured[name] = Measured(entry.sensor, noise)
+            except InvalidValueError as error:
+                raise RecordingError(f"{where}, [measured] {column!r}, in SI: {error}") from None
         return replace(
             self,
             drive={si_name(column)[0]: actuator for column, actuator in self.drive.items()},
@@ -321,22 +326,26 @@ def parse_toml(text: str, where: str) -> tuple[Description, TableLayout]:
     }
     timing = read_entry(_Timing, toml.get("timing", {}), f"{where}, [timing]")
     description = Description(
-        model=_value("str", toml["model"], f"{where}, model"),
-        source=_value("str", toml["source"], f"{where}, source"),
-        settle=_value("float", toml.get("settle", Description.settle), f"{where}, settle"),
+        model=_text(toml["model"], f"{where}, model"),
+        source=_text(toml["source"], f"{where}, source"),
+        settle=_number(toml.get("settle", Description.settle), f"{where}, settle"),
         settling_time=timing.settling_time,
         drive={name: entry.actuator for name, entry in drive.items()},
         measured=read_entries(Measured, toml, "measured", where),
-        known={n: _value("float", *entry) for n, entry in _table(toml, "known", where).items()},
+        known={name: _number(*entry) for name, entry in _table(toml, "known", where).items()},
         uncertain=read_entries(Uncertain, toml, "uncertain", where),
         session=read_entries(Session, toml, "session", where),
         hold=tuple(name for name, entry in drive.items() if entry.hold),
     )
-    header = _value("tuple[str, ...]", toml.get("header", []), f"{where}, header")
-    columns = _table(toml, "columns", where)
-    sources = {name: _source(name, *entry) for name, entry in columns.items()}
-    roles = {c: title for title in ("drive", "measured") for c in getattr(description, title)}
-    return description, TableLayout(where, sources, header, roles, description.hold)
+    header = toml.get("header", [])
+    if not isinstance(header, list):
+        raise RecordingError(f"{where}, header: must be a list of names, got {header!r}")
+    columns, topics = (
+        {name: _source(name, *entry) for name, entry in _table(toml, title, where).items()}
+        for title in ("columns", "mcap")
+    )
+    names = tuple(_text(name, f"{where}, header") for name in header)
+    return description, TableLayout(columns, topics or columns, names)
 
 
 def format_description(description: Description, model: str) -> str:
@@ -416,7 +425,7 @@ def read_entry(kind: type[_Entry], entry: Any, here: str) -> _Entry:
     if any(isinstance(value, dict) for value in entry.values()):
         raise RecordingError(f"{here}: {_UNQUOTED}")
     check_keys(entry, known, needed, here)
-    values = {k: _value(known[k].type, value, f"{here}, {k}") for k, value in entry.items()}
+    values = {k: _READERS[known[k].type](value, f"{here}, {k}") for k, value in entry.items()}
     try:
         return kind(**values)
     except InvalidValueError as error:
@@ -450,13 +459,42 @@ def check_keys(
             raise RecordingError(f"{here}: {key!r} is missing")
 
 
-def _value(kind: str, entry: Any, here: str) -> Any:
-    """A value of TOML for a field of a dataclass, ``kind`` the field's annotation."""
-    types, words = _KINDS[kind]
+def _flag(entry: Any, here: str) -> bool:
+    if not isinstance(entry, bool):
+        raise RecordingError(f"{here}: must be true or false, got {entry!r}")
+    return entry
+
+
+def _number(entry: Any, here: str) -> float:
     if isinstance(entry, dict):
         raise RecordingError(f"{here}: {_UNQUOTED}")
-    if not isinstance(entry, types) or (isinstance(entry, bool) and kind != "bool"):
-        raise RecordingError(f"{here}: must be {words}, got {entry!r}")
-    if isinstance(entry, list):
-        return tuple(_value("str", name, here) for name in entry)
-    return float(entry) if isinstance(entry, int) and kind != "bool" else entry
+    if isinstance(entry, bool) or not isinstance(entry, int | float):
+        raise RecordingError(f"{here}: must be a number, got {entry!r}")
+    try:
+        return float(entry)
+    except OverflowError:
+        raise RecordingError(f"{here}: is too large; at most {LARGEST:g}") from None
+
+
+def _text(entry: Any, here: str) -> str:
+    if not isinstance(entry, str):
+        raise RecordingError(f"{here}: must be a text in quotes, got {entry!r}")
+    return entry
+
+
+def _names(entry: Any, here: str) -> str | tuple[str, ...]:
+    return tuple(_text(e, here) for e in entry) if isinstance(entry, list) else _text(entry, here)
+
+
+_READERS: dict[str, Callable[[Any, str], Any]] = {
+    "str": _text,
+    "str | tuple[str, ...]": _names,
+    "float": _number,
+    "float | None": _number,
+    "bool": _flag,
+}
+
+
+def _check_text(text: str, here: str) -> None:
+    if not text or not text.strip():
+        raise RecordingError(f"{here}: must not be empty, got {text!r}")

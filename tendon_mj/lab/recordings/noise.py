@@ -30,6 +30,9 @@ def resolution(series: ArrayLike) -> float:
 
     All levels are multiples of the step, to a tenth of it: values of a coarse converter may be
     rounded once more in the file. A ramp whose samples are evenly spaced is not quantised.
+
+    Args:
+        series: (n,) samples.
     """
     values = np.asarray(series, float)
     levels = np.unique(values)
@@ -53,11 +56,23 @@ def resolution(series: ArrayLike) -> float:
     return 0.0
 
 
-def white_noise(series: FloatArray, among: BoolArray | None = None, order: int = 3) -> float:
+def white_noise(series: FloatArray, among: BoolArray | None = None) -> float:
     """Standard deviation of white noise on a smooth series, by its third differences.
 
-    ``among``: (n,) samples that count; a difference of which one does not is left out.
+    Args:
+        series: (n,) samples.
+        among: (n,) samples that count; a difference of which one does not is left out.
     """
+    return _noise_of_differences(series, among, 3)
+
+
+def is_noisy(series: FloatArray, among: BoolArray | None = None) -> bool:
+    """Whether a series has noise that is white, and more than its steps."""
+    third, fourth = (_noise_of_differences(series, among, order) for order in (3, 4))
+    return fourth > _WHITE * third and third > resolution(series)
+
+
+def _noise_of_differences(series: FloatArray, among: BoolArray | None, order: int) -> float:
     if series.size < 2 * order + 2:
         return 0.0
     differences = np.abs(np.diff(series, order))
@@ -69,18 +84,14 @@ def white_noise(series: FloatArray, among: BoolArray | None = None, order: int =
     return float(np.median(differences)) / _GAUSS / math.sqrt(math.comb(2 * order, order))
 
 
-def is_noisy(series: FloatArray, among: BoolArray | None = None) -> bool:
-    """Whether a series has noise that is white, and more than its steps."""
-    third, fourth = (white_noise(series, among, order) for order in (3, 4))
-    return fourth > _WHITE * third and third > resolution(series)
-
-
 def range_ends(series: FloatArray, noise: float | None = None) -> tuple[float, float]:
     """Ends of a range that a noisy series is cut off at; -inf and inf where it is not.
 
     Readings pile up at an end: noise makes any other level about as frequent as its neighbours.
 
-    ``noise``: standard deviation, if known [the unit of the series].
+    Args:
+        series: (n,) samples.
+        noise: standard deviation, if known [the unit of the series].
     """
     series = series[~held_values(series, noise)]
     inner = (series > series.min()) & (series < series.max())
@@ -109,8 +120,10 @@ def held_values(
     All False where equal neighbours are what noise, steps or rests make: repeats count where values
     change by several steps of the column, for as long each time or in a column that has noise.
 
-    ``noise``: standard deviation, if known [the unit of the series]; ``longest``: samples in a run
-    of equal values; a longer one is a rest.
+    Args:
+        series: (n,) samples.
+        noise: standard deviation, if known [the unit of the series].
+        longest: samples in a run of equal values; a longer one is a rest.
     """
     none = np.zeros(series.size, bool)
     changes = np.append(np.inf, np.abs(np.diff(series)))
@@ -138,12 +151,18 @@ def held_values(
 
 
 def estimate_noise(series: ArrayLike) -> float:
-    """Standard deviation of white noise on a smooth series [its unit], > 0 unless it is constant.
+    """Standard deviation of white noise on a smooth series.
 
     The third difference of white noise has a variance of 20 σ², that of a smooth series nearly
     none; the median is robust to the few samples at kinks. Samples at the end of a range, where
     there is no noise, do not count. At least the quantisation noise q/√12 of the series' own
-    resolution q. Samples are at even times.
+    resolution q.
+
+    Args:
+        series: (n,) samples at even times.
+
+    Returns:
+        σ [the unit of the series], > 0 unless the series is constant.
     """
     values = np.asarray(series, float)
     inner = ~np.isin(values, range_ends(values))

@@ -5,16 +5,18 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.errors import RecordingError, unknown
 from tendon_mj.lab.recordings.assembly import Table, assemble
-from tendon_mj.lab.recordings.binary_files import read_mcap, read_parquet
-from tendon_mj.lab.recordings.csv_table import read_csv
+from tendon_mj.lab.recordings.binary_files import open_parquet, read_mcap
+from tendon_mj.lab.recordings.csv_table import open_csv, write_csv
 from tendon_mj.lab.recordings.description import (
     Description,
     TableLayout,
@@ -43,7 +45,7 @@ class Recording(Description):
     in_file: name → its name in the file, of those that were converted; beside: folder in which the
     description was, if it was read; rows: (n,) row of the file that each sample is, if it was read.
     These three matter to messages alone, not to equality.
-    The other fields are `Description`'s. Arrays are read-only copies.
+    The other fields are `Description`'s. Arrays and mappings are read-only copies.
     Raises `RecordingError` for all that is refused in a file.
     """
 
@@ -58,17 +60,25 @@ class Recording(Description):
         where = f"recording {self.name!r}"
         if not self.name.strip():
             raise RecordingError(f"{where}: the name must not be empty")
-        if TIME in self.columns:
-            raise RecordingError(f"{where}, column {TIME!r}: belongs in `time`, not in `columns`")
+        columns = {n: _frozen(v, f"{where}, column {n!r}") for n, v in self.columns.items()}
         freeze = object.__setattr__
-        freeze(self, "time", _read_only(self.time))
-        freeze(self, "columns", {n: _read_only(values) for n, values in self.columns.items()})
-        lists = {c: names for c, names in self.drive.items() if not isinstance(names, str)}
-        freeze(self, "drive", {**self.drive, **{c: tuple(names) for c, names in lists.items()}})
+        freeze(self, "time", _frozen(self.time, f"{where}, time"))
+        freeze(self, "columns", MappingProxyType(columns))
+        if self.rows is not None:
+            rows = np.array(self.rows)
+            rows.setflags(write=False)
+            freeze(self, "rows", rows)
+        drive = {
+            column: names if isinstance(names, str) else tuple(names)
+            for column, names in self.drive.items()
+        }
+        freeze(self, "drive", MappingProxyType(drive))
         for name in ("measured", "known", "uncertain", "session", "in_file"):
-            freeze(self, name, dict(getattr(self, name)))
-        check_table({TIME: self.time, **self.columns}, where, si=True)
-        self.check(self.columns, where)
+            freeze(self, name, MappingProxyType(dict(getattr(self, name))))
+        if TIME in columns:
+            raise RecordingError(f"{where}, column {TIME!r}: belongs in `time`, not in `columns`")
+        check_table({TIME: self.time, **columns}, where, si=True)
+        self.check(columns, where)
 
     def written(self, column: str) -> str:
         """A column's name as the file has it, for messages; its own if it was not converted."""
@@ -105,6 +115,13 @@ class Recording(Description):
             and all(np.array_equal(mine[name], theirs[name]) for name in mine)
         )
 
+    def __reduce__(self) -> tuple[Any, ...]:  # a mapping proxy cannot be copied or sent by itself
+        state = {f.name: getattr(self, f.name) for f in fields(self)}
+        plain: dict[str, Any] = {
+            k: dict(v) if isinstance(v, MappingProxyType) else v for k, v in state.items()
+        }
+        return partial(Recording, **plain), ()
+
 
 _NOT_COMPARED = ("time", "columns", "in_file", "beside", "rows")  # the first two are, as arrays
 _NOT_ARRAYS = [f.name for f in fields(Recording) if f.name not in _NOT_COMPARED]
@@ -130,8 +147,11 @@ def read_recording(
     check_file(file)
     check_format(file)
     described, layout = parse_toml(read_text(toml, hint), str(toml))
-    table, rows = read_columns(file, layout)
+    columns_of = {"drive": described.drive, "measured": described.measured}
+    named = {column: title for title, columns in columns_of.items() for column in columns}
+    table, rows = read_columns(file, layout, named, described.hold, toml=str(toml))
     described.check(table, str(toml))
+    in_si_units = described.in_si(str(toml))
     columns = in_si(table, str(file))
     in_file = {si_name(name)[0]: name for name in table if si_name(name)[0] != name}
     return Recording(
@@ -141,7 +161,7 @@ def read_recording(
         in_file=in_file,
         beside=toml.parent,
         rows=rows,
-        **vars(replace(described.in_si(), model=_model_beside(toml, described.model))),
+        **vars(replace(in_si_units, model=_model_beside(toml, described.model))),
     )
 
 
@@ -156,7 +176,12 @@ def read_table(path: Path, elements: Collection[str] = ()) -> dict[str, FloatArr
 
 
 def read_columns(
-    path: Path, layout: TableLayout | None = None, elements: Collection[str] = ()
+    path: Path,
+    layout: TableLayout | None = None,
+    described: Mapping[str, str] | None = None,
+    held: Collection[str] = (),
+    elements: Collection[str] = (),
+    toml: str = "",
 ) -> Table:
     """The columns of a table, under the names and in the units of its description.
 
@@ -166,12 +191,12 @@ def read_columns(
     if path.suffix.lower() == ".mcap":
         if layout is None:
             raise RecordingError(f"{path}: a log needs a description, which names its columns")
-        return Table(read_mcap(path, layout))
+        return Table(read_mcap(path, layout.topics, held))
     if path.suffix.lower() == ".parquet":
-        raw = read_parquet(path)
+        table = open_parquet(path)
     else:
-        raw = read_csv(path, layout.header if layout else ())
-    return assemble(raw, str(path), layout, elements)
+        table = open_csv(path, layout.header if layout else ())
+    return assemble(table, str(path), layout, described, held=held, elements=elements, toml=toml)
 
 
 def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
@@ -181,12 +206,8 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
     the file's stem; a model that is a file is named by its path from there, so that it is found
     from any folder. Raises OSError where the folder cannot be written.
     """
-    path = Path(path)
-    stem = path.name.removesuffix(".toml").removesuffix(".csv")
-    csv, toml = path.with_name(f"{stem}.csv"), path.with_name(f"{stem}.toml")
-    table = pd.DataFrame({TIME: recording.time, **recording.columns})
-    with whole_file(csv) as made:
-        table.to_csv(made, index=False, lineterminator="\n")
+    csv, toml = table_beside(Path(path), (".csv",))
+    write_csv({TIME: recording.time, **recording.columns}, csv)
     text = format_description(recording, _model_from(toml, recording.model))
     with whole_file(toml) as made:
         made.write_text(text, encoding="utf-8", newline="\n")
@@ -235,7 +256,10 @@ def _model_from(toml: Path, model: str) -> str:
         return model
 
 
-def _read_only(values: ArrayLike) -> FloatArray:
-    array = np.array(values, dtype=np.float64)
+def _frozen(values: ArrayLike, where: str) -> FloatArray:
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise RecordingError(f"{where}: not an array of numbers: {error}") from None
     array.setflags(write=False)
     return array

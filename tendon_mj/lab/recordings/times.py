@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -40,49 +41,35 @@ class Stamps:
         return str(np.datetime64(int(stamp), "ns")) if self.dated else repr(stamp.item())
 
 
-def read_numbers(cells: Any, column: str, rows: NDArray[np.int64], where: str) -> FloatArray:
-    """Numbers of a column with NaN for empty cells.
-
-    Raises:
-        RecordingError: a cell is not a number.
-    """
-    numbers = _numbers(cells)
-    bad = np.flatnonzero(numbers.isna() & cells.notna())
-    if bad.size:
-        raise RecordingError(at(where, rows[bad], column, f"{cells[bad[0]]!r} is not a number"))
-    return np.asarray(numbers.to_numpy(np.float64, na_value=np.nan))
-
-
-def _numbers(cells: Any) -> Any:
-    """A column of integers or floats, which are missing where a cell is empty or not a number."""
-    if cells.dtype.kind not in "iuf":
-        cells = cells.astype("string")  # else True would be 1
-    return pd.to_numeric(cells, errors="coerce")
-
-
 def read_clock(
-    cells: Any, clock: str, source: Source, rows: NDArray[np.int64], where: str
+    cells: NDArray[Any], clock: str, source: Source, rows: NDArray[np.int64], where: str
 ) -> Stamps:
     """Times as they are in a file: numbers, dates, or ISO 8601 and durations as text."""
-    there = cells.notna().to_numpy()
-    given = cells[there]
-    best = given if given.dtype.kind in "mM" else _numbers(given)
-    if best.isna().any():
-        texts = given.astype("string").str.strip()
-        dates = pd.to_datetime(texts, format="ISO8601", utc=True, errors="coerce")
-        spans = pd.to_timedelta(texts, errors="coerce")
-        best = min((best, dates, spans), key=lambda times: times.isna().sum())
+    if cells.dtype.kind in "fiu":
+        return Stamps(cells, ~np.isnan(cells), source.factor * source.ratio(clock), dated=False)
+    nanoseconds = 1e-9 / si_name(clock)[1]
+    if cells.dtype.kind in "mM":
+        dates = cells.astype(f"{cells.dtype.kind}8[ns]")
+        return Stamps(dates.astype(np.int64), ~np.isnat(dates), nanoseconds, dated=True)
+    text = pd.Series(cells, dtype=object)
+    there = text.notna().to_numpy()
+    written = text[there].astype(str).str.strip()
+    for kind in (np.int64, np.float64):
+        with suppress(ValueError, OverflowError):
+            stamps = np.zeros(there.size, kind)
+            stamps[there] = [int(cell) if kind is np.int64 else float(cell) for cell in written]
+            return Stamps(stamps, there, source.factor * source.ratio(clock), dated=False)
+    as_dates = pd.to_datetime(written, format="ISO8601", utc=True, errors="coerce")
+    as_spans = pd.to_timedelta(written, errors="coerce")
+    best = min(as_dates, as_spans, key=lambda times: times.isna().sum())
     bad = best.isna().to_numpy()
     if bad.any():
-        cell = f"{given.iloc[int(np.argmax(bad))]!r} is neither a number nor a time of ISO 8601"
+        cell = f"{written.iloc[int(np.argmax(bad))]!r} is neither a number nor a time of ISO 8601"
         cell += ", such as 2026-03-02T10:15:02.871"
         raise RecordingError(at(where, rows[there][bad], source.column, cell))
-    dated = best.dtype.kind in "mM"
-    values = pd.Index(best).as_unit("ns").asi8 if dated else best.to_numpy()
-    stamps = np.zeros(there.size, np.int64 if values.dtype.kind == "i" else np.float64)
-    stamps[there] = values
-    scale = 1e-9 / si_name(clock)[1] if dated else source.factor * source.ratio(clock)
-    return Stamps(stamps, there, scale, dated)
+    dates = np.zeros(there.size, np.int64)
+    dates[there] = pd.Index(best).as_unit("ns").asi8
+    return Stamps(dates, there, nanoseconds, dated=True)
 
 
 def spread(time: FloatArray, rows: NDArray[np.int64], where: str) -> FloatArray:
@@ -115,23 +102,26 @@ def spread(time: FloatArray, rows: NDArray[np.int64], where: str) -> FloatArray:
 def at_common_times(
     series: Mapping[str, Samples], clock: str, scale: float, where: str, held: Collection[str]
 ) -> tuple[dict[str, FloatArray], NDArray[np.int64]]:
-    """Clock and columns at the times of the first one, and the indices of its values there.
+    """Columns at the times of the first one, from the first row on.
 
     Another one is linear between its values, or keeps the latest if it is ``held``. Rows before the
     first or after the last value of any column are left out; of two values at one time the later
-    one counts. A `TendonWarning` tells of such values, long gaps, and many rows that are left out.
+    one counts.
 
     ``series``: column → (m,) times [any unit, ``scale`` of which is that of the clock] and values.
 
+    Returns:
+        The clock and the columns, each (n,), and the (n,) values of the first that are its rows.
+
     Raises:
         RecordingError: there are not two common times.
+
+    Warns:
+        TendonWarning: of values at one time, long gaps, and many rows that are left out.
     """
-    chosen, in_order = dict[str, NDArray[np.int64]](), dict[str, Samples]()
-    for column, (times, values) in series.items():
-        order = np.argsort(times, kind="stable")
-        last = np.append(np.diff(times[order]) != 0, True)
-        chosen[column] = order[last]
-        in_order[column] = times[order[last]], values[order[last]]
+    joined: dict[str, FloatArray] = {}
+    chosen = {column: _in_order(times) for column, (times, _) in series.items()}
+    in_order = {c: (times[chosen[c]], values[chosen[c]]) for c, (times, values) in series.items()}
     main = next(iter(series))
     stamps = in_order[main][0]
     within = stamps >= max(times[0] for times, _ in in_order.values())
@@ -148,7 +138,7 @@ def at_common_times(
             f"{where}: {stamps.size - rows.size} of {stamps.size} rows are left out: {late!r}"
             f" begins later, or {early!r} ends earlier"
         )
-    joined = {clock: np.asarray((rows - rows[0]) * scale)}
+    joined[clock] = (rows - rows[0]) * scale
     for column, (times, values) in in_order.items():
         if lost := series[column][0].size - times.size:
             _warn(
@@ -171,6 +161,13 @@ def at_common_times(
     return joined, chosen[main][within]
 
 
+def _in_order(times: NDArray[Any]) -> NDArray[np.int64]:
+    order = np.argsort(times, kind="stable")
+    sorted_times = times[order]
+    last: NDArray[np.int64] = order[np.append(sorted_times[1:] != sorted_times[:-1], True)]
+    return last
+
+
 def at(where: str, rows: NDArray[np.int64], column: str, fault: str) -> str:
     """A fault of a column with the first of its rows, and how many more there are."""
     return f"{where}, row {rows[0]}, column {column!r}: {fault}{and_more(rows.size)}"
@@ -182,21 +179,25 @@ def check_table(table: Mapping[str, FloatArray], where: str, *, si: bool = False
     That is: names as in `name_fault`, equal lengths of at least 2, every value finite and at most
     `LARGEST` in size, and the time, the first of them, strictly increasing.
     """
-    clock = next(iter(table))
-    time = table[clock]
-    if time.size < 2:
-        raise RecordingError(too_few_rows(time.size, where))
-    for position, (name, column) in enumerate(table.items(), start=1):
+    for position, name in enumerate(table, start=1):
         if fault := name_fault(name, si=si):
             raise RecordingError(f"{where}, row 1, column {position}: {fault}")
+    clock = next(iter(table))
+    time = table[clock]
+    for name, column in table.items():
         if column.ndim != 1 or column.shape != time.shape:
             raise RecordingError(
                 f"{where}, column {name!r}: shape {column.shape}, but {clock!r} has {time.shape}"
                 " and (n,) is needed"
             )
-        if (bad := np.flatnonzero(~(np.abs(column) <= LARGEST))).size:
-            fault = excess(float(column[bad[0]]))
-            raise RecordingError(f"{where}, row {bad[0] + 2}, column {name!r}: {fault}")
+    if time.size < 2:
+        raise RecordingError(too_few_rows(time.size, where))
+    for name, column in table.items():
+        bad = np.flatnonzero(~(np.abs(column) <= LARGEST))
+        if bad.size:
+            raise RecordingError(
+                f"{where}, row {bad[0] + 2}, column {name!r}: {excess(float(column[bad[0]]))}"
+            )
     back = np.flatnonzero(time[1:] <= time[:-1])
     if back.size:
         before, after = time[back[0]].item(), time[back[0] + 1].item()

@@ -52,6 +52,15 @@ UNIT_FACTORS: dict[str, tuple[str, float]] = {
     )
     for unit, factor in units.items()
 }
+# words for units in exports of other programs
+_WORDS = {
+    **dict.fromkeys(("_degrees", "_degree"), "_deg"),
+    **dict.fromkeys(("_radians", "_radian"), "_rad"),
+    **dict.fromkeys(("_newton", "_newtons"), "_N"),
+    **dict.fromkeys(("_seconds", "_sec"), "_s"),
+    **dict.fromkeys(("_meters", "_metres"), "_m"),
+    **dict.fromkeys(("_millimeters", "_millimetres"), "_mm"),
+}
 # compound units whole: `rate_deg_per_s` must not pass as seconds
 _CLAIMED = re.compile(r"(?:(?:^|_)[^_]+_per)?_[^_]+$")
 
@@ -127,19 +136,19 @@ def name_fault(name: str, *, si: bool = False, elements: Collection[str] = ()) -
 def unit_fault(column: str, *, si: bool, elements: Collection[str] = ()) -> str:
     """Message that the unit in a column's name cannot be used; empty if it can.
 
-    ``si``: whether it has to be of SI, or may be one that is converted; ``elements``: names, as of
-    actuators, that may precede the unit although they end in one.
+    Args:
+        column: its name.
+        si: whether the unit has to be of SI, or may be one that is converted.
+        elements: names, as of actuators, that may precede the unit although they end in one.
     """
     ending, allowed = claimed_unit(column), UNITS if si else tuple(UNIT_FACTORS)
     stem = f"_{column.removesuffix(ending)}"
     if ending not in allowed or ending == column:
-        kind, converted = "an SI unit", ""
+        converted = [unit for unit in allowed if unit not in UNITS and "_per_" not in unit]
+        kind, also = "an SI unit", ""
         if not si:
-            others = [unit for unit in allowed if unit not in UNITS and "_per_" not in unit]
-            kind, converted = "a unit that is read", f"; converted: {', '.join(others)} and rates"
-        spelt = [unit for unit in allowed if unit.lower() == ending.lower()]
-        near = unknown("unit", ending, spelt or allowed).partition(" (there ")[0]
-        return f"does not end in {kind}: {near} (SI: {', '.join(map(repr, UNITS))}){converted}"
+            kind, also = "a unit that is read", f"; converted: {', '.join(converted)} and rates"
+        return f"does not end in {kind}: {_nearest(ending, allowed)}{also}"
     twice = stem.endswith(UNITS) or (ending in ("_s", "_ms", "_min") and stem.endswith(allowed))
     if twice and stem[1:] not in elements:
         return (
@@ -147,3 +156,26 @@ def unit_fault(column: str, *, si: bool, elements: Collection[str] = ()) -> str:
             f" {', '.join(UNITS)}"
         )
     return ""
+
+
+def proposed_name(column: str) -> str:
+    """A name for a column of another program: its unit as it is spelt here, or ``UNIT`` for it."""
+    stem = re.sub(r"[^0-9A-Za-z]+", "_", column).strip("_")
+    ending = claimed_unit(stem)
+    unit = _spelt(ending) if ending != stem else ""
+    return stem.removesuffix(ending) + unit if unit else f"{stem}_UNIT"
+
+
+def _spelt(ending: str) -> str:
+    """A unit in other letters or words, as it is spelt here; or nothing."""
+    spelt = {unit.lower(): unit for unit in reversed(UNIT_FACTORS)}
+    return _WORDS.get(ending.lower(), "") or spelt.get(ending.lower(), "")
+
+
+def _nearest(ending: str, allowed: tuple[str, ...]) -> str:
+    """Message that a unit is unknown, with the nearest of all and those of SI."""
+    near = unknown("unit", ending, allowed).partition(" (there are")[0]
+    if (spelt := _spelt(ending)) in allowed:
+        near = f"unknown unit {ending!r}; did you mean {spelt!r}?"
+    offset = "; units with an offset are not read" if ending in ("_degC", "_degF", "_C") else ""
+    return f"{near}{offset} (SI: {', '.join(map(repr, UNITS))})"

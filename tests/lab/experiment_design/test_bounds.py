@@ -54,7 +54,7 @@ def test_a_file_holds_what_python_says(tmp_path) -> None:
         ("[states]", "[state]", "bounds.toml", "did you mean 'states'"),
         ("duration = 8.0", "duration = '8'", "bounds.toml, duration", "'8'"),
         ("duration = 8.0", "duration = ", "bounds.toml", "not TOML: Invalid value"),
-        ("sheath", "ga\u00eene", "bounds.toml, row 6", "not UTF-8"),
+        ("sheath", "ga\u00eene", "bounds.toml, row 6, column 1", "not UTF-8"),
     ],
 )
 def test_a_broken_file_is_refused_with_the_place(line, instead, place, fault, tmp_path) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from tendon_mj.cli.recordings import check
 from tendon_mj.errors import RecordingError, TendonWarning
-from tendon_mj.lab.recordings import Recording, read_recording
+from tendon_mj.lab.recordings import Recording, files, read_recording, read_table
 from tests.lab.recordings import tables
 from tests.lab.recordings.tables import log
 from tests.refusals import refusing
@@ -97,10 +100,10 @@ def test_elements_of_lists_and_fields_of_structs_of_parquet(tmp_path: Path) -> N
     path.with_suffix(".toml").write_text(TOML + text)
     is_plain(read_recording(path))
     path.with_suffix(".toml").write_text(TOML + text.replace("force.x", "force.z"))
-    with refusing(RecordingError, "r.parquet, column 'wrench.force.z'", "unknown field 'z'"):
+    with refusing(RecordingError, "[columns] 'pull_N': unknown column"):
         read_recording(path)
     path.with_suffix(".toml").write_text(TOML + text.replace("position.1", "position.2"))
-    with refusing(RecordingError, "r.parquet, column 'position.2'", "unknown field '2'"):
+    with refusing(RecordingError, "r.parquet, column 'position.2'"):
         read_recording(path)
 
 
@@ -413,11 +416,12 @@ lever_rad = "angel"
     (tmp_path / "r.csv").write_text(csv(table))
     with refusing(
         RecordingError,
-        "r.csv, row 1: unknown column 'time_s'",
-        'time_s = "stamp"',
+        "r.csv, row 1: no column is named 'time_s'",
+        'time_s = "when"',
         "r.csv, row 3, column 'reel_m': 'x'",
         "'pull_n' does not end in a unit",
         "did you mean '_N'?",
+        'pull_N = "pull_n"',
         "[columns] 'lever_rad': unknown column 'angel'; did you mean 'angle'?",
     ):
         read_recording(tmp_path / "r.csv")
@@ -427,6 +431,68 @@ lever_rad = "angel"
         RecordingError, "'x' is not a number", "row 3, column 'load_N': inf", "'reel_2_m': unknown"
     ):
         read_recording(tmp_path / "r.csv")
+
+
+def test_all_faults_of_a_log_are_in_one_message(tmp_path: Path) -> None:
+    path = log(tmp_path / "r.mcap", *(("/a", START + k, {"x": "high"}) for k in range(3)))
+    entries = ['{ topic = "/b", field = "x" }', '{ topic = "/a", field = "x" }']
+    path.with_suffix(".toml").write_text(
+        TOML + f"[columns]\nreel_m = {entries[0]}\npull_N = {entries[1]}\n"
+    )
+    with refusing(RecordingError, "unknown topic '/b'", "field 'x' is 'high', not a number"):
+        read_recording(path)
+
+
+def test_a_folder_that_is_there_is_not_said_to_be_missing(tmp_path: Path) -> None:
+    (tmp_path / "bag").mkdir()  # as of rosbag2
+    with refusing(RecordingError, "bag: cannot be read"):
+        read_recording(tmp_path / "bag")
+
+
+@pytest.mark.parametrize("units", ["s,mm,N", "[s],[mm],[N]", "(s), (mm), (N)"])
+def test_a_row_of_units_is_refused_as_that_with_names_that_would_do(
+    tmp_path: Path, units: str
+) -> None:
+    with pytest.raises(RecordingError, match=r"row 2: holds units .*delete.*pull_N") as caught:
+        read(tmp_path, f"time,reel,pull_N\n{units}\n0.0,0.1,20\n0.1,0.2,21\n")
+    assert "time_s, reel_mm, pull_N" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("start", "said"),
+    [
+        (b"PK\x03\x04\x14\0", "a workbook; .*: save its sheet as CSV"),
+        (b"PAR1\x15\x04", "rename it to r.parquet"),
+        (b"\x89MCAP0\r\n", "rename it to r.mcap"),
+        (b"\x89HDF\r\n", "an HDF5 file; .*h5py"),
+    ],
+)
+def test_a_file_named_csv_is_named_as_what_it_is(tmp_path: Path, start: bytes, said: str) -> None:
+    (tmp_path / "r.toml").write_text(TOML)
+    (tmp_path / "r.csv").write_bytes(start + bytes(range(256)))
+    with pytest.raises(RecordingError, match=said):
+        read_recording(tmp_path / "r.csv")
+
+
+def test_what_a_file_of_opensim_is_converted_with_makes_a_csv_that_is_read(tmp_path: Path) -> None:
+    table = csv(PLAIN).replace(",", "\t")
+    path = tmp_path / "r.sto"
+    path.write_text("Forces\nversion=1\ninDegrees=no\nendheader\n" + table)
+    path.with_suffix(".toml").write_text(TOML)
+    with pytest.raises(RecordingError, match="a file of OpenSim") as caught:
+        read_recording(path)
+    program = str(caught.value).partition("in Python: ")[2]
+    subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True)
+    is_plain(read_recording(tmp_path / "r.csv"))
+
+
+@pytest.mark.parametrize("numbers", [False, True])
+def test_times_of_day_over_midnight_are_refused_as_that(tmp_path: Path, numbers: bool) -> None:
+    seconds = [(86395 + k) % 86400 for k in range(10)]
+    clock = [f"{s // 3600:02}:{s // 60 % 60:02}:{s % 60:02}" for s in seconds]
+    table = csv({"time_s": seconds if numbers else clock, "reel_m": REEL[:10], "pull_N": PULL[:10]})
+    with refusing(RecordingError, "row 7,", "begins again at midnight", "with their date"):
+        read(tmp_path, table)
 
 
 @pytest.mark.parametrize("top", [4095, 5000])
@@ -441,6 +507,17 @@ def test_a_period_below_the_counts_of_a_column_is_refused(tmp_path: Path, top: i
         read(tmp_path, table, entry)
 
 
+def test_a_name_that_is_in_columns_already_is_not_advised_to_be_put_there(tmp_path: Path) -> None:
+    table = csv({"time_s": TIME, "reel_m": REEL, "pull": PULL})
+    toml = TOML.replace("pull_N", "pull") + '[columns]\npull_N = "pull"\n'
+    (tmp_path / "r.csv").write_text(table)
+    (tmp_path / "r.toml").write_text(toml)
+    with pytest.raises(RecordingError, match=r"write 'pull_N', as \[columns\] names it") as caught:
+        read_recording(tmp_path / "r.csv")
+    assert "add to" not in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
 def test_check_reads_the_recordings_of_a_folder(tmp_path: Path) -> None:
     folder = tmp_path / "session"
     folder.mkdir()
@@ -453,17 +530,29 @@ def test_check_reads_the_recordings_of_a_folder(tmp_path: Path) -> None:
     assert [one["name"] for one in result["recordings"]] == ["a", "b"]  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize("suffix", [".mat", ".pkl", ""])
-def test_a_file_of_another_format_is_refused_unless_it_is_a_stem(
+class Bomb:
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return sys.exit, ("unpickled",)
+
+
+@pytest.mark.parametrize("suffix", [*files._OTHERS, *files._ALIKE, ".mystery", ""])
+def test_a_file_of_another_format_is_named_as_that_and_not_opened(
     tmp_path: Path, suffix: str
 ) -> None:
     path = tmp_path / f"rec{suffix}"
-    path.write_bytes(b"anything")
-    (tmp_path / "rec.toml").write_text(TOML)
-    for description in (None, tmp_path / "rec.toml"):
-        with refusing(RecordingError, f"{path}: ", "CSV, Parquet and MCAP"):
-            read_recording(path, description)
+    path.write_bytes(pickle.dumps(Bomb()))
+    for described in (False, True):
+        if described:
+            (tmp_path / "rec.toml").write_text(TOML)
+        with pytest.raises(RecordingError, match="CSV, Parquet and MCAP are read: ") as caught:
+            read_recording(path, tmp_path / "rec.toml" if described else None)
+        assert str(caught.value).startswith(f"{path}: ")
+        assert "no such file" not in str(caught.value)
+    with refusing(RecordingError, "CSV, Parquet and MCAP are read:"):
+        read_table(path)
     path.unlink()
-    (tmp_path / f"rec{suffix}.csv").write_text(csv(PLAIN))
+    with refusing(RecordingError, "no such file"):
+        read_recording(path)
+    (tmp_path / f"rec{suffix}.csv").write_text(csv(PLAIN))  # of which this path is the stem
     (tmp_path / f"rec{suffix}.toml").write_text(TOML)
     is_plain(read_recording(path))

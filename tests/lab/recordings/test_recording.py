@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tendon_mj.errors import RecordingError
+from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.lab.recordings import (
     LARGEST,
     UNITS,
@@ -154,6 +154,11 @@ def test_one_description_elsewhere_serves_many_tables(tmp_path: Path) -> None:
         assert read == bench(name=name)
 
 
+def test_columns_without_a_role_are_kept_as_context(tmp_path: Path) -> None:
+    path = write_recording(bench(drive={}, measured={}, known={}, uncertain={}), tmp_path / "x")
+    assert list(read_recording(path).columns) == ["input_displacement_m", "input_tension_N"]
+
+
 def test_spaces_byte_order_mark_and_windows_lines_change_nothing(tmp_path: Path) -> None:
     path = write_recording(bench(), tmp_path / "bench")
     for file in (path, path.with_suffix(".toml")):
@@ -173,12 +178,16 @@ def test_a_recording_cannot_be_changed_and_owns_its_numbers() -> None:
     for array in (recording.time, *recording.columns.values()):
         with refusing(ValueError, "read-only"):
             array[0] = 1.0
+    for table in ("columns", "drive", "measured", "known", "uncertain"):
+        with pytest.raises(TypeError):
+            getattr(recording, table)["new"] = None
 
 
-def test_copies_equal_the_original() -> None:
+def test_copies_equal_the_original_and_stay_read_only() -> None:
     recording = bench()
-    assert copy.deepcopy(recording) == recording
-    assert pickle.loads(pickle.dumps(recording)) == recording
+    for duplicate in (copy.deepcopy(recording), pickle.loads(pickle.dumps(recording))):
+        assert duplicate == recording
+        assert not duplicate.time.flags.writeable
     assert dataclasses.replace(recording, model="joint") != recording
 
 
@@ -188,6 +197,16 @@ def test_a_missing_actuator_or_sensor_is_refused_with_the_nearest() -> None:
         bench().check_against(actuators=["reels", "servo"], sensors=["input_tension"])
     with refusing(RecordingError, "[measured] 'input_t", "mean 'input_tensions'"):
         bench().check_against(actuators=["reel"], sensors=["input_tensions", "angle"])
+
+
+def test_values_refuse_impossible_numbers() -> None:
+    with refusing(InvalidValueError, "0.5"):
+        Uncertain(0.5, 0.1, 0.4)
+    for noise in (0.0, -1.0, float("nan"), float("inf")):
+        with refusing(InvalidValueError, "noise"):
+            Measured("tension", noise)
+    with refusing(InvalidValueError, "sensor"):
+        Measured(" ")
 
 
 @pytest.mark.parametrize(
@@ -236,8 +255,8 @@ def test_the_documented_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert described.session
     described = parse_description(head + settled, page.name)
     assert (described.quasi_static, described.settling_time) == (True, 8.0)
-    columns = parse_toml(head + log, page.name)[1].columns
-    assert list(columns) == ["command_deg", "input_tension_N", "joint_deg"]
+    topics = parse_toml(head + log, page.name)[1].topics
+    assert list(topics) == ["command_deg", "input_tension_N", "joint_deg"]
     Path("pull.toml").write_text(blocks["toml"].replace("displacement", "displacment"))
     with pytest.raises(RecordingError, match=re.escape(" ".join(blocks["text"].split()))):
         read_recording("pull")
@@ -265,19 +284,30 @@ def test_a_model_s_file_is_found_from_any_folder(
     assert read_recording("link/b").model == "rig"
 
 
-@pytest.mark.parametrize("model", ["rig/rig.xml", "bench"])
-def test_a_link_to_a_model_and_the_name_of_one_are_kept(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, model: str
+def test_a_link_to_a_model_is_named_and_not_what_it_links_to(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What a model includes lies beside the link; a file named bench is not the package's model."""
+    """Since what the model includes lies beside the link."""
+    for folder in ("rig", "store", "out"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "store" / "abc").write_text("<mujoco/>")
+    (tmp_path / "rig" / "rig.xml").symlink_to("../store/abc")
     monkeypatch.chdir(tmp_path)
-    for folder in ("rig", "out"):
-        Path(folder).mkdir()
-    Path("bench").write_text("<mujoco/>")
-    Path("rig/rig.xml").symlink_to("../bench")
     time = np.array([0.0, 1.0])
-    write_recording(Recording(name="a", model=model, source="s", time=time, columns={}), "out/a")
-    assert read_recording("out/a").model == model
+    one = Recording(name="a", model="rig/rig.xml", source="s", time=time, columns={})
+    write_recording(one, "out/a")
+    assert read_recording("out/a").model == "rig/rig.xml"
+
+
+def test_a_file_with_the_name_of_a_model_is_not_taken_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bench").write_text("not a model")
+    (tmp_path / "out").mkdir()
+    time = np.array([0.0, 1.0])
+    write_recording(Recording(name="a", model="bench", source="s", time=time, columns={}), "out/a")
+    assert read_recording("out/a").model == "bench"
 
 
 def test_one_model_by_several_paths_is_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

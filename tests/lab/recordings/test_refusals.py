@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tendon_mj.errors import RecordingError
-from tendon_mj.lab.recordings import read_recording, read_table
+from tendon_mj.lab.recordings import UNITS, Recording, read_recording, read_table
 from tests.refusals import refusing
 
 HEADER = "time_s,reel_m,tension_N\n"
@@ -25,14 +26,19 @@ tension_N = { sensor = "input_tension", noise = 0.05 }
 """
 
 
-def written(folder: Path, toml: bytes = TOML.encode()) -> Path:
-    (folder / "rig.csv").write_text(CSV)
-    (folder / "rig.toml").write_bytes(toml)
-    return folder / "rig"
+def refusal(folder: Path, csv: str | bytes = CSV, toml: str | bytes = TOML) -> str:
+    for suffix, text in ((".csv", csv), (".toml", toml)):
+        data = text if isinstance(text, bytes) else text.encode()
+        (folder / f"rig{suffix}").write_bytes(data)
+    with pytest.raises(RecordingError) as caught:
+        read_recording(folder / "rig")
+    return str(caught.value)
 
 
 def test_the_unbroken_files_are_accepted(tmp_path: Path) -> None:
-    assert read_recording(written(tmp_path)).time.size == 3
+    (tmp_path / "rig.csv").write_text(CSV)
+    (tmp_path / "rig.toml").write_text(TOML)
+    assert read_recording(tmp_path / "rig").time.size == 3
 
 
 @pytest.mark.parametrize(
@@ -45,6 +51,7 @@ def test_the_unbroken_files_are_accepted(tmp_path: Path) -> None:
         ("time_s,reel_m,reel_m\n0,0,0\n1,1,1\n", "row 1, column 3", "the name of column 2"),
         ("time_s,reel_nm,tension_N\n0,0,0\n1,1,1\n", "row 1, column 2", "converted: _ms, "),
         ("time_s,reel_m,angle_dgr\n0,0,0\n1,1,1\n", "row 1, column 3", "did you mean '_deg'?"),
+        ("time_s,reel_m,room_degC\n0,0,0\n1,1,1\n", "row 1, column 3", "with an offset"),
         ("time_s,reel_m,rate_per_s\n0,0,0\n1,1,1\n", "row 1, column 3", "unit that is read"),
         ("time_s,reel_m,speed_m_s\n0,0,0\n1,1,1\n", "row 1, column 3", "two units"),
         ("time_s,reel_m,reel_mm,tension_N\n0,0,0,0\n1,1,1,1\n", "'reel_mm'", "as 'reel_m' is"),
@@ -61,8 +68,8 @@ def test_the_unbroken_files_are_accepted(tmp_path: Path) -> None:
         (CSV.replace(",21", ",21,5"), "row 3, column 4", "'5' is one cell too many"),
         (HEADER + "0,0\n1,1\n", "row 2, column 'tension_N'", "empty cell"),
         (CSV.replace("0.2,", "0.05,"), "row 4, column 'time_s'", "0.05 does not come after 0.1"),
-        (b"\xff\xfet\x00", "row 1", "0xff is not UTF-8"),
-        (CSV.encode() + b"0.3,\xb5,23\n", "row 5", "0xb5 is not UTF-8"),
+        (b"\xff\xfet\x00", "row 1, column 1", "0xff is not UTF-8"),
+        (CSV.encode() + b"0.3,\xb5,23\n", "row 5, column 2", "0xb5 is not UTF-8"),
     ],
 )
 def test_a_broken_table_is_refused_with_row_and_column(
@@ -74,11 +81,16 @@ def test_a_broken_table_is_refused_with_row_and_column(
         read_table(path)
 
 
+def test_an_unknown_unit_is_refused_with_all_that_exist(tmp_path: Path) -> None:
+    toml = TOML.replace("tension_N", "tension_V")
+    message = refusal(tmp_path, csv=CSV.replace("tension_N", "tension_V"), toml=toml)
+    assert all(repr(unit) in message for unit in UNITS)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "where", "what"),
     [
         ('model = "bench"', "model = ", "line 1", "not TOML"),
-        ("made up", "made \xb5p", "row 2", "byte 0xb5 is not UTF-8"),
         ('model = "bench"', 'mode = "bench"', "unknown key 'mode'", "did you mean 'model'?"),
         ('model = "bench"', "", "'model'", "missing"),
         ('model = "bench"', "model = 3", "model", "must be a text in quotes, got 3"),
@@ -105,7 +117,12 @@ def test_a_broken_table_is_refused_with_row_and_column(
         ("noise = 0.05", "noize = 0.05", "[measured] 'tension_N'", "did you mean 'noise'?"),
         ("noise = 0.05", "noise = 0", "[measured] 'tension_N'", "noise = 0.0"),
         ("noise = 0.05", "noise = nan", "[measured] 'tension_N'", "noise = nan"),
-        ("noise = 0.05", "noise = 1e-31", "[measured] 'tension_N'", "1e-31 is outside 1e-30"),
+        (
+            "noise = 0.05",
+            "noise = 1e-31",
+            "[measured] 'tension_N'",
+            "1e-31 is outside 1e-30 … 1e+30",
+        ),
         ("noise = 0.05", 'noise = "1"', "[measured] 'tension_N', noise", "a number, got '1'"),
         ('{ sensor = "input_tension", noise = 0.05 }', '"a"', "'tension_N'", "write { sensor"),
         ('"sheath.axial_stiffness"', "stiffness", "[known] 'stiffness'", "<element>.<parameter>"),
@@ -115,6 +132,7 @@ def test_a_broken_table_is_refused_with_row_and_column(
         ("20000", "inf", "[known] 'sheath.axial_stiffness'", "inf"),
         ("20000", "-1e308", "[known] 'sheath.axial_stiffness'", "-1e+308"),
         ("20000", "1e-300", "[known] 'sheath.axial_stiffness'", "at least 1e-30 in size"),
+        ("20000", "9" * 400, "[known] 'sheath.axial_stiffness'", "too large"),
         ('"sheath.friction"', "sheath.friction", "[uncertain] 'sheath'", "is quoted"),
         ('"sheath.friction"', '"sheath.axial_stiffness"', "[uncertain]", "is also in [known]"),
         ("value = 0.15", "value = 0.5", "[uncertain] 'sheath.friction'", "0.05 ≤ 0.5 ≤ 0.4"),
@@ -127,9 +145,15 @@ def test_a_broken_description_is_refused_with_table_and_key(
     tmp_path: Path, old: str, new: str, where: str, what: str
 ) -> None:
     assert TOML.count(old)
-    path = written(tmp_path, TOML.replace(old, new, 1).encode("latin-1"))
-    with refusing(RecordingError, f"{path}.toml", where, what):
-        read_recording(path)
+    message = refusal(tmp_path, toml=TOML.replace(old, new, 1))
+    assert message.startswith(str(tmp_path / "rig.toml"))
+    assert where in message
+    assert what in message
+
+
+def test_a_description_that_is_not_utf8_is_refused_with_its_row(tmp_path: Path) -> None:
+    message = refusal(tmp_path, toml=TOML.encode().replace(b"made up", b"made \xb5p"))
+    assert message.startswith(f"{tmp_path / 'rig.toml'}, row 2, column 1: byte 0xb5 is not UTF-8")
 
 
 def test_a_missing_table_is_refused_with_the_nearest_file(tmp_path: Path) -> None:
@@ -153,3 +177,37 @@ def test_a_missing_folder_or_a_folder_for_a_file_is_refused(tmp_path: Path) -> N
     (tmp_path / "rig.csv").mkdir()
     with refusing(RecordingError, "rig.csv: cannot be read"):
         read_recording(tmp_path / "rig")
+
+
+def test_a_noise_that_is_too_small_in_si_is_refused_at_its_column(tmp_path: Path) -> None:
+    (tmp_path / "r.csv").write_text("time_s,x_m,pull_uN\n0,0,1\n1,0,1\n")
+    (tmp_path / "r.toml").write_text(
+        'model = "bench"\nsource = "s"\n[drive]\nx_m = "reel"\n[measured]\n'
+        'pull_uN = { sensor = "input_tension", noise = 1e-26 }\n'
+    )
+    with refusing(RecordingError, "r.toml, [measured] 'pull_uN', in SI: noise"):
+        read_recording(tmp_path / "r.csv")
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"time": ["a", "b", "c"]},
+        {"columns": {"x_m": ["x", "y", "z"]}},
+        {"columns": {"x_m": [1, None, [2]]}},
+        {"uncertain": {"a.b": 3}},
+        {"session": {"a.b": 1.0}},
+        {"measured": {"x_m": "sensor"}},
+    ],
+)
+def test_a_recording_of_wrong_types_is_refused_as_one(more: dict[str, Any]) -> None:
+    given = {
+        "name": "r",
+        "model": "m",
+        "source": "s",
+        "time": [0, 1, 2],
+        "columns": {"x_m": [0] * 3},
+    }
+    Recording(**given)
+    with refusing(RecordingError, "recording 'r'"):
+        Recording(**given | more)
