@@ -12,7 +12,14 @@ from matplotlib.figure import Figure
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import Recording, noise_levels
-from tendon_mj.lab.replay import column_unit, engineering_unit, plain, replay_error, with_unit
+from tendon_mj.lab.replay import (
+    column_name,
+    column_unit,
+    engineering_unit,
+    plain,
+    replay_error,
+    with_unit,
+)
 from tendon_mj.lab.sweep import bins_of
 from tendon_mj.models import JOINTS, TENDON_COLOUR, TENDONS
 from tendon_mj.show.figures import style
@@ -183,7 +190,7 @@ def _title(measured: Recording, column: str, rms: Mapping[str, float]) -> str:
         f"{with_unit(plain(unit.factor * e), unit)} {name}" for name, e in rms.items()
     )
     level = with_unit(plain(unit.factor * noise, 2), unit)
-    return f"{style.column_name(column)}: rms error {errors}; noise {level}"
+    return f"{column_name(column)}: rms error {errors}; noise {level}"
 
 
 def finger_figure(answers: Mapping[str, Recording]) -> Figure:
