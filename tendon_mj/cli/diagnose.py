@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated
 
-import tyro
-
-from tendon_mj.cli.given_files import Repeated, flat, given_files, typed_command
+from tendon_mj.cli.given_files import given_files
+from tendon_mj.cli.options import Recordings, Repeated, flat, typed_command
 from tendon_mj.cli.output import Output, console, print_warnings, progress_bar
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.data_check import DataWarning, check_recording
@@ -49,7 +47,7 @@ _NOT_THERE = (
 
 
 def diagnose(
-    recordings: Annotated[tuple[Path, ...], tyro.conf.Positional],
+    recordings: Recordings,
     out: Path = Path("out/diagnose"),
     hold_out: Repeated[Path] = (),
     description: Path | None = None,

@@ -1,30 +1,14 @@
-"""The command as it was typed, and the files that it was given to read."""
+"""Files that a command was given to read."""
 
 from __future__ import annotations
 
 import contextlib
-import itertools
 from collections.abc import Iterable
-from contextvars import ContextVar
 from pathlib import Path
-from typing import TypeVar
-
-import tyro
 
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.recordings import described_model, table_beside
 from tendon_mj.models import model_path
-
-typed_command = ContextVar("typed_command", default="")  # for the provenance of a result
-
-_Value = TypeVar("_Value")
-# an option of several values that may be given more than once; `flat` has all of them
-Repeated = tyro.conf.UseAppendAction[tuple[tuple[_Value, ...], ...]]
-
-
-def flat(groups: Iterable[Iterable[_Value]]) -> tuple[_Value, ...]:
-    """The values of a repeated option in their order."""
-    return tuple(itertools.chain.from_iterable(groups))
 
 
 def given_files(

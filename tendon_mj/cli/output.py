@@ -5,16 +5,13 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-import os
-import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatch
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING
 
 import filelock
-from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -27,23 +24,16 @@ from rich.progress import (
 from rich.table import Table
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.lab.data_check import DataWarning
-from tendon_mj.show import DPI
 from tendon_mj.whole_file import whole_file
 
+if TYPE_CHECKING:  # the help of a command needs neither
+    from matplotlib.figure import Figure
 
-class _Console(Console):
-    """Console of a command, which goes on when nobody reads its output, as with `head`."""
-
-    def on_broken_pipe(self) -> None:
-        """Print no more."""
-        self.quiet = True
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    from tendon_mj.lab.data_check import DataWarning
 
 
-console = _Console(highlight=False, markup=False, emoji=False)  # names may hold [brackets]
+console = Console(highlight=False, markup=False, emoji=False)  # names may hold [brackets]
 
-_Item = TypeVar("_Item")
 RESULT = "result.json"
 LOCK = ".lock"
 _SHOWN = (".html", ".png", ".mp4", ".webp")  # never read by a command
@@ -119,7 +109,7 @@ class Output:
         """Write a figure as ``name``.png."""
         path = self.folder / f"{name}.png"
         with whole_file(path) as made:
-            figure.savefig(made, dpi=DPI)
+            figure.savefig(made)
         return self.add(path)
 
     def result(self, numbers: Mapping[str, object]) -> Path:
@@ -177,13 +167,10 @@ def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """
     columns = list(zip(head, *rows, strict=True))
     widths = [max(len(word) for cell in column for word in cell.split()) for column in columns]
-    spare = console.width - sum(widths) - 3 * len(widths) - 1  # of the lines between
-    if spare >= 0:
+    if sum(widths) + 3 * len(widths) < console.width:  # with the lines between
         table = Table()
-        for width, column in zip(widths, columns, strict=True):
-            more = min(spare, max(map(len, column)) - width)
-            spare -= more
-            table.add_column(column[0], width=width + more)
+        for title, width in zip(head, widths, strict=True):
+            table.add_column(title, min_width=width)
         for row in rows:
             table.add_row(*row)
         console.print(table)
@@ -214,13 +201,3 @@ def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
             bars.update(tasks[what], completed=done, total=total)
 
         yield report
-
-
-def tracked(what: str, items: Iterable[_Item]) -> Iterator[_Item]:
-    """Items, with a progress bar of how many were used."""
-    every = list(items)
-    with progress_bar() as report:
-        for k, item in enumerate(every):
-            report(what, k, len(every))
-            yield item
-        report(what, len(every), len(every))

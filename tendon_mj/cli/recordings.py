@@ -13,9 +13,11 @@ from typing import Annotated, Literal
 
 import mujoco
 import tyro
+from rich.progress import track
 
-from tendon_mj.cli.given_files import Repeated, flat, given_files
-from tendon_mj.cli.output import Output, console, print_warnings, tracked
+from tendon_mj.cli.given_files import given_files
+from tendon_mj.cli.options import Recordings, Repeated, flat
+from tendon_mj.cli.output import Output, console, print_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonWarning
 from tendon_mj.lab.data_check import Checked, check_recording, timing_warnings
 from tendon_mj.lab.recordings import Recording, read_recording, tables_in, write_recording
@@ -72,7 +74,7 @@ def init(
 
 
 def check(
-    recordings: Annotated[tuple[Path, ...], tyro.conf.Positional],
+    recordings: Recordings,
     out: Path = Path("out/check"),
     description: Path | None = None,
     model: str | None = None,
@@ -107,8 +109,8 @@ def check(
         console.print(f"warning: {text}", soft_wrap=True)
     checked = [
         check_recording(recording, on, described=stated, settle=settle)
-        for recording, on, stated in tracked(
-            "simulate", zip(read, compiled, described, strict=True)
+        for recording, on, stated in track(
+            list(zip(read, compiled, described, strict=True)), "simulate", console=console
         )
     ]
     for one in checked:
@@ -172,7 +174,7 @@ def replay(
         label: replay_recording(
             measured, compiled, parameters=parameters, described=described, settle=settle
         )
-        for label, parameters in tracked("replay", variants.items())
+        for label, parameters in track(variants.items(), "replay", console=console)
     }
     errors = {label: replay_error(measured, answer) for label, answer in simulated.items()}
     for k, (label, answer) in enumerate(simulated.items()):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 from typing import Annotated
 
@@ -134,10 +133,13 @@ def view(
 
 
 def _size(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"\s*(\d{1,6})\s*x\s*(\d{1,6})\s*", text, re.IGNORECASE)
-    if not match:
-        raise InvalidValueError(f"--size {text[:40]}: give width x height in pixels, like 1280x720")
-    return int(match[1]), int(match[2])
+    width, _, height = text.lower().partition("x")
+    try:
+        return int(width), int(height)
+    except ValueError:
+        raise InvalidValueError(
+            f"--size {text}: give width x height in pixels, like 1280x720"
+        ) from None
 
 
 def _frames(

@@ -10,7 +10,8 @@ import mujoco
 import tyro
 from matplotlib.figure import Figure
 
-from tendon_mj.cli.given_files import Repeated, flat, given_files
+from tendon_mj.cli.given_files import given_files
+from tendon_mj.cli.options import Repeated, Required, flat
 from tendon_mj.cli.output import (
     Output,
     console,
@@ -45,7 +46,7 @@ _SHOWN = 8  # outputs on the console; result.json has all
 
 def sweep(
     model: Annotated[str, tyro.conf.Positional],
-    parameter: Repeated[str],
+    parameter: Required[str],
     out: Path = Path("out/sweep"),
     draws: int = 0,
     seed: int = 0,
