@@ -10,8 +10,12 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from tendon_mj.envs.tasks import Ranges as Ranges
 from tendon_mj.errors import MissingPackageError
+
+try:
+    from tendon_mj.envs.tasks import Ranges as Ranges
+except ModuleNotFoundError as error:
+    raise MissingPackageError.of_lab("tendon_mj.envs", error) from None
 
 if TYPE_CHECKING:
     from tendon_mj.envs.finger import FingerPhysics as FingerPhysics

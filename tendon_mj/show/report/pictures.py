@@ -258,7 +258,7 @@ def _error_bars(
 
 
 def _misfit_bars(located: Located, remaining: Located | None) -> dict[str, _Regime]:
-    """_Regime → share [%] of the misfit beyond noise in each of its bins, and that of the time.
+    """Regime → share [%] of the misfit beyond noise in each of its bins, and that of the time.
 
     The excess is the power beyond noise, time × (rms² − 1); that after is in shares of the excess
     before.
@@ -278,7 +278,7 @@ def _misfit_bars(located: Located, remaining: Located | None) -> dict[str, _Regi
 
 
 def _proof_bars(before: Located, after: Located) -> dict[str, _Regime]:
-    """_Regime → rms error on held-out data in each of its bins, before and after [noise]."""
+    """Regime → rms error on held-out data in each of its bins, before and after [noise]."""
     regimes, rms = _regimes(before, BEFORE, AFTER), _rms(after)
     for b in before.bins:
         regimes[b.regime].series[BEFORE].append(b.rms)
@@ -292,7 +292,7 @@ def _noise_floor(floors: Mapping[str, float]) -> float:
 
 
 def _regimes(located: Located, *labels: str) -> dict[str, _Regime]:
-    """_Regimes with their bins, and empty series."""
+    """Regimes with their bins, and empty series."""
     regimes: dict[str, _Regime] = {}
     for b in located.bins:
         regime = regimes.setdefault(b.regime, _Regime([], {label: [] for label in labels}))
