@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from tendon_mj.cli.given_files import given_files
+from tendon_mj.cli.options import given_files
 from tendon_mj.cli.output import Output, console, print_table, progress_bar
 from tendon_mj.lab.verification import ModelCost, measure_models
 from tendon_mj.show import bars_figure

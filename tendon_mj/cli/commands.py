@@ -17,7 +17,7 @@ from typing import cast
 
 import tyro
 
-from tendon_mj.cli.options import typed_command
+from tendon_mj.cli.output import typed_command
 from tendon_mj.errors import MissingPackageError, RecordingError, TendonError
 
 Command = Callable[..., object]

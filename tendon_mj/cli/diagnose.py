@@ -7,9 +7,14 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from tendon_mj.cli.given_files import given_files
-from tendon_mj.cli.options import Recordings, Repeated, flat, typed_command
-from tendon_mj.cli.output import Output, console, print_warnings, progress_bar
+from tendon_mj.cli.options import Recordings, Repeated, flat, given_files
+from tendon_mj.cli.output import (
+    Output,
+    console,
+    print_warnings,
+    progress_bar,
+    typed_command,
+)
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.data_check import DataWarning, check_recording
 from tendon_mj.lab.diagnosis import (

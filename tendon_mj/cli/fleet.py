@@ -7,8 +7,7 @@ from typing import Annotated
 
 import tyro
 
-from tendon_mj.cli.options import typed_command
-from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.cli.output import Output, console, progress_bar, typed_command
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import collect_provenance
 from tendon_mj.lab.fleet import RESULT_TABLE, find_rigs, run_fleet

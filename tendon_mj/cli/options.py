@@ -1,16 +1,18 @@
-"""Kinds of options that several commands have, and the command as it was typed."""
+"""Kinds of options that several commands have, and the files that they name."""
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 from collections.abc import Iterable
-from contextvars import ContextVar
 from pathlib import Path
 from typing import Annotated, TypeVar
 
 import tyro
 
-typed_command = ContextVar("typed_command", default="")  # for the provenance of a result
+from tendon_mj.errors import TendonError
+from tendon_mj.lab.recordings import described_model, table_beside
+from tendon_mj.models import model_path
 
 _Value = TypeVar("_Value")
 Recordings = Annotated[
@@ -26,3 +28,29 @@ Required = Annotated[Repeated[_Value], tyro.conf.arg(help_behavior_hint="(requir
 def flat(groups: Iterable[Iterable[_Value]]) -> tuple[_Value, ...]:
     """The values of a repeated option in their order."""
     return tuple(itertools.chain.from_iterable(groups))
+
+
+def given_files(
+    recordings: Iterable[Path] = (),
+    description: Path | None = None,
+    models: Iterable[str | None] = (),
+) -> list[Path]:
+    """Tables and descriptions of recordings, and MJCF files of models; unreadable ones are ignored.
+
+    Args:
+        recordings: paths as for `read_recording`.
+        description: of all of them; default: each has its own.
+        models: names or MJCF files; default: those of the recordings.
+    """
+    files, names = list[Path](), [name for name in models if name is not None]
+    described = not names
+    for path in recordings:
+        with contextlib.suppress(TendonError):
+            table, beside = table_beside(path)
+            files += [table, description or beside]
+            if described:
+                names.append(described_model(description or beside))
+    for name in dict.fromkeys(names):
+        with contextlib.suppress(TendonError):
+            files.append(model_path(name))
+    return files

@@ -7,20 +7,14 @@ import json
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import filelock
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    Progress,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import Progress, TaskID
 from rich.table import Table
 
 from tendon_mj.errors import InvalidValueError
@@ -32,6 +26,7 @@ if TYPE_CHECKING:  # the help of a command needs neither
     from tendon_mj.lab.data_check import DataWarning
 
 
+typed_command = ContextVar("typed_command", default="")  # for the provenance of a result
 console = Console(highlight=False, markup=False, emoji=False)  # names may hold [brackets]
 
 RESULT = "result.json"
@@ -184,15 +179,7 @@ def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 @contextlib.contextmanager
 def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
     """A callback ``(what, done, total)`` that shows a bar for each ``what``."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TimeElapsedColumn(),
-        TextColumn("elapsed,"),
-        TimeRemainingColumn(),
-        TextColumn("to go"),
-    )
-    with Progress(*columns, console=console) as bars:
+    with Progress(console=console) as bars:
         tasks: dict[str, TaskID] = {}
 
         def report(what: str, done: int, total: int) -> None:

@@ -15,8 +15,7 @@ import mujoco
 import tyro
 from rich.progress import track
 
-from tendon_mj.cli.given_files import given_files
-from tendon_mj.cli.options import Recordings, Repeated, flat
+from tendon_mj.cli.options import Recordings, Repeated, flat, given_files
 from tendon_mj.cli.output import Output, console, print_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonWarning
 from tendon_mj.lab.data_check import Checked, check_recording, timing_warnings

@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import mujoco
 import tyro
 
-from tendon_mj.cli.given_files import given_files
+from tendon_mj.cli.options import given_files
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.lab.finger import Motion, find_motion, simulate_finger
-from tendon_mj.lab.progress import Progress
-from tendon_mj.lab.replay import (
-    FrameRecorder,
-    Frames,
-    check_frames,
-    frictionless,
-    record_frames,
-)
+from tendon_mj.lab.finger import find_motion
+from tendon_mj.lab.replay import check_frames, frictionless, record_frames
 from tendon_mj.models import load_model, model_names, model_path
 from tendon_mj.show import check_size, find_camera, render_clip
 from tendon_mj.show.live import open_window, prepare, serve
@@ -71,16 +65,19 @@ def render(
     length = own_length if duration is None else duration
     if motion is None and name not in model_names():
         _print_what_moves(compiled)
+    moving = chosen.prepared(compiled)
+    without = frictionless(moving) if twin else {}
+    record = partial(record_frames, moving, chosen.drive, duration=length, fps=fps)
     with progress_bar() as progress:
-        frames, other = _frames(compiled, name, chosen, length, fps, twin, progress)
+        frames = record(progress=progress)
         path = render_clip(
-            compiled,
+            moving,
             frames,
             out / f"{name}.mp4",
             width=width,
             height=height,
             camera=camera,
-            twin=other,
+            twin=record(parameters=without) if without else None,
             progress=progress,
         )
     output.add(path)
@@ -114,7 +111,7 @@ def view(
             other model a CSV with time_s and a column for each actuator.
         web: whether to serve a page for a browser, with sliders for friction and all other live
             parameters, instead of opening MuJoCo's viewer, which needs a screen.
-        port: of that page.
+        port: of that page; where it is taken, the next one that is free.
         seconds: after which to end; by default when the window is closed, or at Ctrl-C.
 
     Example:
@@ -140,36 +137,6 @@ def _size(text: str) -> tuple[int, int]:
         raise InvalidValueError(
             f"--size {text}: give width x height in pixels, like 1280x720"
         ) from None
-
-
-def _frames(
-    compiled: mujoco.MjModel,
-    name: str,
-    chosen: Motion,
-    length: float,
-    fps: float,
-    twin: bool,
-    progress: Progress,
-) -> tuple[Frames, Frames | None]:
-    """Frames of a model in a motion, and those of its frictionless twin."""
-    if chosen.trajectory is None:
-        frames = record_frames(compiled, chosen.drive, duration=length, fps=fps, progress=progress)
-        without = frictionless(compiled) if twin else {}
-        if not without:
-            return frames, None
-        return frames, record_frames(
-            compiled, chosen.drive, duration=length, fps=fps, parameters=without
-        )
-    check_frames(compiled, length, fps)
-    recorders = []
-    for friction in (None, 0.0) if twin else (None,):
-        recorder = FrameRecorder(fps)
-        simulate_finger(
-            chosen.trajectory, compiled, name=name, friction=friction, recorder=recorder
-        )
-        recorders.append(recorder)
-    frames, *others = (recorder.frames() for recorder in recorders)
-    return frames, others[0] if others else None
 
 
 def _print_what_moves(compiled: mujoco.MjModel) -> None:

@@ -10,8 +10,7 @@ import mujoco
 import tyro
 from matplotlib.figure import Figure
 
-from tendon_mj.cli.given_files import given_files
-from tendon_mj.cli.options import Repeated, Required, flat
+from tendon_mj.cli.options import Repeated, Required, flat, given_files
 from tendon_mj.cli.output import (
     Output,
     console,

@@ -13,7 +13,6 @@ try:
     from tendon_mj.show.figures.simulations import replay_figure as replay_figure
     from tendon_mj.show.figures.style import BLACK as BLACK
     from tendon_mj.show.figures.style import BLUE as BLUE
-    from tendon_mj.show.figures.style import DPI as DPI
     from tendon_mj.show.figures.style import GREEN as GREEN
     from tendon_mj.show.figures.style import GREY as GREY
     from tendon_mj.show.figures.style import ORANGE as ORANGE

@@ -169,30 +169,6 @@ def test_a_sweep_that_is_refused_late_leaves_the_folder_as_it_was(
     assert contents(out) == before
 
 
-def test_a_table_among_the_rollouts_is_refused_without_again_too(finished, tmp_path, capsys):
-    out = shutil.copytree(finished, tmp_path / "out")
-    pandas.DataFrame({"x": [1.0]}).to_parquet(out / "rollouts" / "mine.parquet")
-    before = contents(out)
-    assert main([*BENCH, *FRICTION, *SHORT, "--out", str(out)]) == 2
-    assert "mine.parquet" in capsys.readouterr().err
-    assert contents(out) == before
-
-
-def test_a_recording_among_the_tables_is_refused_and_not_removed(finished, tmp_path, capsys):
-    out = shutil.copytree(finished, tmp_path / "out")
-    recording = read_recording(example_recording())
-    columns = {name: values[:60] for name, values in recording.columns.items()}
-    short = dataclasses.replace(recording, time=recording.time[:60], columns=columns)
-    path = write_recording(short, out / "rollouts" / "mine").with_suffix(".parquet")
-    pandas.read_csv(path.with_suffix(".csv")).to_parquet(path)
-    path.with_suffix(".csv").unlink()
-    before = contents(out)
-    asked = [*BENCH, *FRICTION, *SHORT[2:], "--recording", str(path), "--again"]
-    assert main([*asked, "--out", str(out)]) == 2
-    assert "mine.parquet" in capsys.readouterr().err
-    assert contents(out) == before
-
-
 def test_names_that_no_column_may_have_are_swept_over(tmp_path):
     motors = "".join(f"<motor name='{n}' joint='j' ctrlrange='-1 1'/>" for n in ("m,1", "m_1"))
     sensors = "".join(f"<jointpos name='{n}' joint='j'/>" for n in ("q&quot;", "q_"))

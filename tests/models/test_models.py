@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from experiments.make_finger_shapes import conduit_shape, palm_shapes, phalanx_shapes
 from tendon_mj.attach import Parameters, add_sensor
 from tendon_mj.models import (
     JOINTS,
@@ -24,13 +25,10 @@ from tendon_mj.models import (
     build_bench,
     build_finger,
     build_joint,
-    conduit_shape,
     load_model,
     load_spec,
     model_names,
     models_folder,
-    palm_shapes,
-    phalanx_shapes,
 )
 from tendon_mj.plugin import sheaths
 from tests.rigs import simulated

@@ -29,7 +29,7 @@ from tendon_mj.lab.recordings import Measured
 from tendon_mj.lab.replay import Simulates
 from tendon_mj.show import before_after_figure, diagnosis_figures, report_page, write_report
 from tendon_mj.show.report.pictures import correlation_figure, whiteness_figure
-from tendon_mj.show.report.text import advise, headline, short, what_to_do
+from tendon_mj.show.report.text import advise, headline, what_to_do
 from tests.lab.recorded import recorded as recording_of
 
 COLUMN = "output_tension_N"
@@ -333,14 +333,6 @@ def test_a_recording_without_measurement_is_refused():
     bare = replace(recorded(), measured={})
     with pytest.raises(RecordingError):
         before_after_figure(bare, bare)
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(0.18, "0.18"), (20000.0, "20\u202f000"), (float("inf"), "–"), (1.23456, "1.235")],
-)
-def test_numbers_are_short(value, text):
-    assert short(value) == text
 
 
 def test_a_source_is_shown_as_it_is_written(tmp_path):

@@ -199,17 +199,6 @@ def test_the_friction_slider_acts_while_the_page_shows_the_tension(page):
     assert server.returncode == 0
 
 
-def test_a_port_that_is_taken_is_refused():
-    pytest.importorskip("mjviser")
-    with socket.socket() as other:
-        other.bind(("localhost", 0))
-        other.listen()
-        port = other.getsockname()[1]
-        with pytest.raises(EngineError) as refused:
-            serve(pulled(), port=port)
-    assert f"port {port} is taken" in str(refused.value)
-
-
 def test_without_mjviser_its_installation_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "mjviser", None)
     with pytest.raises(MissingPackageError, match=r"pip install 'tendon-mj\[web\]'"):

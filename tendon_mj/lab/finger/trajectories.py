@@ -128,11 +128,7 @@ def find_trajectory(name: str) -> Trajectory:
 
 
 def check_reach(trajectory: Trajectory, finger: Finger) -> None:
-    """Refuse joint angles beyond the joints' ranges, and tensions that the motors cannot bring up.
-
-    Raises:
-        InvalidValueError: names the joint or tendon, the first such moment, value and range.
-    """
+    """Refuse joint angles beyond the joints' ranges, and tensions that no motor brings up."""
     kind = "tendon" if trajectory.by_tension else "joint"
     for column, (low, high) in _reach(trajectory, finger).items():
         values, (name, _, unit) = trajectory.columns[column], column.rpartition("_")

@@ -118,12 +118,8 @@ def try_policy(
 ) -> FloatArray | None:
     """Step once for every row of controls, which a policy may change from row ``lead`` on.
 
-    Returns:
-        (steps, nsensordata) readings as of the start of each step; None where MuJoCo warned or one
-        is not finite.
-
-    Raises:
-        InvalidValueError: the policy raised an exception.
+    Returns (steps, nsensordata) readings as of the start of each step; None where MuJoCo warned or
+    one is not finite.
     """
     act, readings = policy.make(model), np.empty((len(control), model.nsensordata))
     warmstart = data.qacc_warmstart.copy()

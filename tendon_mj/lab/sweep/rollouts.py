@@ -76,11 +76,7 @@ class Rollouts:
         return {f"model {self.recording.model}": model_digest(self.model)}
 
     def prepare_policy(self) -> None:
-        """Make the policy once, without a simulation.
-
-        Raises:
-            InvalidValueError, UnknownNameError: see `Policy.make`.
-        """
+        """Make the policy once, without a simulation."""
         if self.policy is None:
             return
         if self._ready.schedule.joints:
@@ -134,11 +130,7 @@ class Rollouts:
         }
 
     def check(self, values: Sequence[float]) -> None:
-        """Set the axes to values, without a simulation.
-
-        Raises:
-            InvalidValueError: a value that a parameter may not have.
-        """
+        """Set the axes to values, without a simulation."""
         self._set(self._ready.adjustable, values)
 
     def _set(self, adjustable: Adjustable, values: Sequence[float]) -> None:

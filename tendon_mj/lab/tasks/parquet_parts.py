@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,8 @@ _PART = b"tendon_mj part"  # in a file's metadata: of which run and task it is
 class ParquetParts:
     """Keeps the tables of tasks; the order of rows is that of the keys.
 
-    A file of another run, or one that cannot be read, does not count: its task is done again.
+    A file of another run, or one that cannot be read, does not count: its task is done again. Files
+    of something else are neither read nor removed.
 
     Args:
         folder: made if it is not there.
@@ -77,29 +78,11 @@ class ParquetParts:
             ) from error
         return {name: np.asarray(table[name]) for name in table.column_names}
 
-    def refuse_foreign(self, keys: Collection[str], *, others: bool) -> None:
-        """Refuse a table that belongs to no task, since it would be read as part of the result.
-
-        Args:
-            keys: of the tasks; their tables may be damaged, as they are computed again.
-            others: whether tables of other runs may be present, as they are cleared.
-
-        Raises:
-            InvalidValueError: names the first one and how to resolve it.
-        """
-        for path in sorted(self.folder.glob("[!.]*.parquet")):
-            part = self._part_of(path)
-            is_damaged = part is None and path.stem in keys
-            if not (is_damaged or (part and (others or path.stem in keys))):
-                raise InvalidValueError(
-                    f"{path} is not a table of this run; put it into another folder, or give"
-                    " another --out"
-                )
-
     def clear(self) -> None:
-        """Remove every table, and those that a killed run left half written."""
+        """Remove the tables of every run, and those that a killed run left half written."""
         for path in self.folder.glob("*.parquet"):
-            path.unlink()
+            if path.name.startswith(".") or self._part_of(path):
+                path.unlink()
         self._kept.clear()
 
     def _path(self, key: str) -> Path:

@@ -44,7 +44,6 @@ _COLOURS: Final = (
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
 )
 _HALO: Final[dict[str, Any]] = {"stroke_width": 2, "stroke_fill": "white"}  # on any background
-_BYTES_A_PIXEL = 60  # of colour and depth, four samples of each, and the buffers of a frame
 _ARROW = 0.12  # length of the largest force's arrow over the model's extent
 _ARROW_COLOUR, _RIM = (150, 20, 40), (255, 255, 255)
 _FINE = 4  # pixels drawn for each one shown
@@ -149,15 +148,12 @@ def check_size(width: int, height: int) -> None:
     """Check the size of a clip.
 
     Raises:
-        InvalidValueError: a size [pixels] that is odd, too small, or too large; it states the
-            memory that a picture of it would take.
+        InvalidValueError: a size [pixels] that is odd, too small, or too large.
     """
     for name, size in (("width", width), ("height", height)):
         if size % 2 or not _SMALLEST <= size <= _LARGEST:
-            memory = max(width, 0) * max(height, 0) * _BYTES_A_PIXEL / 1e9
             raise InvalidValueError(
-                f"{name} = {size} [pixels] must be even, ≥ {_SMALLEST} and ≤ {_LARGEST}; a picture "
-                f"of {width} x {height} takes about {memory:.2g} GB"
+                f"{name} = {size} [pixels] must be even, ≥ {_SMALLEST} and ≤ {_LARGEST}"
             )
 
 

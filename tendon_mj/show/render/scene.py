@@ -14,6 +14,7 @@ from matplotlib import colormaps
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 
 from tendon_mj.lab.replay import POSE, Cable
 from tendon_mj.plugin import sheaths
@@ -152,19 +153,9 @@ def blend(image: Image, ghost: Image, depths: tuple[Depth, Depth, Depth]) -> Ima
     """
     whole, twin, background = depths
     # a pixel of an edge has colour of both sides, and the depth of one
-    shown = (twin < background) & ~_grown(whole != background)
-    edge = shown & _grown(twin >= 1.0)
+    shown = (twin < background) & ~binary_dilation(whole != background)
+    edge = shown & binary_dilation(twin >= 1.0)
     blended = image.astype(float)
     blended[shown] = (1.0 - _STRENGTH) * blended[shown] + _STRENGTH * ghost[shown]
     blended[edge] = 0.45 * blended[edge]
     return np.asarray(blended.round(), np.uint8)
-
-
-def _grown(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """A mask with the pixels above, below and beside it."""
-    grown = mask.copy()
-    grown[1:] |= mask[:-1]
-    grown[:-1] |= mask[1:]
-    grown[:, 1:] |= mask[:, :-1]
-    grown[:, :-1] |= mask[:, 1:]
-    return grown

@@ -37,9 +37,9 @@ from tendon_mj.show.report.text import (
     headline,
     meaning,
     most_telling,
-    short,
     value_rows,
     what_to_do,
+    written,
 )
 from tendon_mj.whole_file import whole_file
 
@@ -112,7 +112,7 @@ def report_page(
     """
     environment = page_templates()
     environment.filters |= {
-        "short": short,
+        "short": partial(written, digits=4),
         "percent": percent,
         "estimated_percent": estimated_percent,
         "signal": column_name,

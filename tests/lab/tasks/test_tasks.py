@@ -191,33 +191,10 @@ def test_parts_are_one_table_in_the_order_of_their_keys(rows):
     assert parts.done() == {"a", "b"}
     assert parts.read(["x"])["x"].tolist() == [97, 0, 98, 0]
     assert ParquetParts(rows, again=True).done() == set()
+    (rows / "mine.parquet").write_bytes(b"mine")
     parts.clear()
-    assert not list(rows.iterdir())
+    assert [path.name for path in rows.iterdir()] == ["mine.parquet"]
     assert parts.read() == {}
-
-
-def test_a_table_that_is_of_no_task_is_refused_by_its_name(rows):
-    pyarrow = pytest.importorskip("pyarrow")
-    parts = ParquetParts(rows)
-    for key in ("a", "b"):
-        parts.write(key, {"x": np.array([0])})
-
-    def refused(keys, others):
-        with pytest.raises(InvalidValueError) as error:
-            parts.refuse_foreign(keys, others=others)
-        return str(error.value).split(" ")[0]
-
-    foreign, part = rows / "mine.parquet", rows / "b.parquet"
-    pyarrow.parquet.write_table(pyarrow.table({"x": [1]}), foreign)
-    assert refused({"a", "b"}, others=True) == str(foreign)
-    foreign.write_bytes(b"notes")
-    assert refused({"a", "b"}, others=True) == str(foreign)
-    foreign.unlink()
-    parts.refuse_foreign({"a"}, others=True)  # of another run, and cleared
-    assert refused({"a"}, others=False) == str(part)
-    part.write_bytes(part.read_bytes()[:-9])
-    parts.refuse_foreign({"a", "b"}, others=True)  # computed again
-    assert refused({"a"}, others=True) == str(part)
 
 
 def test_a_part_that_is_damaged_or_of_another_run_is_computed_again(rows, tmp_path):
