@@ -149,7 +149,7 @@ def run_tasks(
         return
     if on.on_dask:
         _import_dask()
-    job = Job.of(function, shared, sources, by_value=on.on_dask)
+    job = Job.of(function, shared, sources)
     with (_dask if on.on_dask else _processes)(on, len(todo), job) as pool:
         begin()
         for left in _run_all(on, pool, todo, argument, store):
