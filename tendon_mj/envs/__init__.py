@@ -45,11 +45,7 @@ _INSTALL = {
 if not TYPE_CHECKING:  # a type checker reads the imports above
 
     def __getattr__(name: str) -> Any:
-        """Load a name when it is first used.
-
-        Raises:
-            MissingPackageError: dm-control, dm-env or gymnasium is needed and not installed.
-        """
+        """Load a name when it is first used."""
         if name not in _LAZY:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         try:

@@ -89,9 +89,6 @@ class FingerTask(ABC):
         finger: gives all other parameters.
         ranges: to draw from.
         random: of the draws; the same state of it gives the same episodes.
-
-    Raises:
-        InvalidValueError: a bend that the guides of the sheaths cannot turn by.
     """
 
     def __init__(self, finger: Finger, ranges: Ranges, random: Random) -> None:

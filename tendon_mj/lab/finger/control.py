@@ -79,11 +79,6 @@ def find_motion(
             curl. Of any other model a CSV with ``time_s`` and a column for every actuator that
             moves (see `read_motion`); default: `default_motion`.
         duration: of a finger's motion [s], which is cut or held at its end; default: its own.
-
-    Raises:
-        UnknownNameError: no such motion, or a column for no actuator.
-        RecordingError: the CSV cannot be read.
-        InvalidValueError: a duration that is not one, or a motion out of the finger's reach.
     """
     if name not in _FINGERS:
         if motion is None:
@@ -185,12 +180,6 @@ def prepare_finger(
     """A copy of a model set for a trajectory, with its data, and its (steps, nu) controls.
 
     For callers that step the model themselves; `simulate_finger` steps it too.
-
-    Args:
-        trajectory, model, finger, friction: see `simulate_finger`.
-
-    Raises:
-        InvalidValueError: as `simulate_finger`.
     """
     commands = _drive_recording(trajectory, model, finger or Finger(), friction=friction)
     motion = _along(trajectory, model, commands)
@@ -223,11 +212,6 @@ def simulate_finger(
 
     Returns:
         Columns `asked_…` of the trajectory, `…_command_…` driven, and one for every sensor.
-
-    Raises:
-        InvalidValueError: a tension of a tendon that the model does not have; an angle or tension
-            out of reach.
-        TendonError: the simulation failed; the message says when.
     """
     finger = finger or Finger()
     drive = _drive_recording(trajectory, model, finger, name=name, friction=friction)
@@ -255,12 +239,6 @@ def tracking_error(answer: Recording) -> dict[str, Misfit]:
 
     A tension is commanded at the motor, so it is compared at the tendon's input, and at its output
     as well.
-
-    Args:
-        answer: as `simulate_finger` returns it.
-
-    Returns:
-        By the achieved column: `mcp_angle_rad`, …, or `flexor_input_tension_N`, ….
     """
     goals = {f"{joint}_angle_rad": f"asked_{joint}_rad" for joint in JOINTS}
     goals |= {

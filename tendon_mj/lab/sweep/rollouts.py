@@ -106,9 +106,6 @@ class Rollouts:
 
         The outputs of a rollout that became unstable are NaN. `unsolved` counts evaluations in
         which a sheath found no equilibrium and used its best estimate.
-
-        Raises:
-            InvalidValueError: a value outside its range; it names the rollout.
         """
         rows, unsolved = np.full((len(batch.values), len(self.outputs)), np.nan), list[int]()
         with suppress_mujoco_log():

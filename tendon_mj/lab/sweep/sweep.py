@@ -66,12 +66,6 @@ class Sweep:
     Attributes:
         axes, outputs, design: of the rollouts.
         units: axis → unit of its parameters.
-
-    Raises:
-        UnknownNameError, InvalidValueError: see `parse_axes`, `parse_outputs` and `Design`; draws
-            or a seed below 0; a parameter of commands beside a policy.
-        RecordingError: the recording does not fit the model.
-        TendonError: the policy cannot be made, see `Policy.make`.
     """
 
     def __init__(
@@ -210,11 +204,6 @@ def run_sweep(
         again: begin again, whatever is there.
         begin: called when nothing more is refused, before the folder is written to.
         progress: called with "rollouts", how many are done, and of how many.
-
-    Raises:
-        InvalidValueError: the folder holds another sweep, or a value is outside its range.
-        MissingPackageError: pyarrow, or Dask where it is wanted, is not installed.
-        WorkerError: see `run_tasks`.
     """
     begun, total = None if again else check_folder(sweep, folder), sweep.design.rollouts
     anew = begun is None
@@ -248,13 +237,9 @@ def run_sweep(
 
 
 def check_folder(sweep: Sweep, folder: Path) -> Plan | None:
-    """Refuse a folder that holds another sweep, or tables of none, before anything is changed.
+    """The plan that was begun in a folder, None where there is none.
 
-    Returns:
-        The plan that was begun there; None where there is none.
-
-    Raises:
-        InvalidValueError: names the first difference, with both values.
+    Another plan, or tables without one, are refused.
     """
     path = folder / PLAN
     if not path.exists():

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.errors import InvalidValueError, MissingPackageError
+from tendon_mj.errors import MissingPackageError
 from tendon_mj.whole_file import whole_file
 
 Column = NDArray[Any]
@@ -21,14 +21,6 @@ class ParquetParts:
 
     A file of another run, or one that cannot be read, does not count: its task is done again. Files
     of something else are neither read nor removed.
-
-    Args:
-        folder: made if it is not there.
-        of: the run that the tables are of.
-        again: whether no file that is there counts.
-
-    Raises:
-        MissingPackageError: pyarrow is not installed.
     """
 
     def __init__(self, folder: Path, of: str = "", *, again: bool = False) -> None:
@@ -60,22 +52,11 @@ class ParquetParts:
         self._kept.add(key)
 
     def read(self, columns: Sequence[str] | None = None) -> dict[str, Column]:
-        """Column → (rows,) of all tasks; ``columns``: only these.
-
-        Raises:
-            InvalidValueError: a table cannot be read any more; it names the file.
-        """
+        """Column → (rows,) of all tasks; ``columns``: only these."""
         files = [str(self._path(key)) for key in sorted(self._kept)]
         if not files:
             return {}
-        try:
-            table = self._pyarrow.dataset.dataset(files).to_table(columns)
-        except (self._pyarrow.ArrowException, OSError) as error:
-            broken = [file for file in files if self._part_of(Path(file)) is None]
-            raise InvalidValueError(
-                f"{', '.join(broken) or self.folder} cannot be read ({error}); remove it, and the"
-                " same command computes it again"
-            ) from error
+        table = self._pyarrow.dataset.dataset(files).to_table(columns)
         return {name: np.asarray(table[name]) for name in table.column_names}
 
     def clear(self) -> None:

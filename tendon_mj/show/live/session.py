@@ -66,9 +66,6 @@ class LiveSimulation:
 
         Returns:
             Simulated time [s], shorter if ``limit`` [s] of wall time ran out.
-
-        Raises:
-            TendonError: the simulation became unstable; the message says when.
         """
         deadline = time.perf_counter() + limit
         with self.lock:
@@ -87,10 +84,6 @@ class LiveSimulation:
         """Change a live parameter from the next step on.
 
         A pretension resets the sheath: the tendon is laid evenly along its path.
-
-        Raises:
-            UnknownKeyError: no such parameter.
-            InvalidValueError: a value outside its range.
         """
         with self.lock:
             self.parameters[name] = value
@@ -160,12 +153,6 @@ def prepare(name: str, motion: str | None = None) -> Prepared:
             any other model one with ``time_s`` and a column for each actuator that is driven, named
             like it and followed by a unit; None: the finger curls, and other models move as in
             `default_motion`.
-
-    Raises:
-        UnknownNameError: no such model or motion, or a column of no actuator.
-        RecordingError: there is no such CSV, or it cannot be read.
-        InvalidValueError: a motion out of reach of the finger, or too short.
-        TendonError: the model does not compile, or becomes unstable.
     """
     spec, stem = load_spec(name, scene=True), model_path(name).stem
     has_scale = spec.numeric(TENSION_SCALE) is not None

@@ -56,11 +56,6 @@ def serve(
         port: of the page; where it is taken, the next one that is free.
         seconds: after which to end [s]; None: never.
         announce: called with the page's address.
-
-    Raises:
-        MissingPackageError: mjviser is not installed.
-        InvalidValueError: there is no such port.
-        TendonError: the simulation became unstable.
     """
     try:
         mjviser, viser = importlib.import_module("mjviser"), importlib.import_module("viser")

@@ -119,14 +119,7 @@ def draw_frames(
     camera: str | mujoco.MjvCamera | None = None,
     twin: Frames | None = None,
 ) -> Iterator[Image]:
-    """The (height, width, 3) pictures of a clip, one after the other.
-
-    Args:
-        model, frames, width, height, camera, twin: see `render_clip`.
-
-    Raises:
-        EngineError, UnknownNameError, InvalidValueError: as `render_clip`.
-    """
+    """The (height, width, 3) pictures of a clip one after the other; see `render_clip`."""
     sizes = frames.poses.shape[1], frames.controls.shape[1]
     needed = mujoco.mj_stateSize(model, POSE), model.nu
     if sizes != needed:
@@ -145,11 +138,7 @@ def draw_frames(
 
 
 def check_size(width: int, height: int) -> None:
-    """Check the size of a clip.
-
-    Raises:
-        InvalidValueError: a size [pixels] that is odd, too small, or too large.
-    """
+    """Check the size of a clip."""
     for name, size in (("width", width), ("height", height)):
         if size % 2 or not _SMALLEST <= size <= _LARGEST:
             raise InvalidValueError(

@@ -86,11 +86,7 @@ def _reason(error: Exception) -> str:
 
 
 def find_camera(model: mujoco.MjModel, camera: str | mujoco.MjvCamera | None) -> mujoco.MjvCamera:
-    """A camera by name; None stands for the model's first one, or for a view of the whole model.
-
-    Raises:
-        UnknownNameError: the model has no such camera.
-    """
+    """A camera by name; None stands for the model's first one, or for a view of the whole model."""
     if isinstance(camera, mujoco.MjvCamera):
         return camera
     view = mujoco.MjvCamera()
@@ -106,15 +102,7 @@ def find_camera(model: mujoco.MjModel, camera: str | mujoco.MjvCamera | None) ->
 
 
 class Offscreen:
-    """Offscreen buffer to draw a model on, to be closed after use (it is a context manager).
-
-    Args:
-        model: not changed; without a sky of its own it stands before white.
-        width, height: of the picture [pixels].
-
-    Raises:
-        EngineError: no OpenGL is available; the message says what to do.
-    """
+    """Offscreen buffer to draw a model on, to be closed after use (it is a context manager)."""
 
     def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
         self._model = copy.copy(model)
@@ -153,17 +141,9 @@ class Offscreen:
         model: mujoco.MjModel | None = None,
         shadows: bool = True,
     ) -> Image:
-        """Draw a picture.
+        """Draw a (height, width, 3) picture; ``add`` puts more into the scene.
 
-        Args:
-            data: to draw.
-            camera: that looks at it.
-            add: puts more into the scene.
-            model: the same model in other colours; default: in its own.
-            shadows: of the model's lights.
-
-        Returns:
-            (height, width, 3).
+        ``model`` is the same model in other colours.
         """
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
         mujoco.mjv_updateScene(

@@ -78,15 +78,7 @@ def add_cable(
     scale: Normalize,
     radius: float,
 ) -> None:
-    """Add one tendon to a scene.
-
-    Args:
-        scene: changed in place; geoms beyond its capacity ``maxgeom`` are left out.
-        points: (n+2, 3) path [m].
-        tensions: (n+1,) of the segments [N].
-        scale: of the colours.
-        radius: of the cable [m].
-    """
+    """Add a tendon with an (n+2, 3) path [m] and (n+1,) tensions [N] to a scene, as it has room."""
     capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
     colours = COLOURS(scale(tensions)).astype(np.float32)
     for start, end, colour in zip(points[:-1], points[1:], colours, strict=True):

@@ -54,10 +54,6 @@ def diagnosis_figures(
         diagnosis: to draw.
         shown: a recording, and its simulations before and after.
         sysid: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
-
-    Returns:
-        "misfit" where there is one, "proof" where something was named, "gap", and
-        "before_after".
     """
     changed = diagnosis.changed
     figures = {}
