@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import tyro
 
@@ -19,7 +19,7 @@ _HEAD = ("tendon", *_BENDS, "EA [N]", "drive", "input end", "done")
 
 
 def attach(
-    model: Annotated[str, tyro.conf.Positional],
+    model: tyro.conf.Positional[str],
     tendon: Required[str],
     friction: float,
     out: Path,
@@ -68,9 +68,9 @@ def attach(
     )
     print_table(_HEAD, [_cells(row) for row in attached.rows])
     for text in _remarks(attached):
-        console.print(text, soft_wrap=True)
-    console.print(f"wrote {attached.path}", soft_wrap=True)
-    console.print(_sentence(attached.rows), soft_wrap=True)
+        console.print(text)
+    console.print(f"wrote {attached.path}")
+    console.print(_sentence(attached.rows))
     return attached
 
 

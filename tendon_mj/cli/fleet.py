@@ -67,7 +67,7 @@ def fleet(
     numbers = result.result() | {"provenance": provenance.result()}
     output.result(numbers)
     for rig in result.with_findings:
-        console.print(f"  {rig.sentence(result.units)}", soft_wrap=True)
+        console.print(f"  {rig.sentence(result.units)}")
     output.close(" ".join(filter(None, [result.sentence, result.warning, f"Page: {out / PAGE}"])))
     failed = result.of("failed")
     if len(failed) == len(result.rigs):

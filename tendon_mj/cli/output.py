@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # the help of a command needs neither
 
 
 typed_command = ContextVar("typed_command", default="")  # for the provenance of a result
-console = Console(highlight=False, markup=False, emoji=False)  # names may hold [brackets]
+console = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
 
 RESULT = "result.json"
 LOCK = ".lock"
@@ -121,9 +121,9 @@ class Output:
         self._lock.release()
         console.print(f"{time.perf_counter() - self.started:.1f} s; wrote")
         for path in self.written:
-            console.print(f"  {path}", soft_wrap=True)
+            console.print(f"  {path}")
         if sentence:
-            console.print(sentence, soft_wrap=True)
+            console.print(sentence)
 
 
 def _check_given(folder: Path, writes: Sequence[str], given: Iterable[str | Path | None]) -> None:
@@ -150,7 +150,7 @@ def _plain(value: object) -> object:
 def print_warnings(warnings: Iterable[DataWarning]) -> None:
     """Print warnings about recordings, a line each."""
     for warning in warnings:
-        console.print(f"warning: {warning.sentence}", soft_wrap=True)
+        console.print(f"warning: {warning.sentence}")
 
 
 def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
@@ -168,12 +168,12 @@ def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
             table.add_column(title, min_width=width)
         for row in rows:
             table.add_row(*row)
-        console.print(table)
+        console.print(table, soft_wrap=False)
         return
     for name, *cells in rows:
-        console.print(name, soft_wrap=True)
+        console.print(name)
         for title, cell in zip(head[1:], cells, strict=True):
-            console.print(f"  {title}: {cell}", soft_wrap=True)
+            console.print(f"  {title}: {cell}")
 
 
 @contextlib.contextmanager

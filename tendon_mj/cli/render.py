@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from functools import partial
 from pathlib import Path
-from typing import Annotated
 
 import mujoco
 import tyro
@@ -23,7 +22,7 @@ DURATION = 6.0  # of a clip of a model without a motion of its own [s]
 
 
 def render(
-    model: Annotated[str, tyro.conf.Positional],
+    model: tyro.conf.Positional[str],
     out: Path = Path("out/render"),
     duration: float | None = None,
     motion: str | None = None,
@@ -97,7 +96,7 @@ def render(
 
 
 def view(
-    model: Annotated[str, tyro.conf.Positional],
+    model: tyro.conf.Positional[str],
     motion: str | None = None,
     web: bool = False,
     port: int = 8080,
@@ -121,12 +120,12 @@ def view(
         raise InvalidValueError(f"--seconds {seconds:g} must be greater than 0")
     prepared = prepare(model, motion)
     if prepared.still:
-        console.print(f"{model} does not move: {prepared.still}", soft_wrap=True)
+        console.print(f"{model} does not move: {prepared.still}")
     if web:
         done = serve(prepared, port=port, seconds=seconds, announce=console.print)
     else:
         done = open_window(prepared, seconds)
-    console.print(done.sentence(), soft_wrap=True)
+    console.print(done.sentence())
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -149,6 +148,4 @@ def _print_what_moves(compiled: mujoco.MjModel) -> None:
     if not compiled.nu:
         console.print("the model has no actuator: only gravity and springs move it")
     elif free:
-        console.print(
-            f"without ctrlrange, so moved through -1 to 1: {', '.join(free)}", soft_wrap=True
-        )
+        console.print(f"without ctrlrange, so moved through -1 to 1: {', '.join(free)}")

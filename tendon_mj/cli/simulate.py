@@ -5,7 +5,7 @@ from __future__ import annotations
 import glob
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import tyro
 
@@ -28,7 +28,7 @@ _WITHOUT = "friction 0"
 
 
 def simulate(
-    model: Annotated[Literal["finger", "finger_spring"], tyro.conf.Positional],
+    model: tyro.conf.Positional[Literal["finger", "finger_spring"]],
     motion: str = "curl",
     out: Path = Path("out/simulate"),
     friction: float | None = None,
@@ -105,7 +105,7 @@ def _write_clip(output: Output, name: str, model: str, recorded: Sequence[Frames
         with progress_bar() as progress:
             render_clip(scene, frames, path, twin=twin[0] if twin else None, progress=progress)
     except EngineError as error:
-        console.print(f"no clip: {error}", soft_wrap=True)
+        console.print(f"no clip: {error}")
         return None
     return output.add(path).name
 
@@ -116,11 +116,10 @@ def _print_summary(labels: Iterable[str], result: Mapping[str, Any]) -> None:
         console.print(
             f"{label}: flexor T_in/T_out {run['flexor_input_over_output_min']:.2f} to "
             f"{run['flexor_input_over_output_max']:.2f}, tip force up to "
-            f"{run['tip_force_max_N']:.2f} N",
-            soft_wrap=True,
+            f"{run['tip_force_max_N']:.2f} N"
         )
         errors = [f"{column} {error['rmse']:.3g}" for column, error in run["tracking"].items()]
-        console.print(f"  tracking error, rms: {', '.join(errors)}", soft_wrap=True)
+        console.print(f"  tracking error, rms: {', '.join(errors)}")
     if cost := result.get("step_cost"):
         console.print(
             f"a step takes {cost['step_s'] * 1e6:.1f} µs, {cost['ratio']:.2f} × that of the finger "

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections import OrderedDict
 from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
@@ -124,9 +123,9 @@ class FingerTask(ABC):
         low, high = physics.command_range()
         physics.command(low + 0.5 * (shares + 1.0) * (high - low))
 
-    def get_observation(self, physics: SimulatedFinger) -> OrderedDict[str, FloatArray]:
+    def get_observation(self, physics: SimulatedFinger) -> dict[str, FloatArray]:
         """Values of `readings` by name."""
-        return OrderedDict((name, r.value) for name, r in self.readings(physics).items())
+        return {name: reading.value for name, reading in self.readings(physics).items()}
 
     def readings(self, physics: SimulatedFinger) -> dict[str, Reading]:
         """Readings of an encoder and a tension sensor on each motor, then those of the task.

@@ -220,18 +220,22 @@ def test_a_bad_recording_is_refused_with_file_row_and_column(rig, tmp_path, caps
         assert text in said
 
 
+@pytest.mark.parametrize(
+    ("options", "fact"),
+    [
+        (["--exclude", "crep"], "did you mean 'creep'"),
+        (["--model", "bensch"], "did you mean 'bench'"),
+        (None, "at least one recording"),
+    ],
+)
+def test_a_refusal_names_the_argument(options, fact, rig, tmp_path, capsys):
+    given = [] if options is None else [rig[0.0][0], *options]
+    assert fact in refused(given, tmp_path, capsys)
+
+
 def test_motion_that_never_reverses_gets_that_sentence(tmp_path, capsys):
     path = written(tmp_path, "0,0,20\n0.1,1e-4,21\n0.2,2e-4,22\n")
     assert "the tendon never reversed" in refused([path], tmp_path, capsys)
-
-
-def test_unknown_effects_and_models_are_refused_with_the_nearest(rig, tmp_path, capsys):
-    assert "did you mean 'creep'" in refused([rig[0.0][0], "--exclude", "crep"], tmp_path, capsys)
-    assert "did you mean 'bench'" in refused([rig[0.0][0], "--model", "bensch"], tmp_path, capsys)
-
-
-def test_no_recording_is_refused(tmp_path, capsys):
-    assert "at least one recording" in refused([], tmp_path, capsys)
 
 
 def test_no_recording_that_a_diagnosis_reads_is_written_over(found, capsys):

@@ -143,8 +143,6 @@ def run_tasks(
     if not todo:
         begin()
         return
-    if on.on_dask:
-        _import_dask()
     job = Job.of(function, shared, sources)
     with (_dask if on.on_dask else _processes)(on, len(todo), job) as pool:
         begin()
