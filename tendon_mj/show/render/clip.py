@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
+import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
 import imageio_ffmpeg
-import mediapy
 import mujoco
 import numpy as np
 from matplotlib.colors import Normalize
@@ -90,24 +89,39 @@ def render_clip(
     check_size(width, height)
     images = draw_frames(model, frames, width=width, height=height, camera=camera, twin=twin)
     path.parent.mkdir(parents=True, exist_ok=True)
-    mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
-    first = next(images)
     try:
-        with (
-            whole_file(path) as made,
-            mediapy.VideoWriter(
-                made, (height, width), fps=frames.fps, crf=_QUALITY, ffmpeg_args=_COLOURS
-            ) as writer,
-        ):
-            for k, image in enumerate(itertools.chain([first], images)):
-                writer.add_image(image)
-                if progress:
-                    progress("draw", k + 1, len(frames.time))
-    except (RuntimeError, BrokenPipeError) as error:
-        if isinstance(error.__context__, KeyboardInterrupt):  # Ctrl-C ends ffmpeg too
-            raise error.__context__ from None
+        with whole_file(path) as made:
+            _write_video(images, made, (width, height), frames, progress)
+    except (OSError, RuntimeError) as error:
         raise EngineError(f"{path}: ffmpeg could not write the clip: {error}") from error
     return path
+
+
+def _write_video(
+    images: Iterator[Image],
+    path: Path,
+    size: tuple[int, int],
+    frames: Frames,
+    progress: Progress | None,
+) -> None:
+    writer = imageio_ffmpeg.write_frames(
+        str(path),
+        size,
+        fps=frames.fps,
+        codec="libx264",
+        quality=None,  # but that of the parameters
+        macro_block_size=2,
+        output_params=["-crf", str(_QUALITY), *_COLOURS],
+    )
+    with contextlib.closing(writer):
+        writer.send(None)
+        for k, image in enumerate(images):
+            writer.send(np.ascontiguousarray(image))
+            if progress:
+                progress("draw", k + 1, len(frames.time))
+    written, _ = imageio_ffmpeg.count_frames_and_secs(str(path))
+    if written != len(frames.time):  # as where the disk is full, which ffmpeg alone notices
+        raise OSError(f"{written} of {len(frames.time)} frames were written")
 
 
 def draw_frames(
