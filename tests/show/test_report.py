@@ -25,7 +25,6 @@ from tendon_mj.lab.diagnosis import (
     SysidResult,
     Value,
 )
-from tendon_mj.lab.recordings import Measured
 from tendon_mj.lab.replay import Simulates
 from tendon_mj.show import before_after_figure, diagnosis_figures, report_page, write_report
 from tendon_mj.show.report.pictures import correlation_figure, whiteness_figure
@@ -192,26 +191,6 @@ def test_whiteness_and_correlations_are_drawn_as_they_are():
     (axes,) = correlation_figure(Correlations(("a.b", "c.d"), ((1.0, 0.95), (0.95, 1.0)))).axes
     assert [text.get_text() for text in axes.texts] == ["1.00", "0.95", "0.95", "1.00"]
     assert [label.get_text() for label in axes.get_yticklabels()] == ["a.b", "c.d"]
-
-
-def test_many_signals_stay_within_five_megabytes(tmp_path):
-    names = [f"tension_{k}_N" for k in range(8)]
-    random = np.random.default_rng(1)
-
-    def many(offset=0.0):
-        one = recorded()
-        time = np.linspace(0.0, 60.0, 6_000)
-        columns = {n: 20.0 + offset + random.normal(0.0, 1.0, time.size) for n in names}
-        place = {"input_displacement_m": np.sin(time)}
-        measured = {n: Measured("output_tension", 0.1) for n in names}
-        return replace(one, time=time, columns=place | columns, measured=measured)
-
-    errors = ErrorReduction(10.0, 1.0, 1.0, dict.fromkeys(names, (1.0, 0.1, 0.1)))
-    result = diagnosis()
-    evidence = replace(result.evidence, held_out=errors)
-    result = replace(result, evidence=evidence, train=errors)
-    written = write_report(result, [BeforeAfter(many(), many(1.0), many())], tmp_path)
-    assert written[-1].stat().st_size < 5e6
 
 
 def test_a_page_has_the_missing_effect_its_confidence_and_the_fit_of_parameters_alone():

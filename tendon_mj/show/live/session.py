@@ -142,17 +142,10 @@ class Prepared:
 
 
 def prepare(name: str, motion: str | None = None) -> Prepared:
-    """Load a model and set it in motion.
+    """Load a model and set it in a motion, see `find_motion`.
 
     Tendons are coloured between the tensions of the model's custom numeric
     `tendon_mj.tension_scale`, or, where it has none, those of a short run.
-
-    Args:
-        name: of the model.
-        motion: a name, or the path of a CSV: for the finger one of joint angles or tensions, for
-            any other model one with ``time_s`` and a column for each actuator that is driven, named
-            like it and followed by a unit; None: the finger curls, and other models move as in
-            `default_motion`.
     """
     spec, stem = load_spec(name, scene=True), model_path(name).stem
     has_scale = spec.numeric(TENSION_SCALE) is not None
@@ -175,10 +168,7 @@ def prepare(name: str, motion: str | None = None) -> Prepared:
 
 
 def in_motion(name: str, model: mujoco.MjModel, motion: str | None) -> tuple[mujoco.MjModel, Drive]:
-    """A model ready for a motion (a copy where it must differ), and controls that repeat it.
-
-    See `find_motion` for the arguments.
-    """
+    """A model ready for a motion (a copy where it must differ), and controls that repeat it."""
     chosen = find_motion(name, model, motion)
     if not math.isfinite(chosen.duration):  # it neither ends nor repeats
         return model, chosen.drive

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -12,7 +12,14 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from tendon_mj.lab.diagnosis import Autocorrelation, BeforeAfter, Correlations, Diagnosis, Located
+from tendon_mj.lab.diagnosis import (
+    Autocorrelation,
+    BeforeAfter,
+    Bin,
+    Correlations,
+    Diagnosis,
+    Located,
+)
 from tendon_mj.lab.replay import (
     EngineeringUnit,
     column_name,
@@ -38,11 +45,12 @@ _COLUMNS = 2
 _OF_SIGN = LinearSegmentedColormap.from_list("sign", [style.BLUE, "#F7F7F7", style.VERMILLION])
 
 
-class _Regime(NamedTuple):
-    """Names of the bins of a regime, and label → a length for each."""
+class _Bars(NamedTuple):
+    """Bars of one kind: their name in the legend, and the length of that of a bin."""
 
-    bins: list[str]
-    series: dict[str, list[float]]
+    kind: str
+    label: str
+    length: Callable[[Bin], float]
 
 
 def diagnosis_figures(
@@ -131,14 +139,15 @@ def _errors(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> Figure:
             unit = engineering_unit(column_unit(column), shown)
             rival = (sysid or {}).get(column)
             for axes, errors, other in zip(row, (train, held_out), (None, rival), strict=True):
-                signal = errors.signals.get(column, (0.0, 0.0, 1.0))
-                bars = _error_bars(signal, other, changed=changed)
-                _draw_errors(axes, bars, signal[2], unit, changed)
+                before, after, noise = errors.signals.get(column, (0.0, 0.0, 1.0))
+                every = {BEFORE: before, SYSID: other, AFTER: after if changed else None}
+                bars = {kind: error for kind, error in every.items() if error is not None}
+                _draw_errors(axes, bars, noise, unit, changed)
                 if diagnosis.bars and errors is held_out:
                     axes.axvline(
                         diagnosis.bars[column], color=style.GREY, linewidth=1.3, label=FLOOR
                     )
-                longest = max(longest, *(value / signal[2] for value in bars.values()))
+                longest = max(longest, *(value / noise for value in bars.values()))
             row[0].set_ylabel(column_name(column))
         grid[0][0].set_xlim(0.0, _AXIS_SPAN * longest)
         grid[0][0].set_title("training data: selection and fit")
@@ -177,44 +186,70 @@ def _draw_errors(
 
 
 def _misfit(located: Located, remaining: Located | None) -> Figure:
-    """Share of the misfit of every bin of every regime, before and after, and of the time."""
-    labels = {
-        BEFORE: "misfit beyond noise, before",
-        AFTER: "misfit beyond noise, after (of that before)",
-    }
-    return _by_regime(_misfit_bars(located, remaining), labels, located.sentence, "share [%]")
+    """Share [%] of the misfit in every bin of every regime, before and after, and of the time.
+
+    The misfit is the power beyond noise, time × (rms² − 1); that after is in shares of that before.
+    """
+    whole = sum(b.time * (b.rms**2 - 1.0) for b in located.bins if b.regime == "signal")
+    unit = 100.0 / whole if whole > 0.0 else 0.0
+    bars = [
+        _Bars(TIME_SPENT, TIME_SPENT, lambda b: 100.0 * b.time),
+        _Bars(BEFORE, "misfit beyond noise, before", lambda b: unit * b.time * (b.rms**2 - 1.0)),
+    ]
+    if remaining:
+        left = _rms(remaining)
+        label = "misfit beyond noise, after (of that before)"
+        bars.append(
+            _Bars(
+                AFTER,
+                label,
+                lambda b: unit * b.time * (left.get((b.regime, b.label), 1.0) ** 2 - 1.0),
+            )
+        )
+    return _by_regime(located, bars, located.sentence, "share [%]")
 
 
 def _proof(before: Located, after: Located, floors: Mapping[str, float]) -> Figure:
     """Rms error in every bin of every regime, before and after, in units of noise."""
     title = "Error on held-out data, before and after; 1 is the noise floor"
+    floor = float(np.sqrt(np.mean(np.square([*floors.values()])))) if floors else 1.0
     if floors:
-        title += f", {_noise_floor(floors):.2f} that of {FLOOR} together (grey line)"
-    figure = _by_regime(_proof_bars(before, after), {}, title, "rms error [noise]")
+        title += f", {floor:.2f} that of {FLOOR} together (grey line)"
+    rms = _rms(after)
+    bars = [
+        _Bars(BEFORE, BEFORE, lambda b: b.rms),
+        _Bars(AFTER, AFTER, lambda b: rms.get((b.regime, b.label), b.rms)),
+    ]
+    figure = _by_regime(before, bars, title, "rms error [noise]")
     for axes in figure.axes:
         if axes.axison:
             axes.axvline(1.0, color=style.GREY, linestyle="--", linewidth=0.8)
             if floors:
-                axes.axvline(_noise_floor(floors), color=style.GREY, linewidth=1.1)
+                axes.axvline(floor, color=style.GREY, linewidth=1.1)
     return figure
 
 
-def _by_regime(
-    regimes: Mapping[str, _Regime], labels: Mapping[str, str], title: str, label: str
-) -> Figure:
+def _rms(located: Located) -> Mapping[tuple[str, str], float]:
+    return {(b.regime, b.label): b.rms for b in located.bins}
+
+
+def _by_regime(located: Located, bars: Sequence[_Bars], title: str, label: str) -> Figure:
     """Two columns of panels, one for each regime, with a group of bars for each of its bins."""
+    regimes: dict[str, list[Bin]] = {}
+    for b in located.bins:
+        regimes.setdefault(b.regime, []).append(b)
     rows = -(-len(regimes) // _COLUMNS)
     with style.print_style():
-        counts = [len(regime.bins) for regime in regimes.values()]
-        bins = [max(counts[k::rows]) for k in range(rows)]
-        figure = style.new_figure(8.0, 1.4 + sum(0.55 + 0.21 * count for count in bins))
+        counts = [len(bins) for bins in regimes.values()]
+        highest = [max(counts[k::rows]) for k in range(rows)]
+        figure = style.new_figure(8.0, 1.4 + sum(0.55 + 0.21 * count for count in highest))
         figure.suptitle(textwrap.fill(title, 105), fontsize=9.0)
         grid = figure.subplots(
-            rows, _COLUMNS, squeeze=False, sharex=True, height_ratios=[b + 1.5 for b in bins]
+            rows, _COLUMNS, squeeze=False, sharex=True, height_ratios=[n + 1.5 for n in highest]
         )
         panels = grid.T.ravel()
-        for axes, (name, regime) in zip(panels, regimes.items(), strict=False):
-            _draw_regime(axes, regime, labels)
+        for axes, (name, bins) in zip(panels, regimes.items(), strict=False):
+            _draw_regime(axes, bins, bars)
             axes.set_title(name, fontsize=9.0)
         for axes in panels[len(regimes) :]:
             axes.set_axis_off()
@@ -224,81 +259,20 @@ def _by_regime(
     return figure
 
 
-def _draw_regime(axes: Axes, regime: _Regime, labels: Mapping[str, str]) -> None:
-    rows, count = np.arange(len(regime.bins)), len(regime.series)
-    bar = 0.8 / count
-    for k, (label, values) in enumerate(regime.series.items()):
+def _draw_regime(axes: Axes, bins: Sequence[Bin], bars: Sequence[_Bars]) -> None:
+    rows, high = np.arange(len(bins)), 0.8 / len(bars)
+    for k, one in enumerate(bars):
         axes.barh(
-            rows + (k - 0.5 * (count - 1)) * bar,
-            values,
-            bar,
-            color=_COLOURS[label],
+            rows + (k - 0.5 * (len(bars) - 1)) * high,
+            [one.length(b) for b in bins],
+            high,
+            color=_COLOURS[one.kind],
             edgecolor="white",
             linewidth=0.4,
-            hatch=_HATCHES.get(label, ""),
-            label=labels.get(label, label),
+            hatch=_HATCHES.get(one.kind, ""),
+            label=one.label,
         )
-    axes.set_yticks(rows, regime.bins)
+    axes.set_yticks(rows, [column_name(b.label) if b.regime == "signal" else b.label for b in bins])
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
     axes.axvline(0.0, color=style.GREY, linewidth=0.8)
-
-
-def _error_bars(
-    signal: tuple[float, float, float], sysid: float | None, *, changed: bool
-) -> dict[str, float]:
-    """Label → rms error of a signal, from those before and after and the noise [its unit]."""
-    before, after, _ = signal
-    bars = {BEFORE: before, SYSID: sysid, AFTER: after if changed else None}
-    return {label: error for label, error in bars.items() if error is not None}
-
-
-def _misfit_bars(located: Located, remaining: Located | None) -> dict[str, _Regime]:
-    """Regime → share [%] of the misfit beyond noise in each of its bins, and that of the time.
-
-    The excess is the power beyond noise, time × (rms² − 1); that after is in shares of the excess
-    before.
-    """
-    whole = sum(_excess(b.time, b.rms) for b in located.bins if b.regime == "signal")
-    unit = 100.0 / whole if whole > 0.0 else 0.0
-    regimes = _regimes(located, TIME_SPENT, BEFORE, *([AFTER] if remaining else []))
-    after = _rms(remaining) if remaining else {}
-    for b in located.bins:
-        series = regimes[b.regime].series
-        series[TIME_SPENT].append(100.0 * b.time)
-        series[BEFORE].append(unit * _excess(b.time, b.rms))
-        if remaining:
-            rms = after.get((b.regime, b.label), 1.0)
-            series[AFTER].append(unit * _excess(b.time, rms))
-    return regimes
-
-
-def _proof_bars(before: Located, after: Located) -> dict[str, _Regime]:
-    """Regime → rms error on held-out data in each of its bins, before and after [noise]."""
-    regimes, rms = _regimes(before, BEFORE, AFTER), _rms(after)
-    for b in before.bins:
-        regimes[b.regime].series[BEFORE].append(b.rms)
-        regimes[b.regime].series[AFTER].append(rms.get((b.regime, b.label), b.rms))
-    return regimes
-
-
-def _noise_floor(floors: Mapping[str, float]) -> float:
-    """Noise and reproducibility over all signals, from those of each column [noise]."""
-    return float(np.sqrt(np.mean(np.square(list(floors.values())))))
-
-
-def _regimes(located: Located, *labels: str) -> dict[str, _Regime]:
-    """Regimes with their bins, and empty series."""
-    regimes: dict[str, _Regime] = {}
-    for b in located.bins:
-        regime = regimes.setdefault(b.regime, _Regime([], {label: [] for label in labels}))
-        regime.bins.append(column_name(b.label) if b.regime == "signal" else b.label)
-    return regimes
-
-
-def _rms(located: Located) -> Mapping[tuple[str, str], float]:
-    return {(b.regime, b.label): b.rms for b in located.bins}
-
-
-def _excess(time: float, rms: float) -> float:
-    return time * (rms**2 - 1.0)
