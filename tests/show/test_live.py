@@ -1,7 +1,5 @@
 """A live simulation: moved as by `mj_step`, at the clock's pace, with live parameters."""
 
-import signal
-
 import mujoco
 import numpy as np
 import pytest
@@ -206,7 +204,7 @@ def test_ctrl_c_ends_it_quietly_and_a_pause_stands_still():
 
     def show():
         if next(left, None) is None:
-            signal.raise_signal(signal.SIGINT)
+            raise KeyboardInterrupt
         return True
 
     done = run_in_real_time(simulation, show)

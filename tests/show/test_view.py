@@ -36,7 +36,8 @@ from tests.show.rigs import TENSION, pulled, start_browser
 ROOT = Path(__file__).parents[2]
 PATIENCE = 90.0  # for a page on a slow machine [s]
 SERVE = """
-import sys
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # which a shell's & leaves to the parent
 from tendon_mj.show.live import serve
 from tests.show.rigs import pulled
 print(serve(pulled(), port=int(sys.argv[1]), announce=lambda text: print(text, flush=True)))
