@@ -1,6 +1,5 @@
 """`tendon-mj`, which is also `python -m tendon_mj`."""
 
-import signal
 import sys
 
 
@@ -16,10 +15,7 @@ def main() -> int:
 
         print(f"tendon-mj: {MissingPackageError.of_lab('the command', error)}", file=sys.stderr)
         return 2
-    status = run()
-    if status == 130:  # a second Ctrl-C does not cut off the way out
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-    return status
+    return run()
 
 
 if __name__ == "__main__":

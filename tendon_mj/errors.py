@@ -57,7 +57,7 @@ class WorkerError(TendonError, RuntimeError):
     """Workers that died, or one with other versions than this process."""
 
 
-class MissingPackageError(TendonError, ImportError):
+class MissingPackageError(TendonError, ModuleNotFoundError):
     """A package that is not installed; the message names its user and how to install it."""
 
     @classmethod

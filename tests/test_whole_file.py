@@ -1,7 +1,5 @@
 """A file is written whole or not at all, and an error names it."""
 
-from concurrent.futures import ThreadPoolExecutor
-
 import pytest
 
 from tendon_mj.whole_file import whole_file
@@ -31,19 +29,6 @@ def test_a_failure_leaves_the_old_text_and_nothing_else(tmp_path):
         fail()
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_writers_of_alike_names_at_once_do_not_meet(tmp_path):
-    def write(number):
-        path = tmp_path / f"simulated_with_friction_{number}.csv"
-        for _ in range(30):
-            with whole_file(path) as made:
-                made.write_text(f"{number}\n" * 2000)
-            assert path.read_text() == f"{number}\n" * 2000
-
-    with ThreadPoolExecutor(8) as pool:
-        list(pool.map(write, range(8)))
-    assert len(list(tmp_path.iterdir())) == 8
 
 
 def test_a_missing_folder_is_an_error_that_names_the_file_itself(tmp_path):

@@ -23,12 +23,11 @@ import mujoco
 from experiments.soak.batches import report_batch
 from experiments.soak.killed_runs import whole
 from experiments.soak.model_fuzz import DRIVEN
-from tendon_mj.cli import main  # all commands are loaded before the first is interrupted
+from tendon_mj.cli import COMMANDS, load_command, main
 from tendon_mj.models import example_recording, load_spec
 
 _ENDINGS = {0: "carried out", 2: "refused", 130: "interrupted"}
 _LONGEST = 0.4  # [s] until the last moment of an interruption
-_UNINTERRUPTED = 1e3  # [s]
 _MOST_LINES = 150  # of a refusal: where no command is named, it lists them all
 _TABLE = "loop.csv"
 # by command; none of them opens a window, and one process does the work of those that have many
@@ -87,9 +86,8 @@ def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
     signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
     with tempfile.TemporaryDirectory() as whole_files, contextlib.chdir("/"):
         _fill(Path(whole_files))
-        _run(
-            ["bench", "--rounds", "none"], _UNINTERRUPTED
-        )  # an import that was cut off fails later
+        for command in COMMANDS:  # an import that was cut off fails later
+            load_command(command)
         for _ in range(count):
             typed = _mistyped(draw.choice(_TYPED).split(" "), draw)
             with tempfile.TemporaryDirectory() as parent:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import tyro
 
 from tendon_mj.attach import Attached, Row, attach_friction
-from tendon_mj.cli.given_files import Repeated, flat
+from tendon_mj.cli.options import Required, flat
 from tendon_mj.cli.output import console, print_table
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.models import load_spec, model_path
@@ -19,8 +19,8 @@ _HEAD = ("tendon", *_BENDS, "EA [N]", "drive", "input end", "done")
 
 
 def attach(
-    model: Annotated[str, tyro.conf.Positional],
-    tendon: Repeated[str],
+    model: tyro.conf.Positional[str],
+    tendon: Required[str],
     friction: float,
     out: Path,
     axial_stiffness: float | None = None,
@@ -34,7 +34,7 @@ def attach(
 
     Args:
         model: MJCF file, or a model of the package.
-        tendon: required; names of spatial tendons, or patterns such as "*" or "flex*", in quotes.
+        tendon: names of spatial tendons, or patterns such as "*" or "flex*", in quotes.
         friction: mu of the sheaths.
         out: MJCF file to write.
         axial_stiffness: EA in N; by default as stiff as the step resolves where an actuator pulls
@@ -68,9 +68,9 @@ def attach(
     )
     print_table(_HEAD, [_cells(row) for row in attached.rows])
     for text in _remarks(attached):
-        console.print(text, soft_wrap=True)
-    console.print(f"wrote {attached.path}", soft_wrap=True)
-    console.print(_sentence(attached.rows), soft_wrap=True)
+        console.print(text)
+    console.print(f"wrote {attached.path}")
+    console.print(_sentence(attached.rows))
     return attached
 
 

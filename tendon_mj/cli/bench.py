@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
 
 import tyro
 
-from tendon_mj.cli.given_files import given_files
+from tendon_mj.cli.options import given_files
 from tendon_mj.cli.output import Output, console, print_table, progress_bar
 from tendon_mj.lab.verification import ModelCost, measure_models
 from tendon_mj.show import bars_figure
@@ -17,7 +16,7 @@ _HEAD = ("model", "sheaths", "step [µs]", "without", "ratio", "quartiles", "sta
 
 
 def bench(
-    models: Annotated[tuple[str, ...], tyro.conf.Positional] = (),
+    models: tyro.conf.Positional[tuple[str, ...]] = (),
     out: Path = Path("out/bench"),
     rounds: int = 15,
 ) -> dict[str, object]:
@@ -58,8 +57,7 @@ def bench(
             ratio = model.unsensed.ratios
             console.print(
                 f"{name} without the sensors of tension: {ratio.median:.2f} × "
-                f"({ratio.low:.2f} … {ratio.high:.2f})",
-                soft_wrap=True,
+                f"({ratio.low:.2f} … {ratio.high:.2f})"
             )
     least, most = (pick(ratios, key=ratios.__getitem__) for pick in (min, max))
     output.close(

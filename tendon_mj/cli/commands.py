@@ -2,54 +2,43 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
-import os
 import re
 import shlex
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module, resources
 from importlib.metadata import version
 from io import TextIOWrapper
-from types import FunctionType
 from typing import cast
 
 import tyro
 
-from tendon_mj.cli.attach import attach
-from tendon_mj.cli.bench import bench
-from tendon_mj.cli.compare import compare
-from tendon_mj.cli.demo import demo
-from tendon_mj.cli.diagnose import diagnose
-from tendon_mj.cli.fleet import fleet
-from tendon_mj.cli.given_files import typed_command
-from tendon_mj.cli.recordings import check, init, replay
-from tendon_mj.cli.render import render, view
-from tendon_mj.cli.simulate import simulate
-from tendon_mj.cli.sweep import sweep
-from tendon_mj.errors import RecordingError, TendonError
+from tendon_mj.cli.output import typed_command
+from tendon_mj.errors import MissingPackageError, RecordingError, TendonError
 
-_Command = Callable[..., object]
+Command = Callable[..., object]
 
-COMMANDS: dict[str, _Command] = {
-    "attach": attach,
-    "bench": bench,
-    "compare": compare,
-    "init": init,
-    "check": check,
-    "replay": replay,
-    "diagnose": diagnose,
-    "render": render,
-    "simulate": simulate,
-    "sweep": sweep,
-    "fleet": fleet,
-    "view": view,
-    "demo": demo,
+COMMANDS = {  # name → module, which is loaded when the command is called
+    "attach": "attach",
+    "bench": "bench",
+    "compare": "compare",
+    "init": "recordings",
+    "check": "recordings",
+    "replay": "recordings",
+    "diagnose": "diagnose",
+    "render": "render",
+    "simulate": "simulate",
+    "sweep": "sweep",
+    "fleet": "fleet",
+    "view": "render",
+    "demo": "demo",
 }
 
 _INTERRUPTED = 130  # status of a process that Ctrl-C ends, in a shell
-_EXAMPLE = re.compile(r"\n+ *Example:\n((?: +.*\n?)+?)(?=\n|\Z)")
 _CONTINUED = re.compile(r"\n {8,}")  # a further line of the description of an argument
 
 
@@ -64,12 +53,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with _short_warnings():
             _run(given)
     except KeyboardInterrupt:
-        return _interrupted()
-    except BrokenPipeError:  # the reader has enough, as `head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        print(
+            "tendon-mj: interrupted; the files written so far are whole, the others are missing",
+            file=sys.stderr,
+        )
+        return _INTERRUPTED
     except (TendonError, OSError, UnicodeError) as error:
-        if _follows_ctrl_c(error):
-            return _interrupted()
         # a recording has a line for each fault; MuJoCo's messages have several lines
         text = str(error)
         text = text if isinstance(error, RecordingError) else "; ".join(text.splitlines())
@@ -81,40 +70,64 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(given: Sequence[str]) -> None:
     if "" in given:
         raise TendonError("an argument is empty, perhaps that of an unset variable of the shell")
-    try:
-        if given == ["--version"]:
-            print(f"tendon-mj {version('tendon-mj')}")
-        else:
-            tyro.extras.subcommand_cli_from_dict(
-                {name: documented(command) for name, command in COMMANDS.items()},
-                prog="tendon-mj",
-                description="Tendon-sheath friction for MuJoCo.",
-                args=given,
-            )
-    except SystemExit as end:  # of --help, and of arguments that are refused
-        if not end.code and given[:1] and given[0] in COMMANDS:
-            print(f"example:\n  {example(COMMANDS[given[0]])}")
-        raise
-    finally:
-        sys.stdout.flush()  # where a broken pipe is caught
+    name, *rest = given or [""]
+    if given == ["--version"]:
+        print(f"tendon-mj {version('tendon-mj')}")
+    elif name not in COMMANDS:
+        _show_all(given)
+    else:
+        command = load_command(name)
+        try:
+            tyro.cli(command, prog=f"tendon-mj {name}", args=rest)
+        except SystemExit as end:  # of --help, and of arguments that are refused
+            if not end.code:
+                print(f"example:\n  {example(command)}")
+            raise
 
 
-def example(command: _Command) -> str:
-    """The line below `Example:` in a command's docstring; empty where it has none."""
-    match = _EXAMPLE.search(inspect.getdoc(command) or "")
-    return match[1].strip() if match else ""
+def load_command(name: str) -> Command:
+    """The function of a command, each argument of its docstring in one line, which tyro wraps.
 
-
-def documented(command: _Command) -> _Command:
-    """A command with each argument of its docstring in one line, for the terminal to wrap.
-
-    The example is left out; `example` has it.
+    Raises:
+        MissingPackageError: it needs a package that is not installed.
     """
-    given = cast(FunctionType, command)
-    same = FunctionType(given.__code__, given.__globals__, given.__name__, given.__defaults__)
-    same.__annotations__, same.__kwdefaults__ = given.__annotations__, given.__kwdefaults__
-    same.__doc__ = _CONTINUED.sub(" ", _EXAMPLE.sub("", inspect.getdoc(given) or ""))
-    return same
+    try:
+        module = import_module(f"tendon_mj.cli.{COMMANDS[name]}")
+    except ModuleNotFoundError as error:
+        raise MissingPackageError.of_lab("the command", error) from None
+    command: Command = getattr(module, name)
+    command.__doc__ = _CONTINUED.sub(" ", inspect.getdoc(command) or "")
+    return command
+
+
+def example(command: Command) -> str:
+    """The line below `Example:` in a command's docstring."""
+    return (command.__doc__ or "").partition("Example:\n")[2].strip()
+
+
+def _show_all(given: Sequence[str]) -> None:
+    """Print the help of all commands, or refuse what is none of them; loads no command."""
+
+    def named(summary: str) -> Command:
+        def command() -> None: ...
+
+        command.__doc__ = summary
+        return command
+
+    tyro.extras.subcommand_cli_from_dict(
+        {name: named(_summary(name)) for name in COMMANDS},
+        prog="tendon-mj",
+        description="Tendon-sheath friction for MuJoCo.",
+        args=given,
+    )
+
+
+def _summary(name: str) -> str:
+    """First line of the docstring of a command, from its source."""
+    source = resources.files("tendon_mj.cli").joinpath(f"{COMMANDS[name]}.py").read_text("utf-8")
+    functions = [node for node in ast.parse(source).body if isinstance(node, ast.FunctionDef)]
+    (command,) = (node for node in functions if node.name == name)
+    return cast(str, ast.get_docstring(command)).partition("\n")[0]
 
 
 @contextmanager
@@ -129,18 +142,3 @@ def _short_warnings() -> Iterator[None]:
         yield
     finally:
         warnings.formatwarning = before
-
-
-def _interrupted() -> int:
-    print(
-        "tendon-mj: interrupted; the files written so far are whole, the others are missing",
-        file=sys.stderr,
-    )
-    return _INTERRUPTED
-
-
-def _follows_ctrl_c(error: BaseException | None) -> bool:
-    """Whether Ctrl-C led to an error, as when it ends ffmpeg too."""
-    while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__cause__ or error.__context__
-    return error is not None

@@ -56,16 +56,14 @@ def _print_summary(comparison: Comparison) -> None:
             f"{label}, {bench.guides} guides, |λ| ≤ {errors.exponent:g}, both directions, "
             f"output tension ±{SWING:.0%}: "
             f"K_ap within {errors.apparent_stiffness:.3%}, ξ_B within "
-            f"{errors.backlash:.4%} of T_in L/EA, T_out/T_in within {errors.transmission:.0e}",
-            soft_wrap=True,
+            f"{errors.backlash:.4%} of T_in L/EA, T_out/T_in within {errors.transmission:.0e}"
         )
-    console.print(f"  ({_REMAINDER})", soft_wrap=True)
+    console.print(f"  ({_REMAINDER})")
     kt = comparison.transmission_stiffness
     console.print(f"loop on the bench: K_t off by {kt[1]:+.2%} pulling and {kt[-1]:+.2%} loosening")
     console.print(
         f"convergence over the guides: order {comparison.convergence.order:.2f}; "
         f"a step costs {comparison.step_cost:.2f} × that of MuJoCo's own tendon; rollouts on two "
         f"threads are {comparison.rollout_speedup:.2f} × as fast as on one, and the same to the "
-        "bit",
-        soft_wrap=True,
+        "bit"
     )

@@ -33,7 +33,7 @@ def demo(out: Path = Path("out/demo")) -> dict[str, object]:
     try:
         result["render"] = render("finger", out / "render", motion="press", **CLIP)
     except EngineError as error:  # a machine without GL still shows the rest
-        console.print(f"no clip: {error}", soft_wrap=True)
+        console.print(f"no clip: {error}")
         result["render"] = {"clip": None, "reason": str(error)}
     console.rule("replay")
     console.print("A recording made by the package, not measured.")

@@ -6,12 +6,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated
 
-import tyro
-
-from tendon_mj.cli.given_files import Repeated, flat, given_files, typed_command
-from tendon_mj.cli.output import Output, console, print_warnings, progress_bar
+from tendon_mj.cli.options import Recordings, Repeated, flat, given_files
+from tendon_mj.cli.output import (
+    Output,
+    console,
+    print_warnings,
+    progress_bar,
+    typed_command,
+)
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.data_check import DataWarning, check_recording
 from tendon_mj.lab.diagnosis import (
@@ -49,7 +52,7 @@ _NOT_THERE = (
 
 
 def diagnose(
-    recordings: Annotated[tuple[Path, ...], tyro.conf.Positional],
+    recordings: Recordings,
     out: Path = Path("out/diagnose"),
     hold_out: Repeated[Path] = (),
     description: Path | None = None,
@@ -148,7 +151,7 @@ def _suggest(
     except TendonError as error:
         return None, error
     if suggestion:
-        console.print(suggestion.sentence, soft_wrap=True)
+        console.print(suggestion.sentence)
         template = suggestion.write(output.folder / "next.csv")
         if template:
             output.add(template)
@@ -165,12 +168,11 @@ def _read(
 
 
 def _print(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> None:
-    console.print(diagnosis.located.sentence, soft_wrap=True)
+    console.print(diagnosis.located.sentence)
     for finding in diagnosis.findings:
         console.print(
             f"  {finding.identifier} ({finding.where}), confidence"
-            f" {estimated_percent(finding.confidence)}: {finding.equation}",
-            soft_wrap=True,
+            f" {estimated_percent(finding.confidence)}: {finding.equation}"
         )
     values = {**diagnosis.calibrated, **diagnosis.parameters}
     for row, value in zip(value_rows(values), values.values(), strict=True):
@@ -178,12 +180,9 @@ def _print(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) ->
         unit = "" if row.unit == ABSENT else f" {row.unit}"
         loose = f"at an end of its range {span}" if value.at_end else f"anywhere in {span}"
         sure = f"95 % within {span}" if value.determined else loose
-        console.print(
-            f"  {row.name} = {row.value}{unit}, {sure}; the model has {row.before}",
-            soft_wrap=True,
-        )
+        console.print(f"  {row.name} = {row.value}{unit}, {sure}; the model has {row.before}")
     for name, spread in diagnosis.sessions.items():
-        console.print(_session_line(name, spread), soft_wrap=True)
+        console.print(_session_line(name, spread))
     for label, errors in (("train", diagnosis.train), ("held out", diagnosis.held_out)):
         console.print(
             f"{label}: rms error {errors.before:.2f} before, {errors.after:.2f} after,"
@@ -193,13 +192,12 @@ def _print(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) ->
         weighed = diagnosis.weighed
         console.print(
             f"held out, in the unit of the verdict: {weighed.before:.2f} before,"
-            f" {weighed.after:.2f} after [{weighed.unit}]",
-            soft_wrap=True,
+            f" {weighed.after:.2f} after [{weighed.unit}]"
         )
     if compared:
         console.print(f"mujoco.sysid alone: {compared.held_out_rms:.2f} held out, in noise")
     else:
-        console.print(no_sysid, soft_wrap=True)
+        console.print(no_sysid)
 
 
 def _session_line(name: str, spread: Spread) -> str:

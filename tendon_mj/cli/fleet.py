@@ -7,8 +7,7 @@ from typing import Annotated
 
 import tyro
 
-from tendon_mj.cli.given_files import typed_command
-from tendon_mj.cli.output import Output, console, progress_bar
+from tendon_mj.cli.output import Output, console, progress_bar, typed_command
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import collect_provenance
 from tendon_mj.lab.fleet import RESULT_TABLE, find_rigs, run_fleet
@@ -68,7 +67,7 @@ def fleet(
     numbers = result.result() | {"provenance": provenance.result()}
     output.result(numbers)
     for rig in result.with_findings:
-        console.print(f"  {rig.sentence(result.units)}", soft_wrap=True)
+        console.print(f"  {rig.sentence(result.units)}")
     output.close(" ".join(filter(None, [result.sentence, result.warning, f"Page: {out / PAGE}"])))
     failed = result.of("failed")
     if len(failed) == len(result.rigs):

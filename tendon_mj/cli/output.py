@@ -5,45 +5,30 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-import os
-import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from fnmatch import fnmatch
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING
 
 import filelock
-from matplotlib.figure import Figure
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    Progress,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import Progress, TaskID
 from rich.table import Table
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.lab.data_check import DataWarning
-from tendon_mj.show import DPI
 from tendon_mj.whole_file import whole_file
 
+if TYPE_CHECKING:  # the help of a command needs neither
+    from matplotlib.figure import Figure
 
-class _Console(Console):
-    """Console of a command, which goes on when nobody reads its output, as with `head`."""
-
-    def on_broken_pipe(self) -> None:
-        """Print no more."""
-        self.quiet = True
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    from tendon_mj.lab.data_check import DataWarning
 
 
-console = _Console(highlight=False, markup=False, emoji=False)  # names may hold [brackets]
+typed_command = ContextVar("typed_command", default="")  # for the provenance of a result
+console = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
 
-_Item = TypeVar("_Item")
 RESULT = "result.json"
 LOCK = ".lock"
 _SHOWN = (".html", ".png", ".mp4", ".webp")  # never read by a command
@@ -119,7 +104,7 @@ class Output:
         """Write a figure as ``name``.png."""
         path = self.folder / f"{name}.png"
         with whole_file(path) as made:
-            figure.savefig(made, dpi=DPI)
+            figure.savefig(made)
         return self.add(path)
 
     def result(self, numbers: Mapping[str, object]) -> Path:
@@ -136,9 +121,9 @@ class Output:
         self._lock.release()
         console.print(f"{time.perf_counter() - self.started:.1f} s; wrote")
         for path in self.written:
-            console.print(f"  {path}", soft_wrap=True)
+            console.print(f"  {path}")
         if sentence:
-            console.print(sentence, soft_wrap=True)
+            console.print(sentence)
 
 
 def _check_given(folder: Path, writes: Sequence[str], given: Iterable[str | Path | None]) -> None:
@@ -165,7 +150,7 @@ def _plain(value: object) -> object:
 def print_warnings(warnings: Iterable[DataWarning]) -> None:
     """Print warnings about recordings, a line each."""
     for warning in warnings:
-        console.print(f"warning: {warning.sentence}", soft_wrap=True)
+        console.print(f"warning: {warning.sentence}")
 
 
 def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
@@ -177,35 +162,24 @@ def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """
     columns = list(zip(head, *rows, strict=True))
     widths = [max(len(word) for cell in column for word in cell.split()) for column in columns]
-    spare = console.width - sum(widths) - 3 * len(widths) - 1  # of the lines between
-    if spare >= 0:
+    if sum(widths) + 3 * len(widths) < console.width:  # with the lines between
         table = Table()
-        for width, column in zip(widths, columns, strict=True):
-            more = min(spare, max(map(len, column)) - width)
-            spare -= more
-            table.add_column(column[0], width=width + more)
+        for title, width in zip(head, widths, strict=True):
+            table.add_column(title, min_width=width)
         for row in rows:
             table.add_row(*row)
-        console.print(table)
+        console.print(table, soft_wrap=False)
         return
     for name, *cells in rows:
-        console.print(name, soft_wrap=True)
+        console.print(name)
         for title, cell in zip(head[1:], cells, strict=True):
-            console.print(f"  {title}: {cell}", soft_wrap=True)
+            console.print(f"  {title}: {cell}")
 
 
 @contextlib.contextmanager
 def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
     """A callback ``(what, done, total)`` that shows a bar for each ``what``."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TimeElapsedColumn(),
-        TextColumn("elapsed,"),
-        TimeRemainingColumn(),
-        TextColumn("to go"),
-    )
-    with Progress(*columns, console=console) as bars:
+    with Progress(console=console) as bars:
         tasks: dict[str, TaskID] = {}
 
         def report(what: str, done: int, total: int) -> None:
@@ -214,13 +188,3 @@ def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
             bars.update(tasks[what], completed=done, total=total)
 
         yield report
-
-
-def tracked(what: str, items: Iterable[_Item]) -> Iterator[_Item]:
-    """Items, with a progress bar of how many were used."""
-    every = list(items)
-    with progress_bar() as report:
-        for k, item in enumerate(every):
-            report(what, k, len(every))
-            yield item
-        report(what, len(every), len(every))

@@ -9,13 +9,14 @@ import warnings
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import mujoco
 import tyro
+from rich.progress import track
 
-from tendon_mj.cli.given_files import Repeated, flat, given_files
-from tendon_mj.cli.output import Output, console, print_warnings, tracked
+from tendon_mj.cli.options import Recordings, Repeated, flat, given_files
+from tendon_mj.cli.output import Output, console, print_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonWarning
 from tendon_mj.lab.data_check import Checked, check_recording, timing_warnings
 from tendon_mj.lab.recordings import Recording, read_recording, tables_in, write_recording
@@ -40,7 +41,7 @@ _WITHOUT = "friction 0"
 
 
 def init(
-    model: Annotated[str, tyro.conf.Positional],
+    model: tyro.conf.Positional[str],
     out: Path | None = None,
 ) -> Path:
     """Write a description of recordings of a model: all its sensors and actuators, to be filled in.
@@ -65,14 +66,13 @@ def init(
         made.write_text(format_template(compiled, named), encoding="utf-8", newline="\n")
     console.print(
         f"Wrote {path}, to be filled in: actuators {compiled.nactuator}, sensors"
-        f" {compiled.nsensor}; then: tendon-mj check RECORDING.csv --description {path}",
-        soft_wrap=True,
+        f" {compiled.nsensor}; then: tendon-mj check RECORDING.csv --description {path}"
     )
     return path
 
 
 def check(
-    recordings: Annotated[tuple[Path, ...], tyro.conf.Positional],
+    recordings: Recordings,
     out: Path = Path("out/check"),
     description: Path | None = None,
     model: str | None = None,
@@ -104,11 +104,11 @@ def check(
     compiled = [shared or load_model(one.model, beside=one.beside) for one in read]
     described = [_described(values_of, *pair) for pair in zip(read, compiled, strict=True)]
     for text in of_tables:
-        console.print(f"warning: {text}", soft_wrap=True)
+        console.print(f"warning: {text}")
     checked = [
         check_recording(recording, on, described=stated, settle=settle)
-        for recording, on, stated in tracked(
-            "simulate", zip(read, compiled, described, strict=True)
+        for recording, on, stated in track(
+            list(zip(read, compiled, described, strict=True)), "simulate", console=console
         )
     ]
     for one in checked:
@@ -127,7 +127,7 @@ def check(
 
 
 def replay(
-    recording: Annotated[Path, tyro.conf.Positional],
+    recording: tyro.conf.Positional[Path],
     out: Path = Path("out/replay"),
     description: Path | None = None,
     model: str | None = None,
@@ -172,7 +172,7 @@ def replay(
         label: replay_recording(
             measured, compiled, parameters=parameters, described=described, settle=settle
         )
-        for label, parameters in tracked("replay", variants.items())
+        for label, parameters in track(variants.items(), "replay", console=console)
     }
     errors = {label: replay_error(measured, answer) for label, answer in simulated.items()}
     for k, (label, answer) in enumerate(simulated.items()):
@@ -207,8 +207,7 @@ def _described(
             " over the description's (--values-of description overrules them)"
             if values_of is None
             else f"warning: {name}: the description overrules the values that a diagnosis wrote"
-            f" into the model, such as {first}; without --values-of description they are kept",
-            soft_wrap=True,
+            f" into the model, such as {first}; without --values-of description they are kept"
         )
     return None if values_of is None else values_of == "description"
 
@@ -231,8 +230,7 @@ def _print_errors(recording: Recording, errors: Mapping[str, Misfit], label: str
     for column, error in errors.items():
         console.print(
             f"{label or recording.name}: {recording.written(column)} rms error"
-            f" {_rms(error, column)}{error.of_range}",
-            soft_wrap=True,
+            f" {_rms(error, column)}{error.of_range}"
         )
 
 

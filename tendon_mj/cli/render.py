@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 import math
-import re
+from functools import partial
 from pathlib import Path
-from typing import Annotated
 
 import mujoco
 import tyro
 
-from tendon_mj.cli.given_files import given_files
+from tendon_mj.cli.options import given_files
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.lab.finger import Motion, find_motion, simulate_finger
-from tendon_mj.lab.progress import Progress
-from tendon_mj.lab.replay import (
-    FrameRecorder,
-    Frames,
-    check_frames,
-    frictionless,
-    record_frames,
-)
+from tendon_mj.lab.finger import find_motion
+from tendon_mj.lab.replay import check_frames, frictionless, record_frames
 from tendon_mj.models import load_model, model_names, model_path
 from tendon_mj.show import check_size, find_camera, render_clip
 from tendon_mj.show.live import open_window, prepare, serve
@@ -30,7 +22,7 @@ DURATION = 6.0  # of a clip of a model without a motion of its own [s]
 
 
 def render(
-    model: Annotated[str, tyro.conf.Positional],
+    model: tyro.conf.Positional[str],
     out: Path = Path("out/render"),
     duration: float | None = None,
     motion: str | None = None,
@@ -72,16 +64,19 @@ def render(
     length = own_length if duration is None else duration
     if motion is None and name not in model_names():
         _print_what_moves(compiled)
+    moving = chosen.prepared(compiled)
+    without = frictionless(moving) if twin else {}
+    record = partial(record_frames, moving, chosen.drive, duration=length, fps=fps)
     with progress_bar() as progress:
-        frames, other = _frames(compiled, name, chosen, length, fps, twin, progress)
+        frames = record(progress=progress)
         path = render_clip(
-            compiled,
+            moving,
             frames,
             out / f"{name}.mp4",
             width=width,
             height=height,
             camera=camera,
-            twin=other,
+            twin=record(parameters=without) if without else None,
             progress=progress,
         )
     output.add(path)
@@ -101,7 +96,7 @@ def render(
 
 
 def view(
-    model: Annotated[str, tyro.conf.Positional],
+    model: tyro.conf.Positional[str],
     motion: str | None = None,
     web: bool = False,
     port: int = 8080,
@@ -115,7 +110,7 @@ def view(
             other model a CSV with time_s and a column for each actuator.
         web: whether to serve a page for a browser, with sliders for friction and all other live
             parameters, instead of opening MuJoCo's viewer, which needs a screen.
-        port: of that page.
+        port: of that page; where it is taken, the next one that is free.
         seconds: after which to end; by default when the window is closed, or at Ctrl-C.
 
     Example:
@@ -125,49 +120,22 @@ def view(
         raise InvalidValueError(f"--seconds {seconds:g} must be greater than 0")
     prepared = prepare(model, motion)
     if prepared.still:
-        console.print(f"{model} does not move: {prepared.still}", soft_wrap=True)
+        console.print(f"{model} does not move: {prepared.still}")
     if web:
         done = serve(prepared, port=port, seconds=seconds, announce=console.print)
     else:
         done = open_window(prepared, seconds)
-    console.print(done.sentence(), soft_wrap=True)
+    console.print(done.sentence())
 
 
 def _size(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"\s*(\d{1,6})\s*x\s*(\d{1,6})\s*", text, re.IGNORECASE)
-    if not match:
-        raise InvalidValueError(f"--size {text[:40]}: give width x height in pixels, like 1280x720")
-    return int(match[1]), int(match[2])
-
-
-def _frames(
-    compiled: mujoco.MjModel,
-    name: str,
-    chosen: Motion,
-    length: float,
-    fps: float,
-    twin: bool,
-    progress: Progress,
-) -> tuple[Frames, Frames | None]:
-    """Frames of a model in a motion, and those of its frictionless twin."""
-    if chosen.trajectory is None:
-        frames = record_frames(compiled, chosen.drive, duration=length, fps=fps, progress=progress)
-        without = frictionless(compiled) if twin else {}
-        if not without:
-            return frames, None
-        return frames, record_frames(
-            compiled, chosen.drive, duration=length, fps=fps, parameters=without
-        )
-    check_frames(compiled, length, fps)
-    recorders = []
-    for friction in (None, 0.0) if twin else (None,):
-        recorder = FrameRecorder(fps)
-        simulate_finger(
-            chosen.trajectory, compiled, name=name, friction=friction, recorder=recorder
-        )
-        recorders.append(recorder)
-    frames, *others = (recorder.frames() for recorder in recorders)
-    return frames, others[0] if others else None
+    width, _, height = text.lower().partition("x")
+    try:
+        return int(width), int(height)
+    except ValueError:
+        raise InvalidValueError(
+            f"--size {text}: give width x height in pixels, like 1280x720"
+        ) from None
 
 
 def _print_what_moves(compiled: mujoco.MjModel) -> None:
@@ -180,6 +148,4 @@ def _print_what_moves(compiled: mujoco.MjModel) -> None:
     if not compiled.nu:
         console.print("the model has no actuator: only gravity and springs move it")
     elif free:
-        console.print(
-            f"without ctrlrange, so moved through -1 to 1: {', '.join(free)}", soft_wrap=True
-        )
+        console.print(f"without ctrlrange, so moved through -1 to 1: {', '.join(free)}")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import glob
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Any, Literal
 
 import tyro
 
@@ -28,7 +28,7 @@ _WITHOUT = "friction 0"
 
 
 def simulate(
-    model: Annotated[Literal["finger", "finger_spring"], tyro.conf.Positional],
+    model: tyro.conf.Positional[Literal["finger", "finger_spring"]],
     motion: str = "curl",
     out: Path = Path("out/simulate"),
     friction: float | None = None,
@@ -61,13 +61,18 @@ def simulate(
     compiled = load_model(model)
     recorders = {name: FrameRecorder() if clip else None for name in runs}
     answers: dict[str, Recording] = {}
-    result: dict[str, object] = {"model": model, "motion": trajectory.name}
+    result: dict[str, Any] = {"model": model, "motion": trajectory.name}
     for name, value in runs.items():
         answer = simulate_finger(
             trajectory, compiled, name=model, friction=value, recorder=recorders[name]
         )
         answers[name] = answer
-        result[name] = {**summarise(answer).result(), "tracking": _tracking(answer)}
+        errors = tracking_error(answer)
+        tracking = {
+            column: {"rmse": error.rmse, "largest": error.largest, "bias": error.bias}
+            for column, error in errors.items()
+        }
+        result[name] = {**summarise(answer), "tracking": tracking}
         output.add(write_recording(answer, out / f"{stems[name]}.csv"))
     output.figure(trajectory.name, finger_figure(answers))
     if model == "finger" and not trajectory.by_tension:
@@ -78,26 +83,17 @@ def simulate(
         result["clip"] = _write_clip(output, trajectory.name, model, frames)
     output.result(result)
     _print_summary(answers, result)
-    output.close(_sentence(answers))
+    output.close(_sentence({label: result[label] for label in answers}))
     return result
 
 
-def _sentence(answers: dict[str, Recording]) -> str:
-    summaries = {label: summarise(answer) for label, answer in answers.items()}
-    parts = [
-        f"with {label} the flexor loses up to {1.0 - 1.0 / s.flexor_ratio_max:.0%} of its tension "
-        f"and the tip presses with up to {s.tip_force_max:.2f} N"
+def _sentence(summaries: Mapping[str, Mapping[str, float]]) -> str:
+    text = "; ".join(
+        f"with {label} the flexor loses up to {1.0 - 1.0 / s['flexor_input_over_output_max']:.0%}"
+        f" of its tension and the tip presses with up to {s['tip_force_max_N']:.2f} N"
         for label, s in summaries.items()
-    ]
-    text = "; ".join(parts)
+    )
     return f"{text[0].upper()}{text[1:]}."
-
-
-def _tracking(answer: Recording) -> dict[str, dict[str, float]]:
-    return {
-        column: {"rmse": error.rmse, "largest": error.largest, "bias": error.bias}
-        for column, error in tracking_error(answer).items()
-    }
 
 
 def _write_clip(output: Output, name: str, model: str, recorded: Sequence[Frames]) -> str | None:
@@ -109,23 +105,22 @@ def _write_clip(output: Output, name: str, model: str, recorded: Sequence[Frames
         with progress_bar() as progress:
             render_clip(scene, frames, path, twin=twin[0] if twin else None, progress=progress)
     except EngineError as error:
-        console.print(f"no clip: {error}", soft_wrap=True)
+        console.print(f"no clip: {error}")
         return None
     return output.add(path).name
 
 
-def _print_summary(answers: dict[str, Recording], result: dict[str, object]) -> None:
-    for label, answer in answers.items():
-        summary = summarise(answer)
+def _print_summary(labels: Iterable[str], result: Mapping[str, Any]) -> None:
+    for label in labels:
+        run = result[label]
         console.print(
-            f"{label}: flexor T_in/T_out {summary.flexor_ratio_min:.2f} to "
-            f"{summary.flexor_ratio_max:.2f}, tip force up to {summary.tip_force_max:.2f} N",
-            soft_wrap=True,
+            f"{label}: flexor T_in/T_out {run['flexor_input_over_output_min']:.2f} to "
+            f"{run['flexor_input_over_output_max']:.2f}, tip force up to "
+            f"{run['tip_force_max_N']:.2f} N"
         )
-        errors = [f"{c} {e['rmse']:.3g}" for c, e in _tracking(answer).items()]
-        console.print(f"  tracking error, rms: {', '.join(errors)}", soft_wrap=True)
-    cost = result.get("step_cost")
-    if isinstance(cost, dict):
+        errors = [f"{column} {error['rmse']:.3g}" for column, error in run["tracking"].items()]
+        console.print(f"  tracking error, rms: {', '.join(errors)}")
+    if cost := result.get("step_cost"):
         console.print(
             f"a step takes {cost['step_s'] * 1e6:.1f} µs, {cost['ratio']:.2f} × that of the finger "
             "with MuJoCo's own tendons"

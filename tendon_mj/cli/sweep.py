@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
 
 import mujoco
 import tyro
 from matplotlib.figure import Figure
 
-from tendon_mj.cli.given_files import Repeated, flat, given_files
+from tendon_mj.cli.options import Repeated, Required, flat, given_files
 from tendon_mj.cli.output import (
     Output,
     console,
@@ -44,8 +43,8 @@ _SHOWN = 8  # outputs on the console; result.json has all
 
 
 def sweep(
-    model: Annotated[str, tyro.conf.Positional],
-    parameter: Repeated[str],
+    model: tyro.conf.Positional[str],
+    parameter: Required[str],
     out: Path = Path("out/sweep"),
     draws: int = 0,
     seed: int = 0,
@@ -115,9 +114,7 @@ def sweep(
     given = [*read, motion, acting.path if acting else None]
     output = Output(out, (CSV,), writes=(PLAN, CSV), given=given, begin=False)
     print_warnings(timing_warnings(driven) if recording else [])
-    console.print(
-        f"{_counted(plan.design.rollouts)} of {plan.rollouts.steps} steps on {on}", soft_wrap=True
-    )
+    console.print(f"{_counted(plan.design.rollouts)} of {plan.rollouts.steps} steps on {on}")
     with progress_bar() as progress:
         done = run_sweep(plan, out, on=on, again=again, begin=output.begin, progress=progress)
     drawn = _write(output, done, plan)

@@ -10,8 +10,12 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from tendon_mj.envs.tasks import Ranges as Ranges
 from tendon_mj.errors import MissingPackageError
+
+try:
+    from tendon_mj.envs.tasks import Ranges as Ranges
+except ModuleNotFoundError as error:
+    raise MissingPackageError.of_lab("tendon_mj.envs", error) from None
 
 if TYPE_CHECKING:
     from tendon_mj.envs.finger import FingerPhysics as FingerPhysics
@@ -41,11 +45,7 @@ _INSTALL = {
 if not TYPE_CHECKING:  # a type checker reads the imports above
 
     def __getattr__(name: str) -> Any:
-        """Load a name when it is first used.
-
-        Raises:
-            MissingPackageError: dm-control, dm-env or gymnasium is needed and not installed.
-        """
+        """Load a name when it is first used."""
         if name not in _LAZY:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         try:

@@ -75,13 +75,14 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
         self.task = self.task_type(finger or Finger(), ranges, self.np_random)
         self.simulation = FingerSimulation(self.task.finger)
         self._steps = max(1, round(CONTROL_TIMESTEP / self.task.finger.timestep))
-        readings = self.task.observation_range(self.simulation)
-        boxes = {k: gymnasium.spaces.Box(*ends, dtype=np.float64) for k, ends in readings.items()}
+        readings = self.task.readings(self.simulation)
+        boxes = {
+            k: gymnasium.spaces.Box(r.low, r.high, dtype=np.float64) for k, r in readings.items()
+        }
         self.observation_space = cast(
             "gymnasium.Space[_Observation]", gymnasium.spaces.Dict(cast(Any, boxes))
         )
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(TENDONS),), np.float64)
-        self._readings = readings
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -150,8 +151,8 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
         self._offscreen = None
 
     def _observe(self) -> _Observation:
-        seen = self.task.get_observation(self.simulation)
-        return {name: np.clip(seen[name], *self._readings[name]) for name in self._readings}
+        readings = self.task.readings(self.simulation)
+        return {name: np.clip(*reading) for name, reading in readings.items()}
 
 
 class HoldForceEnv(FingerEnv):

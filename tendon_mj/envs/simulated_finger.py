@@ -80,11 +80,7 @@ class SimulatedFinger(ABC):
 
 
 class FingerSimulation(SimulatedFinger):
-    """A finger as plain MuJoCo model and data, stepped as dm_control steps it.
-
-    Args:
-        finger: its parameters.
-    """
+    """A finger as plain MuJoCo model and data, stepped as dm_control steps it."""
 
     def __init__(self, finger: Finger) -> None:
         self.rebuild(finger)
@@ -113,11 +109,7 @@ class FingerSimulation(SimulatedFinger):
         self.model.opt.disableflags = flags
 
     def step(self, count: int) -> None:
-        """Advance by ``count`` time steps; positions and velocities are those of the last one.
-
-        Raises:
-            TendonError: the simulation became unstable.
-        """
+        """Advance by ``count`` time steps; positions and velocities are those of the last one."""
         mujoco.mj_step2(self.model, self.data)
         if count > 1:
             mujoco.mj_step(self.model, self.data, count - 1)

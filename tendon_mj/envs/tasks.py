@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections import OrderedDict
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -71,6 +70,14 @@ def _pair(name: str, given: Any, positive: bool) -> tuple[float, float]:
     return low, high
 
 
+class Reading(NamedTuple):
+    """A reading that an agent observes, and the lowest and highest that it may be."""
+
+    value: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
 class FingerTask(ABC):
     """A task with a different friction, pretension and bend in every episode.
 
@@ -81,9 +88,6 @@ class FingerTask(ABC):
         finger: gives all other parameters.
         ranges: to draw from.
         random: of the draws; the same state of it gives the same episodes.
-
-    Raises:
-        InvalidValueError: a bend that the guides of the sheaths cannot turn by.
     """
 
     def __init__(self, finger: Finger, ranges: Ranges, random: Random) -> None:
@@ -109,11 +113,7 @@ class FingerTask(ABC):
         physics.command(np.zeros(len(TENDONS)))
 
     def before_step(self, action: FloatArray, physics: SimulatedFinger) -> None:
-        """Turn the action into angles of the spools.
-
-        Raises:
-            InvalidValueError: the action is not a finite number for each tendon.
-        """
+        """Turn the action, a finite number for each tendon, into angles of the spools."""
         shares = np.asarray(action, float)
         if shares.shape != (len(TENDONS),) or not np.isfinite(shares).all():
             raise InvalidValueError(
@@ -123,29 +123,24 @@ class FingerTask(ABC):
         low, high = physics.command_range()
         physics.command(low + 0.5 * (shares + 1.0) * (high - low))
 
-    def get_observation(self, physics: SimulatedFinger) -> OrderedDict[str, FloatArray]:
-        """Readings of an encoder and a tension sensor on each motor, and the goal.
+    def get_observation(self, physics: SimulatedFinger) -> dict[str, FloatArray]:
+        """Values of `readings` by name."""
+        return {name: reading.value for name, reading in self.readings(physics).items()}
 
-        `motor_angles` [rad] and `input_tensions` [N] of flexor and extensor, then those of the
-        task. Neither friction nor the tension at the finger is among them.
-        """
-        seen = OrderedDict[str, FloatArray]()
-        seen["motor_angles"] = np.array([physics.sensor(f"{t}_motor_angle") for t in TENDONS])
-        seen["input_tensions"] = np.array([physics.sensor(f"{t}_input_tension") for t in TENDONS])
-        return seen
+    def readings(self, physics: SimulatedFinger) -> dict[str, Reading]:
+        """Readings of an encoder and a tension sensor on each motor, then those of the task.
 
-    def observation_range(
-        self, physics: SimulatedFinger
-    ) -> dict[str, tuple[FloatArray, FloatArray]]:
-        """(lowest, highest) reading of everything observed, by name, in the same shapes.
-
-        Random and bang-bang commands of the motors stay within them.
+        `motor_angles` [rad] and `input_tensions` [N] of flexor and extensor. Neither friction nor
+        the tension at the finger is among them. Random and bang-bang commands of the motors keep
+        within their ranges.
         """
         low, high = physics.command_range()
+        angles = np.array([physics.sensor(f"{t}_motor_angle") for t in TENDONS])
+        tensions = np.array([physics.sensor(f"{t}_input_tension") for t in TENDONS])
         most = np.full(len(TENDONS), self.largest_force)
         return {
-            "motor_angles": (low - _BEYOND_COMMAND, high + _BEYOND_COMMAND),
-            "input_tensions": (0.0 * most, most),
+            "motor_angles": Reading(angles, low - _BEYOND_COMMAND, high + _BEYOND_COMMAND),
+            "input_tensions": Reading(tensions, 0.0 * most, most),
         }
 
     @property
@@ -188,21 +183,13 @@ class HoldForce(FingerTask):
         super().initialize_episode(physics)
         self.target = float(self.random.uniform(*self._forces))
 
-    def get_observation(self, physics: SimulatedFinger) -> OrderedDict[str, FloatArray]:
+    def readings(self, physics: SimulatedFinger) -> dict[str, Reading]:
         """`FingerTask`'s, with `tip_force` and `target_force` [N]."""
-        seen = super().get_observation(physics)
-        seen["tip_force"] = np.array([physics.sensor("tip_force")])
-        seen["target_force"] = np.array([self.target])
-        return seen
-
-    def observation_range(
-        self, physics: SimulatedFinger
-    ) -> dict[str, tuple[FloatArray, FloatArray]]:
-        """`FingerTask`'s, with those of `tip_force` and `target_force` [N]."""
-        low, high = self._forces
-        return super().observation_range(physics) | {
-            "tip_force": (np.zeros(1), np.array([self.largest_force])),
-            "target_force": (np.array([low]), np.array([high])),
+        force, most = np.array([physics.sensor("tip_force")]), np.array([self.largest_force])
+        low, high = np.array(self._forces)[:, None]
+        return super().readings(physics) | {
+            "tip_force": Reading(force, 0.0 * most, most),
+            "target_force": Reading(np.array([self.target]), low, high),
         }
 
     def get_reward(self, physics: SimulatedFinger) -> float:
@@ -250,25 +237,15 @@ class FollowTrajectory(FingerTask):
         share = float(size @ (0.5 - 0.5 * np.cos(2.0 * np.pi * frequency * time)))
         return share * self._pose
 
-    def get_observation(self, physics: SimulatedFinger) -> OrderedDict[str, FloatArray]:
+    def readings(self, physics: SimulatedFinger) -> dict[str, Reading]:
         """`FingerTask`'s, with `joint_angles`, `target_angles` and `next_angles` [rad]."""
-        seen = super().get_observation(physics)
-        now = physics.time()
-        seen["joint_angles"] = joint_angles(physics)
-        seen["target_angles"] = self.target(now)
-        seen["next_angles"] = self.target(now + _LEAD)
-        return seen
-
-    def observation_range(
-        self, physics: SimulatedFinger
-    ) -> dict[str, tuple[FloatArray, FloatArray]]:
-        """`FingerTask`'s, with those of all angles [rad]."""
+        now, straight = physics.time(), 0.0 * self._pose
         low, high = np.array([(j.low, j.high) for j in self.finger.joints.values()]).T
-        targets = (0.0 * self._pose, self._pose)
-        return super().observation_range(physics) | {
-            "joint_angles": (low - _BEYOND_STOP, high + _BEYOND_STOP),
-            "target_angles": targets,
-            "next_angles": targets,
+        angles = joint_angles(physics)
+        return super().readings(physics) | {
+            "joint_angles": Reading(angles, low - _BEYOND_STOP, high + _BEYOND_STOP),
+            "target_angles": Reading(self.target(now), straight, self._pose),
+            "next_angles": Reading(self.target(now + _LEAD), straight, self._pose),
         }
 
     def get_reward(self, physics: SimulatedFinger) -> float:

@@ -2,17 +2,14 @@
 
 from tendon_mj.models.bench import Bench as Bench
 from tendon_mj.models.bench import build_bench as build_bench
+from tendon_mj.models.finger import TENDON_COLOUR as TENDON_COLOUR
 from tendon_mj.models.finger import build_finger as build_finger
 from tendon_mj.models.finger_parameters import JOINTS as JOINTS
 from tendon_mj.models.finger_parameters import TENDONS as TENDONS
 from tendon_mj.models.finger_parameters import Finger as Finger
 from tendon_mj.models.finger_parameters import FingerJoint as FingerJoint
+from tendon_mj.models.finger_parameters import sheath_points as sheath_points
 from tendon_mj.models.finger_parameters import spool_angles as spool_angles
-from tendon_mj.models.finger_shapes import TENDON_COLOUR as TENDON_COLOUR
-from tendon_mj.models.finger_shapes import Mesh as Mesh
-from tendon_mj.models.finger_shapes import conduit_shape as conduit_shape
-from tendon_mj.models.finger_shapes import palm_shapes as palm_shapes
-from tendon_mj.models.finger_shapes import phalanx_shapes as phalanx_shapes
 from tendon_mj.models.joint import Joint as Joint
 from tendon_mj.models.joint import build_joint as build_joint
 from tendon_mj.models.load import example_recording as example_recording

@@ -24,14 +24,7 @@ def check_parameters(
     signed: Collection[str] = (),
     where: str = "",
 ) -> None:
-    """Refuse a model's parameters that are not finite, or not positive where they must be.
-
-    Args:
-        parameters: value by name.
-        may_be_0: names of those that must be ≥ 0; the others must be > 0.
-        signed: names of those that may have any finite value.
-        where: begins the message.
-    """
+    """Refuse parameters that are not finite, or not > 0, unless they may be 0 or are signed."""
     for name, value in parameters.items():
         bound = "" if name in signed else " and ≥ 0" if name in may_be_0 else " and > 0"
         in_range = name in signed or value > 0.0 or (name in may_be_0 and value == 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import mujoco
@@ -16,12 +17,23 @@ from tendon_mj.models.finger_parameters import (
     TENDONS,
     UP,
     Finger,
+    FingerJoint,
     sheath_points,
     spool_angles,
 )
-from tendon_mj.models.finger_shapes import COLOUR, TENDON_COLOUR, Mesh, phalanx_shapes
-from tendon_mj.typing import FloatArray
+from tendon_mj.models.load import models_folder
+from tendon_mj.typing import FloatArray, IntArray
 
+# of a tendon, in drawings and charts: blue and vermilion of Okabe and Ito's palette
+TENDON_COLOUR = {
+    "flexor": (0 / 255, 114 / 255, 178 / 255, 1.0),
+    "extensor": (213 / 255, 94 / 255, 0 / 255, 1.0),
+}
+_COLOUR = {
+    "skin": (0.82, 0.6, 0.48, 1.0),
+    "flesh": (0.94, 0.82, 0.76, 1.0),
+    "bone": (0.98, 0.96, 0.9, 1.0),
+}
 _STEEL, _OBJECT = [0.45, 0.47, 0.5, 1.0], [0.3, 0.33, 0.38, 1.0]
 _CONTACT = 3  # group of the geoms that touch, which viewers do not show
 _DRAWN: dict[str, Any] = {"group": 1, "mass": 0.0, "contype": 0, "conaffinity": 0}  # for the eye
@@ -77,7 +89,7 @@ def build_finger(finger: Finger, *, spring_return: bool = False) -> mujoco.MjSpe
 
 
 def _add_phalanges(spec: mujoco.MjSpec, finger: Finger) -> None:
-    body, start, shapes = spec.worldbody, np.zeros(3), phalanx_shapes(finger)
+    body, start = spec.worldbody, np.zeros(3)
     for name, joint in finger.joints.items():
         body = body.add_body(name=name, pos=start)
         start = joint.length * FORWARD
@@ -98,7 +110,7 @@ def _add_phalanges(spec: mujoco.MjSpec, finger: Finger) -> None:
             contype=_PHALANX,
             conaffinity=0,
         )
-        _draw_phalanx(spec, body, shapes)
+        _draw_phalanx(spec, body, joint)
     tip = finger.dip
     body.add_site(
         name="tip",
@@ -109,12 +121,23 @@ def _add_phalanges(spec: mujoco.MjSpec, finger: Finger) -> None:
     )
 
 
-def _draw_phalanx(spec: mujoco.MjSpec, body: mujoco.MjsBody, shapes: dict[str, Mesh]) -> None:
-    for part, rgba in COLOUR.items():
+def _draw_phalanx(spec: mujoco.MjSpec, body: mujoco.MjsBody, joint: FingerJoint) -> None:
+    """Bone, flesh and skin of the package's finger, as long and thick as this phalanx."""
+    own = getattr(Finger, body.name)
+    across = joint.radius / own.radius
+    for part, rgba in _COLOUR.items():
         name = f"{body.name}_{part}"
-        shape = shapes[name]
-        spec.add_mesh(name=name, uservert=shape.vertices.ravel(), userface=shape.faces.ravel())
+        vertices, faces = _shapes()[name]
+        scale = [joint.length / own.length, across, across]
+        spec.add_mesh(name=name, uservert=vertices, userface=faces, scale=scale)
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, rgba=rgba, **_DRAWN)
+
+
+@cache
+def _shapes() -> dict[str, tuple[FloatArray, IntArray]]:
+    """Vertices and faces of the package's finger by name."""
+    spec = mujoco.MjSpec.from_file(str(models_folder() / "finger" / "shapes.xml"))
+    return {mesh.name: (np.array(mesh.uservert), np.array(mesh.userface)) for mesh in spec.meshes}
 
 
 def _add_object(spec: mujoco.MjSpec, finger: Finger) -> None:

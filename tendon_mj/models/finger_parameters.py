@@ -194,14 +194,7 @@ def sheath_points(finger: Finger, tendon: str) -> FloatArray:
 def spool_angles(finger: Finger, angles: ArrayLike) -> dict[str, FloatArray]:
     """Angles that the spools must turn by for joint angles, friction and stretch neglected.
 
-    θ = −ΔL(q)/r, positive where tendon is wound in.
-
-    Args:
-        finger: its parameters.
-        angles: (…, 3) of MCP, PIP, DIP [rad].
-
-    Returns:
-        (…) angle of each tendon's spool [rad].
+    θ = −ΔL(q)/r, positive where tendon is wound in: (…) for (…, 3) of MCP, PIP, DIP [rad].
     """
     q = np.asarray(angles, float)
     turned = {}

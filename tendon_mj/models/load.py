@@ -52,7 +52,13 @@ def example_rig() -> Path:
 
 def model_names() -> list[str]:
     """Names of the models that come with the package."""
-    return sorted(p.parent.name for p in models_folder().glob("*/scene.xml"))
+    return sorted(name for name, file in _files().items() if name == file.parent.name)
+
+
+def _files() -> dict[str, Path]:
+    """MJCF files of the package's models and their variants, as `finger_spring`, by name."""
+    folders = [scene.parent for scene in models_folder().glob("*/scene.xml")]
+    return {file.stem: file for folder in folders for file in folder.glob(f"{folder.name}*.xml")}
 
 
 def model_path(name: str, *, scene: bool = False, beside: Path | None = None) -> Path:
@@ -67,26 +73,18 @@ def model_path(name: str, *, scene: bool = False, beside: Path | None = None) ->
     Raises:
         UnknownNameError: neither a model of the package nor a file; with the places searched.
     """
-    if name in model_names():
-        return models_folder() / name / ("scene.xml" if scene else f"{name}.xml")
-    path, variants = Path(name), _variants()
-    if name in variants:
-        variant = variants[name]
-        shown = f"scene{name.removeprefix(variant.parent.name)}.xml"
-        return variant.with_name(shown) if scene else variant
+    files, path = _files(), Path(name)
+    if name in files:
+        file = files[name]
+        shown = f"scene{name.removeprefix(file.parent.name)}.xml"
+        return file.with_name(shown) if scene else file
     if path.is_file():
         return path
-    names, where = [*model_names(), *variants], ""
+    names, where = list(files), ""
     if beside is not None:
         names += [file.name for file in beside.glob("*.xml")]
         where = f"searched {beside.resolve()}, next to the description, and the package's models"
     raise UnknownNameError("model or MJCF file", name, names, where)
-
-
-def _variants() -> dict[str, Path]:
-    """MJCF files of variants of the package's models by name, such as `finger_spring`."""
-    files = models_folder().glob("*/*_*.xml")
-    return {file.stem: file for file in files if file.stem.startswith(f"{file.parent.name}_")}
 
 
 def load_spec(name: str, *, scene: bool = False, beside: Path | None = None) -> mujoco.MjSpec:
@@ -102,25 +100,17 @@ def load_spec(name: str, *, scene: bool = False, beside: Path | None = None) -> 
     try:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
-        raise TendonError(_refusal(path, error)) from error
+        raise TendonError(f"{path}: {error}") from error
 
 
 def load_model(name: str, *, scene: bool = False, beside: Path | None = None) -> mujoco.MjModel:
     """A compiled model; see ``load_spec``."""
-    path = model_path(name, scene=scene, beside=beside)
+    spec = load_spec(name, scene=scene, beside=beside)
     try:
-        return load_spec(name, scene=scene, beside=beside).compile()
+        return spec.compile()
     except ValueError as error:
-        if isinstance(error, TendonError):
-            raise
-        raise TendonError(_refusal(path, error)) from error
-
-
-def _refusal(path: Path, error: ValueError) -> str:
-    if isinstance(error, UnicodeDecodeError):  # of a name, which MuJoCo takes as it stands
-        byte = error.object[error.start]
-        return f"{path}: a name has the byte 0x{byte:02x}, which is not UTF-8; save it as UTF-8"
-    return f"{path}: {error}"
+        path = model_path(name, scene=scene, beside=beside)
+        raise TendonError(f"{path}: {error}") from error
 
 
 def model_digest(model: mujoco.MjModel) -> str:

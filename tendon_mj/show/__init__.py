@@ -1,44 +1,48 @@
 """Figures, reports, fleet pages and clips from data; `show.live`: views of running simulations."""
 
-from tendon_mj.show.figures.bars import bars_figure as bars_figure
-from tendon_mj.show.figures.bench import convergence_figure as convergence_figure
-from tendon_mj.show.figures.bench import loops_figure as loops_figure
-from tendon_mj.show.figures.bench import sweep_figure as sweep_figure
-from tendon_mj.show.figures.simulations import before_after_figure as before_after_figure
-from tendon_mj.show.figures.simulations import finger_figure as finger_figure
-from tendon_mj.show.figures.simulations import parameter_figure as parameter_figure
-from tendon_mj.show.figures.simulations import replay_figure as replay_figure
-from tendon_mj.show.figures.style import BLACK as BLACK
-from tendon_mj.show.figures.style import BLUE as BLUE
-from tendon_mj.show.figures.style import DPI as DPI
-from tendon_mj.show.figures.style import GREEN as GREEN
-from tendon_mj.show.figures.style import GREY as GREY
-from tendon_mj.show.figures.style import ORANGE as ORANGE
-from tendon_mj.show.figures.style import PURPLE as PURPLE
-from tendon_mj.show.figures.style import SERIES as SERIES
-from tendon_mj.show.figures.style import SKY as SKY
-from tendon_mj.show.figures.style import VERMILLION as VERMILLION
-from tendon_mj.show.figures.style import legend_below as legend_below
-from tendon_mj.show.figures.style import new_figure as new_figure
-from tendon_mj.show.figures.style import print_style as print_style
-from tendon_mj.show.fleet import CHANGES as CHANGES
-from tendon_mj.show.fleet import SPREAD as SPREAD
-from tendon_mj.show.fleet import changes_figure as changes_figure
-from tendon_mj.show.fleet import fleet_page as fleet_page
-from tendon_mj.show.fleet import spread_figure as spread_figure
-from tendon_mj.show.fleet import write_table as write_table
-from tendon_mj.show.render.clip import check_size as check_size
-from tendon_mj.show.render.clip import draw_frames as draw_frames
-from tendon_mj.show.render.clip import render_clip as render_clip
-from tendon_mj.show.render.offscreen import Image as Image
-from tendon_mj.show.render.offscreen import Offscreen as Offscreen
-from tendon_mj.show.render.offscreen import find_camera as find_camera
-from tendon_mj.show.render.panel import INK as INK
-from tendon_mj.show.render.scene import add_cable as add_cable
-from tendon_mj.show.render.scene import without_tendons as without_tendons
-from tendon_mj.show.report.page import MODEL as MODEL
-from tendon_mj.show.report.page import report_page as report_page
-from tendon_mj.show.report.page import write_report as write_report
-from tendon_mj.show.report.pictures import diagnosis_figures as diagnosis_figures
-from tendon_mj.show.report.text import ABSENT as ABSENT
-from tendon_mj.show.report.text import value_rows as value_rows
+from tendon_mj.errors import MissingPackageError
+
+try:
+    from tendon_mj.show.figures.bars import bars_figure as bars_figure
+    from tendon_mj.show.figures.bench import convergence_figure as convergence_figure
+    from tendon_mj.show.figures.bench import loops_figure as loops_figure
+    from tendon_mj.show.figures.bench import sweep_figure as sweep_figure
+    from tendon_mj.show.figures.simulations import before_after_figure as before_after_figure
+    from tendon_mj.show.figures.simulations import finger_figure as finger_figure
+    from tendon_mj.show.figures.simulations import parameter_figure as parameter_figure
+    from tendon_mj.show.figures.simulations import replay_figure as replay_figure
+    from tendon_mj.show.figures.style import BLACK as BLACK
+    from tendon_mj.show.figures.style import BLUE as BLUE
+    from tendon_mj.show.figures.style import GREEN as GREEN
+    from tendon_mj.show.figures.style import GREY as GREY
+    from tendon_mj.show.figures.style import ORANGE as ORANGE
+    from tendon_mj.show.figures.style import PURPLE as PURPLE
+    from tendon_mj.show.figures.style import SERIES as SERIES
+    from tendon_mj.show.figures.style import SKY as SKY
+    from tendon_mj.show.figures.style import VERMILLION as VERMILLION
+    from tendon_mj.show.figures.style import legend_below as legend_below
+    from tendon_mj.show.figures.style import new_figure as new_figure
+    from tendon_mj.show.figures.style import print_style as print_style
+    from tendon_mj.show.fleet import CHANGES as CHANGES
+    from tendon_mj.show.fleet import SPREAD as SPREAD
+    from tendon_mj.show.fleet import changes_figure as changes_figure
+    from tendon_mj.show.fleet import fleet_page as fleet_page
+    from tendon_mj.show.fleet import spread_figure as spread_figure
+    from tendon_mj.show.fleet import write_table as write_table
+    from tendon_mj.show.render.clip import check_size as check_size
+    from tendon_mj.show.render.clip import draw_frames as draw_frames
+    from tendon_mj.show.render.clip import render_clip as render_clip
+    from tendon_mj.show.render.offscreen import Image as Image
+    from tendon_mj.show.render.offscreen import Offscreen as Offscreen
+    from tendon_mj.show.render.offscreen import find_camera as find_camera
+    from tendon_mj.show.render.panel import INK as INK
+    from tendon_mj.show.render.scene import add_cable as add_cable
+    from tendon_mj.show.render.scene import without_tendons as without_tendons
+    from tendon_mj.show.report.page import MODEL as MODEL
+    from tendon_mj.show.report.page import report_page as report_page
+    from tendon_mj.show.report.page import write_report as write_report
+    from tendon_mj.show.report.pictures import diagnosis_figures as diagnosis_figures
+    from tendon_mj.show.report.text import ABSENT as ABSENT
+    from tendon_mj.show.report.text import value_rows as value_rows
+except ModuleNotFoundError as error:
+    raise MissingPackageError.of_lab("tendon_mj.show", error) from None

@@ -206,13 +206,3 @@ def test_a_name_under_which_mujoco_reads_no_mjcf_is_refused(finger, tmp_path, at
         assert attach(finger, "flexor", out=name)[0] == 2
         assert "choose a name that ends in .xml" in " ".join(capsys.readouterr().err.split())
     assert [path.name for path in tmp_path.iterdir()] == ["finger.xml"]
-
-
-def test_two_includes_that_are_links_to_one_file_are_both_in_the_model(finger, tmp_path, attach):
-    (tmp_path / "part.xml").write_text('<mujoco><worldbody><geom size="1"/></worldbody></mujoco>')
-    (tmp_path / "link.xml").symlink_to("part.xml")
-    both = '<include file="part.xml"/><include file="link.xml"/>'
-    finger.write_text(finger.read_text().replace("<worldbody>", f"{both}<worldbody>", 1))
-    assert attach(finger, "flexor")[0] == 0
-    models = [mujoco.MjModel.from_xml_path(str(tmp_path / f"{n}.xml")) for n in ("finger", "new")]
-    assert models[0].ngeom == models[1].ngeom

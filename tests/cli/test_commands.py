@@ -1,7 +1,6 @@
 """Commands from their arguments to their result."""
 
 import json
-import platform
 
 import numpy as np
 import pytest
@@ -89,12 +88,10 @@ def test_change_reaches_a_sheath_with_an_equals_sign_in_its_name(tmp_path):
         (["finger", "--duration", "1e9"], "GB of memory"),
         (["finger", "--duration", "-1"], "must be finite and > 0"),
         (["bench", "--duration", "1e9"], "GB of memory"),
-        (["bench", "--duration", "0"], "must be finite and > 0"),
         (["finger", "--duration", "0"], "must be finite and > 0"),
         (["bench", "--motion", "curl"], "Motions with a name, such as curl, are the finger's"),
-        (["bench", "--motion", "curl"], "with time_s and a column for each actuator that moves"),
         (["bench", "--fps", "0"], "must be finite and > 0"),
-        (["bench", "--size", "99998x720"], "takes about 4.3 GB"),
+        (["bench", "--size", "99998x720"], "width = 99998"),
         (["bench", "--size", "wide"], "give width x height in pixels"),
         (["bench", "--camera", "top"], "unknown camera 'top'"),
         (["finger", "--motion", "prss"], "did you mean 'press'"),
@@ -220,12 +217,3 @@ def test_a_clip_of_the_finger(tmp_path):
     if clip is None:
         pytest.skip("no OpenGL on this machine")
     assert (out / clip).stat().st_size > 1000
-
-
-def test_view_says_what_it_lacks(monkeypatch, capsys):
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    if platform.system() != "Linux":
-        pytest.skip("only Linux says so beforehand")
-    assert main(["view", "finger"]) == 2
-    assert "no screen" in capsys.readouterr().err

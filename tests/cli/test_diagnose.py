@@ -107,15 +107,6 @@ def test_the_simulations_leave_the_gaps_that_the_result_states(rig, found):
         assert rms == pytest.approx(result["gap"]["held_out"][when], rel=1e-3)
 
 
-def test_the_model_that_is_written_has_what_was_found(rig, found):
-    out, _ = found
-    patched = mujoco.MjModel.from_xml_path(str(out / "model.xml"))
-    again = replay_recording(read_recording(rig[1.0][1]), patched, described=False)
-    after = read_recording(out / "0_b_1_after")
-    column = "output_tension_N"
-    np.testing.assert_allclose(again.columns[column], after.columns[column], atol=1e-9)
-
-
 def test_a_replay_on_the_model_that_was_written_keeps_what_was_found(rig, found, tmp_path, capsys):
     """The report's first advice; the description's guess would overrule it silently."""
     out, result = found
@@ -229,18 +220,22 @@ def test_a_bad_recording_is_refused_with_file_row_and_column(rig, tmp_path, caps
         assert text in said
 
 
+@pytest.mark.parametrize(
+    ("options", "fact"),
+    [
+        (["--exclude", "crep"], "did you mean 'creep'"),
+        (["--model", "bensch"], "did you mean 'bench'"),
+        (None, "at least one recording"),
+    ],
+)
+def test_a_refusal_names_the_argument(options, fact, rig, tmp_path, capsys):
+    given = [] if options is None else [rig[0.0][0], *options]
+    assert fact in refused(given, tmp_path, capsys)
+
+
 def test_motion_that_never_reverses_gets_that_sentence(tmp_path, capsys):
     path = written(tmp_path, "0,0,20\n0.1,1e-4,21\n0.2,2e-4,22\n")
     assert "the tendon never reversed" in refused([path], tmp_path, capsys)
-
-
-def test_unknown_effects_and_models_are_refused_with_the_nearest(rig, tmp_path, capsys):
-    assert "did you mean 'creep'" in refused([rig[0.0][0], "--exclude", "crep"], tmp_path, capsys)
-    assert "did you mean 'bench'" in refused([rig[0.0][0], "--model", "bensch"], tmp_path, capsys)
-
-
-def test_no_recording_is_refused(tmp_path, capsys):
-    assert "at least one recording" in refused([], tmp_path, capsys)
 
 
 def test_no_recording_that_a_diagnosis_reads_is_written_over(found, capsys):
@@ -252,19 +247,6 @@ def test_no_recording_that_a_diagnosis_reads_is_written_over(found, capsys):
         assert main(["diagnose", str(path), "--out", str(out), "--no-sysid"]) == 2
         assert path.name in capsys.readouterr().err
     assert {path: path.read_bytes() for path in out.iterdir()} == before
-
-
-def test_a_template_that_was_filled_in_is_written_over_by_no_other(rig, tmp_path, capsys):
-    train, bounds = rig[0.0][0], tmp_path / "bounds.toml"
-    bounds.write_text("[drive]\n")
-    for ending in (".csv", ".toml"):
-        filled = (tmp_path / "next").with_suffix(ending)
-        filled.write_bytes(Path(train).with_suffix(ending).read_bytes())
-    arguments = ["diagnose", str(tmp_path / "next.csv"), "--out", str(tmp_path)]
-    assert main([*arguments, "--next", str(bounds)]) == 2
-    assert "next.csv" in capsys.readouterr().err
-    assert main([*arguments, "--model", "nothing"]) == 2  # no template is written without bounds
-    assert "nothing" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("named", ["by the option", "by the description"])

@@ -39,6 +39,19 @@ def run(script):
     return done.stdout.strip()
 
 
+@pytest.mark.parametrize("module", ["tendon_mj.show", "tendon_mj.envs"])
+def test_without_the_laboratory_a_package_names_what_it_needs(module):
+    script = f"""
+try:
+    import {module}
+except ModuleNotFoundError as error:
+    print(error, error.name, sep="|")
+"""
+    sentence, name = run(WITHOUT.format(package="scipy") + script).split("|")
+    assert name == "scipy"
+    assert sentence == f"{module} needs scipy, which is not installed: pip install 'tendon-mj[lab]'"
+
+
 def test_everything_but_the_environments_runs_without_dm_control():
     imported = run(WITHOUT.format(package="dm_control") + EVERYTHING_ELSE)
     for module in ("tendon_mj.cli", "tendon_mj.lab.finger", "tendon_mj.lab.diagnosis"):

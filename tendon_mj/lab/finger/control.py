@@ -35,7 +35,7 @@ from tendon_mj.lab.replay import (
 from tendon_mj.models import JOINTS, TENDONS, Finger, spool_angles
 from tendon_mj.typing import FloatArray
 
-FINGERS = ("finger", "finger_spring")  # models that follow trajectories
+_FINGERS = ("finger", "finger_spring")  # models that follow trajectories
 OUT_OF_REACH = 0.5  # where the object rests on its slide for the finger to miss it [m]
 _UNITS = {"angle": "rad", "force": "N", "tension": "N", "displacement": "m"}
 _LEAST = 1e-3  # output tension that a ratio divides by at least [N]
@@ -49,14 +49,22 @@ class Motion(NamedTuple):
         drive: time [s] → (nu,) controls.
         duration: of it [s]; infinite for a default motion, which has no end.
         parameters: of the model that it needs, by name.
-        trajectory: that a finger follows; None for any other model.
+        hidden: bodies that are out of the way, so far that they are not shown.
     """
 
     name: str
     drive: Drive
     duration: float
-    parameters: Mapping[str, float]
-    trajectory: Trajectory | None
+    parameters: Mapping[str, float] = {}
+    hidden: tuple[str, ...] = ()
+
+    def prepared(self, model: mujoco.MjModel) -> mujoco.MjModel:
+        """A copy of a model with these parameters, in which the hidden bodies are invisible."""
+        adjustable = Adjustable(copy.copy(model))
+        adjustable.set(self.parameters)
+        for body in self.hidden:
+            adjustable.model.geom_rgba[model.geom_bodyid == model.body(body).id, 3] = 0.0
+        return adjustable.model
 
 
 def find_motion(
@@ -71,20 +79,18 @@ def find_motion(
             curl. Of any other model a CSV with ``time_s`` and a column for every actuator that
             moves (see `read_motion`); default: `default_motion`.
         duration: of a finger's motion [s], which is cut or held at its end; default: its own.
-
-    Raises:
-        UnknownNameError: no such motion, or a column for no actuator.
-        RecordingError: the CSV cannot be read.
-        InvalidValueError: a duration that is not one, or a motion out of the finger's reach.
     """
-    if name not in FINGERS:
+    if name not in _FINGERS:
         if motion is None:
-            return Motion("default motion", default_motion(name, model), math.inf, {}, None)
-        return Motion(Path(motion).stem, *read_motion(Path(motion), model), {}, None)
+            return Motion("default motion", default_motion(name, model), math.inf)
+        return Motion(Path(motion).stem, *read_motion(Path(motion), model))
     trajectory = find_trajectory(motion or "curl")
     if duration is not None:
         trajectory = lasting(trajectory, duration)
-    commands = drive_recording(trajectory, model, Finger(), name=name)
+    return _along(trajectory, model, _drive_recording(trajectory, model, Finger(), name=name))
+
+
+def _along(trajectory: Trajectory, model: mujoco.MjModel, commands: Recording) -> Motion:
     rows = [(model.actuator(a).id, commands.columns[c]) for c, a in commands.driven]
 
     def drive(now: float) -> FloatArray:
@@ -93,11 +99,11 @@ def find_motion(
             control[actuator] = np.interp(now, commands.time, values)
         return control
 
-    end = float(trajectory.time[-1])
-    return Motion(trajectory.name, drive, end, commands.known, trajectory)
+    hidden = ("object",) if trajectory.aside else ()
+    return Motion(trajectory.name, drive, float(trajectory.time[-1]), commands.known, hidden)
 
 
-def drive_recording(
+def _drive_recording(
     trajectory: Trajectory,
     model: mujoco.MjModel,
     finger: Finger,
@@ -109,17 +115,6 @@ def drive_recording(
 
     Joint angles become spool angles by geometry alone, as for an ideal tendon; tensions become
     torques, T r, with the position servos off. Friction is not compensated.
-
-    Args:
-        trajectory: to follow.
-        model: `finger` or `finger_spring`.
-        finger: its parameters.
-        name: of the model.
-        friction: μ of every sheath in place of the model's [-].
-
-    Raises:
-        InvalidValueError: a tension of a tendon that the model does not have; an angle beyond its
-            joint's range, or a tension beyond what a motor gives.
     """
     check_reach(trajectory, finger)
     tendons = [t for t in TENDONS if t in {model.tendon(k).name for k in range(model.ntendon)}]
@@ -185,22 +180,13 @@ def prepare_finger(
     """A copy of a model set for a trajectory, with its data, and its (steps, nu) controls.
 
     For callers that step the model themselves; `simulate_finger` steps it too.
-
-    Args:
-        trajectory, model, finger, friction: see `simulate_finger`.
-
-    Raises:
-        InvalidValueError: as `simulate_finger`.
     """
-    drive = drive_recording(trajectory, model, finger or Finger(), friction=friction)
+    commands = _drive_recording(trajectory, model, finger or Finger(), friction=friction)
+    motion = _along(trajectory, model, commands)
     adjustable = Adjustable(copy.copy(model))
-    adjustable.set(drive.known)
-    time = np.arange(0.0, trajectory.time[-1], model.opt.timestep)
-    controls = np.zeros((len(time), model.nu))
-    for column, actuator in drive.driven:
-        values = np.interp(time, drive.time, drive.columns[column])
-        controls[:, model.actuator(actuator).id] = values
-    return adjustable, controls
+    adjustable.set(motion.parameters)
+    time = np.arange(0.0, motion.duration, model.opt.timestep)
+    return adjustable, np.array([motion.drive(now) for now in time])
 
 
 def simulate_finger(
@@ -226,14 +212,9 @@ def simulate_finger(
 
     Returns:
         Columns `asked_…` of the trajectory, `…_command_…` driven, and one for every sensor.
-
-    Raises:
-        InvalidValueError: a tension of a tendon that the model does not have; an angle or tension
-            out of reach.
-        TendonError: the simulation failed; the message says when.
     """
     finger = finger or Finger()
-    drive = drive_recording(trajectory, model, finger, name=name, friction=friction)
+    drive = _drive_recording(trajectory, model, finger, name=name, friction=friction)
     answer = replay_recording(drive, model, progress=progress, recorder=recorder)
     asked = {c: v for c, v in drive.columns.items() if c.startswith("asked_")}
     return dataclasses.replace(
@@ -241,34 +222,16 @@ def simulate_finger(
     )
 
 
-@dataclasses.dataclass(frozen=True)
-class Summary:
-    """Extremes over a motion.
-
-    Attributes:
-        tip_force_max: largest force on the distal phalanx [N].
-        flexor_ratio_max, flexor_ratio_min: of the flexor's T_in/T_out [-].
-    """
-
-    tip_force_max: float
-    flexor_ratio_max: float
-    flexor_ratio_min: float
-
-    def result(self) -> dict[str, float]:
-        """Plain numbers for `result.json`."""
-        return {
-            "tip_force_max_N": self.tip_force_max,
-            "flexor_input_over_output_max": self.flexor_ratio_max,
-            "flexor_input_over_output_min": self.flexor_ratio_min,
-        }
-
-
-def summarise(answer: Recording) -> Summary:
-    """Summary of a motion that `simulate_finger` returned."""
+def summarise(answer: Recording) -> dict[str, float]:
+    """Largest tip force, and extremes of the flexor's T_in/T_out, of a simulated motion."""
     columns = answer.columns
     output = np.maximum(columns["flexor_output_tension_N"], _LEAST)
     ratio = columns["flexor_input_tension_N"] / output
-    return Summary(float(columns["tip_force_N"].max()), float(ratio.max()), float(ratio.min()))
+    return {
+        "tip_force_max_N": float(columns["tip_force_N"].max()),
+        "flexor_input_over_output_max": float(ratio.max()),
+        "flexor_input_over_output_min": float(ratio.min()),
+    }
 
 
 def tracking_error(answer: Recording) -> dict[str, Misfit]:
@@ -276,12 +239,6 @@ def tracking_error(answer: Recording) -> dict[str, Misfit]:
 
     A tension is commanded at the motor, so it is compared at the tendon's input, and at its output
     as well.
-
-    Args:
-        answer: as `simulate_finger` returns it.
-
-    Returns:
-        By the achieved column: `mcp_angle_rad`, …, or `flexor_input_tension_N`, ….
     """
     goals = {f"{joint}_angle_rad": f"asked_{joint}_rad" for joint in JOINTS}
     goals |= {

@@ -96,11 +96,7 @@ NAMED: dict[str, Callable[[], Trajectory]] = {f.__name__: f for f in (curl, tap,
 
 
 def read_trajectory(path: Path) -> Trajectory:
-    """A trajectory from a CSV with `time_s` and either `ANGLES` or `TENSIONS` as columns.
-
-    Raises:
-        RecordingError: the file cannot be read, or has the wrong columns; the message lists them.
-    """
+    """A trajectory from a CSV with `time_s` and either `ANGLES` or `TENSIONS` as columns."""
     table = read_table(path)
     time = table.pop(TIME)
     given = set(table)
@@ -114,12 +110,7 @@ def read_trajectory(path: Path) -> Trajectory:
 
 
 def find_trajectory(name: str) -> Trajectory:
-    """A named trajectory, or one from a CSV file.
-
-    Raises:
-        UnknownNameError: neither; the message lists the names.
-        RecordingError: the file is not a trajectory.
-    """
+    """A named trajectory, or one from a CSV file."""
     if name in NAMED:
         return NAMED[name]()
     if Path(name).is_file():
@@ -128,11 +119,7 @@ def find_trajectory(name: str) -> Trajectory:
 
 
 def check_reach(trajectory: Trajectory, finger: Finger) -> None:
-    """Refuse joint angles beyond the joints' ranges, and tensions that the motors cannot bring up.
-
-    Raises:
-        InvalidValueError: names the joint or tendon, the first such moment, value and range.
-    """
+    """Refuse joint angles beyond the joints' ranges, and tensions that no motor brings up."""
     kind = "tendon" if trajectory.by_tension else "joint"
     for column, (low, high) in _reach(trajectory, finger).items():
         values, (name, _, unit) = trajectory.columns[column], column.rpartition("_")
@@ -157,11 +144,7 @@ def clamped(trajectory: Trajectory, finger: Finger) -> Trajectory:
 
 
 def lasting(trajectory: Trajectory, duration: float) -> Trajectory:
-    """A trajectory cut after a duration [s], or held at its last values until then.
-
-    Raises:
-        InvalidValueError: the duration is not finite, or shorter than two samples.
-    """
+    """A trajectory cut after a duration [s], or held at its last values until then."""
     if not np.isfinite(duration) or duration < 2.0 * _INTERVAL:
         raise InvalidValueError(f"duration = {duration} [s] must be finite and ≥ {2 * _INTERVAL}")
     time = np.append(trajectory.time[trajectory.time < duration], duration)

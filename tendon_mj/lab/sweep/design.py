@@ -45,17 +45,8 @@ def parse_axes(
 ) -> list[Axis]:
     """Axes of ``name=low:high``, ``name=low:high:values`` and ``name=value,value,…``.
 
-    Args:
-        texts: one an axis; a name may have ``*``, and then stands for all that fit; the name of a
-            tendon stands for its sheath's.
-        draws: from the ranges without a number of values; 0: they are a grid of 5.
-        parameters: all that there are.
-        sheaths: sheath → its tendon.
-
-    Raises:
-        UnknownNameError: no such parameter, with the nearest.
-        InvalidValueError: a text of another form, a range that is none, a parameter in two axes, or
-            draws without a range.
+    ``*`` in a name stands for any text, the name of a tendon for its sheath; ``sheaths`` maps a
+    sheath to its tendon. Without ``draws`` a range without a number of values is a grid of 5.
     """
     axes = [_parse(text, draws, parameters, sheaths) for text in texts]
     seen: dict[str, str] = {}
@@ -123,17 +114,6 @@ class Design:
     The last axis changes fastest, and draws faster than grids. That all combinations have the same
     draws keeps their scatter out of the differences between them. The first draws are the same
     whatever their number.
-
-    Args:
-        axes: of the sweep.
-        draws: of the axes without a grid.
-        seed: of the draws.
-
-    Attributes:
-        rollouts: number of combinations.
-
-    Raises:
-        InvalidValueError: more than 10 million combinations.
     """
 
     def __init__(self, axes: Sequence[Axis], draws: int, seed: int) -> None:

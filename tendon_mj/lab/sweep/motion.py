@@ -33,11 +33,6 @@ def motion_recording(
         motion: see `find_motion`.
         duration: of it [s]; default: that of the motion, or 6.
         still: whether without a motion every control is 0, for a policy to set.
-
-    Raises:
-        UnknownNameError, RecordingError: see `find_motion`.
-        InvalidValueError: a duration of no step or of too many, a motion out of reach, or an
-            actuator without a name moves.
     """
     if duration is not None:
         _steps(duration, model)  # before anything of that length is made

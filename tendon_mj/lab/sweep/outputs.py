@@ -57,17 +57,10 @@ class SensorSummary(NamedTuple):
 def parse_outputs(
     texts: Sequence[str], units: Mapping[str, str], recorded: bool
 ) -> tuple[SensorSummary, ...]:
-    """Outputs of ``sensor.summary``, or ``sensor`` for all its summaries.
+    """Outputs of ``sensor.summary``, or ``sensor`` for all its summaries; of no text, all outputs.
 
-    Args:
-        texts: in which ``*`` stands for any text, unless a sensor or output is so named; without
-            any, all outputs there are.
-        units: sensor → unit of its reading, of all sensors with one number.
-        recorded: whether there is something measured, to which ``ERROR`` is.
-
-    Raises:
-        UnknownNameError: no such output, with the nearest.
-        InvalidValueError: the model has no sensor of one number.
+    ``*`` stands for any text, unless a sensor or output is so named. ``units`` has all sensors of
+    one number; only what was ``recorded`` has an ``ERROR``.
     """
     if not units:
         raise InvalidValueError(
@@ -94,13 +87,7 @@ def summarised(
     series: Mapping[str, FloatArray],
     measured: Mapping[str, FloatArray],
 ) -> list[float]:
-    """Values of outputs.
-
-    Args:
-        outputs: of a sweep.
-        series: sensor → (n,) in a rollout.
-        measured: sensor → (n,) of the recording, for ``ERROR``.
-    """
+    """Values of outputs, from sensor → (n,) in a rollout and, for ``ERROR``, in the recording."""
     rows = {sensor: k for k, sensor in enumerate(series)}
     stacked = np.array(list(series.values()))
     wanted = {output.summary for output in outputs}

@@ -49,12 +49,7 @@ class Policy:
         return hashlib.sha256(self.source.encode()).hexdigest()[:16]
 
     def make(self, model: mujoco.MjModel) -> Act:
-        """The function, or an instance of the class, for one rollout of a model.
-
-        Raises:
-            InvalidValueError: the file raises an exception, or the name cannot be called.
-            UnknownNameError: the file has no such name.
-        """
+        """The function, or an instance of the class, for one rollout of a model."""
         names = vars(self._module())
         if self.name not in names:
             callables = [n for n, v in names.items() if callable(v) and not n.startswith("_")]
@@ -98,11 +93,7 @@ class Policy:
 
 
 def read_policy(text: str) -> Policy:
-    """The policy of ``file.py:name``.
-
-    Raises:
-        InvalidValueError: the text is not of that form, or the file cannot be read.
-    """
+    """The policy of ``file.py:name``."""
     path, _, name = text.rpartition(":")
     if not path.endswith(".py") or not name.isidentifier():
         raise InvalidValueError(f"--policy {text}: it is not like file.py:name")
@@ -118,12 +109,8 @@ def try_policy(
 ) -> FloatArray | None:
     """Step once for every row of controls, which a policy may change from row ``lead`` on.
 
-    Returns:
-        (steps, nsensordata) readings as of the start of each step; None where MuJoCo warned or one
-        is not finite.
-
-    Raises:
-        InvalidValueError: the policy raised an exception.
+    Returns (steps, nsensordata) readings as of the start of each step; None where MuJoCo warned or
+    one is not finite.
     """
     act, readings = policy.make(model), np.empty((len(control), model.nsensordata))
     warmstart = data.qacc_warmstart.copy()

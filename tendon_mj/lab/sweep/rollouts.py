@@ -76,11 +76,7 @@ class Rollouts:
         return {f"model {self.recording.model}": model_digest(self.model)}
 
     def prepare_policy(self) -> None:
-        """Make the policy once, without a simulation.
-
-        Raises:
-            InvalidValueError, UnknownNameError: see `Policy.make`.
-        """
+        """Make the policy once, without a simulation."""
         if self.policy is None:
             return
         if self._ready.schedule.joints:
@@ -110,9 +106,6 @@ class Rollouts:
 
         The outputs of a rollout that became unstable are NaN. `unsolved` counts evaluations in
         which a sheath found no equilibrium and used its best estimate.
-
-        Raises:
-            InvalidValueError: a value outside its range; it names the rollout.
         """
         rows, unsolved = np.full((len(batch.values), len(self.outputs)), np.nan), list[int]()
         with suppress_mujoco_log():
@@ -134,11 +127,7 @@ class Rollouts:
         }
 
     def check(self, values: Sequence[float]) -> None:
-        """Set the axes to values, without a simulation.
-
-        Raises:
-            InvalidValueError: a value that a parameter may not have.
-        """
+        """Set the axes to values, without a simulation."""
         self._set(self._ready.adjustable, values)
 
     def _set(self, adjustable: Adjustable, values: Sequence[float]) -> None:

@@ -66,12 +66,6 @@ class Sweep:
     Attributes:
         axes, outputs, design: of the rollouts.
         units: axis → unit of its parameters.
-
-    Raises:
-        UnknownNameError, InvalidValueError: see `parse_axes`, `parse_outputs` and `Design`; draws
-            or a seed below 0; a parameter of commands beside a policy.
-        RecordingError: the recording does not fit the model.
-        TendonError: the policy cannot be made, see `Policy.make`.
     """
 
     def __init__(
@@ -155,11 +149,7 @@ class Sweep:
                     )
 
     def check(self) -> None:
-        """Set the ends of the axes, in every combination, and some rollouts, without a simulation.
-
-        Raises:
-            InvalidValueError: a value that a parameter may not have, or not beside another's.
-        """
+        """Set every combination of the axes' ends, and some rollouts, without a simulation."""
         ends = [(axis.low, axis.high) for axis in self.axes[:_COMBINED]]
         rest = [axis.low for axis in self.axes[_COMBINED:]]
         for corner in product(*ends):
@@ -174,17 +164,12 @@ class Sweep:
         return {**self._stated, **self.rollouts.identity(), **versions()}
 
     def batch(self, number: int, size: int) -> Batch:
-        """The rollouts of a task."""
+        """Rollouts of a task."""
         start = number * size
         return Batch(start, self.design.values(start, min(start + size, self.design.rollouts)))
 
     def seconds(self) -> float:
-        """Time of a rollout in this process, without the preparations of the first [s].
-
-        Raises:
-            InvalidValueError: a value of the first rollout is outside its range, or the policy does
-                not do twice the same in it.
-        """
+        """Time of a rollout in this process, without the preparations of the first [s]."""
         first = self.batch(0, 1)
         once = self.rollouts.of(first)
         begun = time.perf_counter()
@@ -219,12 +204,6 @@ def run_sweep(
         again: begin again, whatever is there.
         begin: called when nothing more is refused, before the folder is written to.
         progress: called with "rollouts", how many are done, and of how many.
-
-    Raises:
-        InvalidValueError: the folder holds another sweep, or, in that of its tables, one that is
-            of no sweep; or a value is outside its range.
-        MissingPackageError: pyarrow, or Dask where it is wanted, is not installed.
-        WorkerError: see `run_tasks`.
     """
     begun, total = None if again else check_folder(sweep, folder), sweep.design.rollouts
     anew = begun is None
@@ -236,7 +215,6 @@ def run_sweep(
     table = ParquetParts(folder / TABLE, _digest(json.dumps(sweep.plan).encode()), again=anew)
 
     def start() -> None:
-        table.refuse_foreign(numbers, others=anew)
         if anew:
             table.clear()
             (folder / CSV).unlink(missing_ok=True)
@@ -259,13 +237,9 @@ def run_sweep(
 
 
 def check_folder(sweep: Sweep, folder: Path) -> Plan | None:
-    """Refuse a folder that holds another sweep, or tables of none, before anything is changed.
+    """The plan that was begun in a folder, None where there is none.
 
-    Returns:
-        The plan that was begun there; None where there is none.
-
-    Raises:
-        InvalidValueError: names the first difference, with both values.
+    Another plan, or tables without one, are refused.
     """
     path = folder / PLAN
     if not path.exists():
@@ -306,12 +280,7 @@ def recording_digest(recording: Recording) -> str:
 
 
 def batch_size(seconds: float, rollouts: int) -> int:
-    """Rollouts of a task: 0.2 s to 2 s of them, and where that leaves a choice 256 tasks.
-
-    Args:
-        seconds: time of one rollout [s].
-        rollouts: of the sweep.
-    """
+    """Rollouts of a task, each of so many seconds: 0.2 s to 2 s, with a choice 256 tasks."""
     least, most = _LEAST / seconds, _TASK / seconds
     return max(1, round(min(most, max(least, rollouts / _TASKS))))
 

@@ -6,7 +6,6 @@ import hashlib
 import importlib.metadata
 import importlib.util
 import os
-import pickle
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -58,49 +57,35 @@ def check_same(expected: Mapping[str, str], there: Mapping[str, str], where: str
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Job:
-    """Function and shared data of a run as a pickle, and the versions that a worker must have."""
+    """Function and shared data of a run, and the versions that a worker must have."""
 
-    content: bytes
+    function: Callable[[Any, Any], Any]
+    shared: Any
     sources: tuple[str, ...]
     expected: Mapping[str, str]
 
     @staticmethod
-    def of(
-        function: Callable[[Any, Any], Any],
-        shared: Any,
-        sources: Sequence[str],
-        *,
-        by_value: bool = False,
-    ) -> Job:
-        """The job of a run; ``by_value``: also of functions that workers cannot import."""
-        dumps: Callable[[Any], bytes] = pickle.dumps
-        if by_value:  # those of a program that runs as `python -m`
-            import cloudpickle
-
-            dumps = cloudpickle.dumps
+    def of(function: Callable[[Any, Any], Any], shared: Any, sources: Sequence[str]) -> Job:
+        """The job of a run in this process."""
         expected = {**identity(sources), THREADS: "1", **_identity_of(shared)}
-        return Job(dumps((function, shared)), tuple(sources), expected)
+        return Job(function, shared, tuple(sources), expected)
 
     def run(self, key: str, argument: Any, worker: str) -> Any:
         """Do one task in this process, unless it computes with something else than the caller."""
-        if self.content not in _LOADED:
-            here = identity(self.sources)
-            check_same({name: self.expected[name] for name in here}, here, worker)
-            function, shared = pickle.loads(self.content)
-            check_same(self.expected, {**here, **_identity_of(shared)}, worker)
-            _LOADED.clear()  # of the run before
-            _LOADED[self.content] = function, shared
-        function, shared = _LOADED[self.content]
+        if [self] != _CHECKED:
+            here = {**identity(self.sources), **_identity_of(self.shared)}
+            check_same(self.expected, here, worker)
+            _CHECKED[:] = [self]
         try:
-            return function(shared, argument)
+            return self.function(self.shared, argument)
         except TendonError as error:  # with a text alone, which every process can read
             kind = WorkerError if isinstance(error, WorkerError) else TendonError
             raise kind(f"{key}: {error}") from None
 
 
-_LOADED: dict[bytes, tuple[Callable[[Any, Any], Any], Any]] = {}  # in a worker
+_CHECKED: list[Job] = []  # the job of this worker
 
 
 def _identity_of(shared: Any) -> Mapping[str, str]:

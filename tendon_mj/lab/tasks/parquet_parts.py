@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.errors import InvalidValueError, MissingPackageError
+from tendon_mj.errors import MissingPackageError
 from tendon_mj.whole_file import whole_file
 
 Column = NDArray[Any]
@@ -19,15 +19,8 @@ _PART = b"tendon_mj part"  # in a file's metadata: of which run and task it is
 class ParquetParts:
     """Keeps the tables of tasks; the order of rows is that of the keys.
 
-    A file of another run, or one that cannot be read, does not count: its task is done again.
-
-    Args:
-        folder: made if it is not there.
-        of: the run that the tables are of.
-        again: whether no file that is there counts.
-
-    Raises:
-        MissingPackageError: pyarrow is not installed.
+    A file of another run, or one that cannot be read, does not count: its task is done again. Files
+    of something else are neither read nor removed.
     """
 
     def __init__(self, folder: Path, of: str = "", *, again: bool = False) -> None:
@@ -59,47 +52,18 @@ class ParquetParts:
         self._kept.add(key)
 
     def read(self, columns: Sequence[str] | None = None) -> dict[str, Column]:
-        """Column → (rows,) of all tasks; ``columns``: only these.
-
-        Raises:
-            InvalidValueError: a table cannot be read any more; it names the file.
-        """
+        """Column → (rows,) of all tasks; ``columns``: only these."""
         files = [str(self._path(key)) for key in sorted(self._kept)]
         if not files:
             return {}
-        try:
-            table = self._pyarrow.dataset.dataset(files).to_table(columns)
-        except (self._pyarrow.ArrowException, OSError) as error:
-            broken = [file for file in files if self._part_of(Path(file)) is None]
-            raise InvalidValueError(
-                f"{', '.join(broken) or self.folder} cannot be read ({error}); remove it, and the"
-                " same command computes it again"
-            ) from error
+        table = self._pyarrow.dataset.dataset(files).to_table(columns)
         return {name: np.asarray(table[name]) for name in table.column_names}
 
-    def refuse_foreign(self, keys: Collection[str], *, others: bool) -> None:
-        """Refuse a table that belongs to no task, since it would be read as part of the result.
-
-        Args:
-            keys: of the tasks; their tables may be damaged, as they are computed again.
-            others: whether tables of other runs may be present, as they are cleared.
-
-        Raises:
-            InvalidValueError: names the first one and how to resolve it.
-        """
-        for path in sorted(self.folder.glob("[!.]*.parquet")):
-            part = self._part_of(path)
-            is_damaged = part is None and path.stem in keys
-            if not (is_damaged or (part and (others or path.stem in keys))):
-                raise InvalidValueError(
-                    f"{path} is not a table of this run; put it into another folder, or give"
-                    " another --out"
-                )
-
     def clear(self) -> None:
-        """Remove every table, and those that a killed run left half written."""
+        """Remove the tables of every run, and those that a killed run left half written."""
         for path in self.folder.glob("*.parquet"):
-            path.unlink()
+            if path.name.startswith(".") or self._part_of(path):
+                path.unlink()
         self._kept.clear()
 
     def _path(self, key: str) -> Path:

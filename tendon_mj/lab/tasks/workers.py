@@ -63,10 +63,6 @@ class Workers:
         processes: of this machine, without Dask; default: as many as it has cores.
         workers: of a Dask cluster that lives as long as the run.
         scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
-
-    Raises:
-        InvalidValueError: two of them, less than one process or worker or more than `MOST`, or an
-            address without a scheme or port.
     """
 
     processes: int | None = None
@@ -147,9 +143,7 @@ def run_tasks(
     if not todo:
         begin()
         return
-    if on.on_dask:
-        _import_dask()
-    job = Job.of(function, shared, sources, by_value=on.on_dask)
+    job = Job.of(function, shared, sources)
     with (_dask if on.on_dask else _processes)(on, len(todo), job) as pool:
         begin()
         for left in _run_all(on, pool, todo, argument, store):
@@ -265,14 +259,7 @@ def _run(key: str, argument: Any) -> Any:
 
 @contextmanager
 def local_cluster(workers: int | None) -> Iterator[str]:
-    """Address of a scheduler with workers on this machine, which Dask restarts when they die.
-
-    Args:
-        workers: processes with one thread each; default: as many as there are cores.
-
-    Raises:
-        MissingPackageError: Dask is not installed.
-    """
+    """Address of a scheduler with workers on this machine, which Dask restarts when they die."""
     distributed = _import_dask()
     import dask
 

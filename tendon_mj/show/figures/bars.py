@@ -26,9 +26,6 @@ def bars_figure(
         title: of the picture.
         label: of the axis, with the unit.
         reference: a value to mark by a line, and its name.
-
-    Returns:
-        A figure of one panel, a row for each name.
     """
     low, median, high = np.array([list(spread) for spread in spreads.values()]).T
     rows = np.arange(len(spreads))

@@ -31,13 +31,6 @@ def loops_figure(bench: Bench, readings: BenchReadings) -> Figure:
 
     Left T_out = T_in e^{∓|λ|}; right T_out − T_0 = K_t(±|λ|) (ξ_in − ξ_B(±|λ|)); in both the line
     without friction, of slope 1 and K_t(0).
-
-    Args:
-        bench: parameters, for the closed form.
-        readings: T_in, T_out and ξ_in of the loops.
-
-    Returns:
-        A figure of two panels.
     """
     went_in, came_out = readings.input_tension, readings.output_tension
     wound, pretension = readings.reel_displacement, bench.pretension
@@ -112,14 +105,7 @@ def _note(
 
 
 def sweep_figure(motions: Sequence[FirstMotion]) -> Figure:
-    """Draw K_ap/K_w and ξ_B over λ with their closed form, and below the errors of both.
-
-    Args:
-        motions: first motions in both directions, at any λ but 0.
-
-    Returns:
-        A figure of two by two panels.
-    """
+    """Draw K_ap/K_w and ξ_B over λ, never 0, with their closed form, and below the errors."""
     ordered = sorted(motions, key=lambda motion: motion.exponent)
     lam = np.array([m.exponent for m in ordered])
     measured = np.array([m.apparent_stiffness for m in ordered])
@@ -171,9 +157,6 @@ def convergence_figure(guides: ArrayLike, error: ArrayLike, order: float) -> Fig
         guides: (k,) numbers of guides.
         error: (k,) |K_ap/K_ap(finest) − 1|, each > 0 [-].
         order: fitted p of error ∝ guides^−p [-].
-
-    Returns:
-        A figure of one panel.
     """
     count, off = np.asarray(guides, float), np.asarray(error, float)
     with style.print_style():

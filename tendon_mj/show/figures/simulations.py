@@ -12,7 +12,14 @@ from matplotlib.figure import Figure
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import Recording, noise_levels
-from tendon_mj.lab.replay import column_unit, engineering_unit, plain, replay_error, with_unit
+from tendon_mj.lab.replay import (
+    column_name,
+    column_unit,
+    engineering_unit,
+    plain,
+    replay_error,
+    with_unit,
+)
 from tendon_mj.lab.sweep import bins_of
 from tendon_mj.models import JOINTS, TENDON_COLOUR, TENDONS
 from tendon_mj.show.figures import style
@@ -35,12 +42,6 @@ def replay_figure(measured: Recording, simulated: Mapping[str, Recording]) -> Fi
     Args:
         measured: with at least one measured column.
         simulated: label → the same columns, simulated; the legend gives each rms error.
-
-    Returns:
-        A figure.
-
-    Raises:
-        RecordingError: nothing was measured, or a simulation has other times or columns.
     """
     if not measured.measured:
         raise RecordingError(f"recording {measured.name!r}: no [measured] column to draw")
@@ -114,12 +115,6 @@ def before_after_figure(
     Args:
         measured: with at least one driven and one measured column.
         before, after: the same columns, simulated; without ``after``, where nothing was changed.
-
-    Returns:
-        A figure with two rows of two panels for every measured column.
-
-    Raises:
-        RecordingError: nothing was measured or driven, or a simulation has other times or columns.
     """
     if not measured.measured or not measured.drive:
         raise RecordingError(f"recording {measured.name!r}: nothing in [drive] or in [measured]")
@@ -183,17 +178,13 @@ def _title(measured: Recording, column: str, rms: Mapping[str, float]) -> str:
         f"{with_unit(plain(unit.factor * e), unit)} {name}" for name, e in rms.items()
     )
     level = with_unit(plain(unit.factor * noise, 2), unit)
-    return f"{style.column_name(column)}: rms error {errors}; noise {level}"
+    return f"{column_name(column)}: rms error {errors}; noise {level}"
 
 
 def finger_figure(answers: Mapping[str, Recording]) -> Figure:
-    """Draw motions of the finger: over time on the left, over the input tension on the right.
+    """Draw motions of the finger, label → recording, over time and over the input tension.
 
-    Args:
-        answers: label → recording from `simulate_finger`, all of one trajectory.
-
-    Returns:
-        A figure. Colours stand for joints or tendons, line styles for the labels.
+    Colours stand for joints or tendons, line styles for the labels.
     """
     first = next(iter(answers.values()))
     with style.print_style():

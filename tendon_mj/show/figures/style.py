@@ -12,8 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from tendon_mj.lab.replay import EngineeringUnit, column_unit, engineering_unit
-from tendon_mj.lab.replay import column_name as column_name
+from tendon_mj.lab.replay import EngineeringUnit, column_name, column_unit, engineering_unit
 from tendon_mj.typing import FloatArray
 
 # from Okabe and Ito's palette

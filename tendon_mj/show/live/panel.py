@@ -118,14 +118,7 @@ def key_height(tendons: int) -> int:
 
 
 class Slider(NamedTuple):
-    """A slider of one live parameter of a sheath.
-
-    Attributes:
-        label: with the unit.
-        hint: description of the parameter.
-        low, high, step, value: in the unit of the label.
-        factor: of the label's unit over SI.
-    """
+    """A slider of one live parameter of a sheath, in the unit of its label: ``factor`` over SI."""
 
     label: str
     hint: str

@@ -18,13 +18,7 @@ _SPAN, _MARK = mujoco.mjtGeom.mjGEOM_CAPSULE.value, mujoco.mjtGeom.mjGEOM_SPHERE
 
 
 class Viewpoint(NamedTuple):
-    """An upright view.
-
-    Attributes:
-        position: of the eye [m].
-        look_at: point that it looks at, and turns around [m].
-        fovy: vertical field of view [deg].
-    """
+    """An upright view from a position to a point [m], around which it turns; its height [deg]."""
 
     position: FloatArray
     look_at: FloatArray
@@ -73,11 +67,9 @@ def drawn_tendons(
 ) -> tuple[FloatArray, NDArray[np.uint8], FloatArray]:
     """Tendons as the plugin draws them into a scene, for a viewer that has its own primitives.
 
-    The model has a tension scale, the data were evaluated; the scene changes.
-
-    Returns:
-        (n, 2, 3) ends of the spans [m], their (n, 3) colours, 0 to 255, and (k, 3) guides over
-        which a tendon slips [m].
+    The model has a tension scale, the data were evaluated; the scene changes. Returns (n, 2, 3)
+    ends of the spans [m], their (n, 3) colours, 0 to 255, and (k, 3) guides over which a tendon
+    slips [m].
     """
     option = mujoco.MjvOption()
     option.flags[:] = 0

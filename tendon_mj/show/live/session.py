@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import copy
 import math
-import signal
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 import mujoco
@@ -18,7 +16,7 @@ import numpy as np
 from tendon_mj.attach import Parameters, show_tension, view_sheath
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.finger import find_motion
-from tendon_mj.lab.replay import Adjustable, Drive, record_frames
+from tendon_mj.lab.replay import Drive, record_frames
 from tendon_mj.models import load_spec, model_path
 from tendon_mj.plugin import TENSION_SCALE, sheaths
 from tendon_mj.show.live.scene import Viewpoint, first_view
@@ -68,9 +66,6 @@ class LiveSimulation:
 
         Returns:
             Simulated time [s], shorter if ``limit`` [s] of wall time ran out.
-
-        Raises:
-            TendonError: the simulation became unstable; the message says when.
         """
         deadline = time.perf_counter() + limit
         with self.lock:
@@ -89,10 +84,6 @@ class LiveSimulation:
         """Change a live parameter from the next step on.
 
         A pretension resets the sheath: the tendon is laid evenly along its path.
-
-        Raises:
-            UnknownKeyError: no such parameter.
-            InvalidValueError: a value outside its range.
         """
         with self.lock:
             self.parameters[name] = value
@@ -151,23 +142,10 @@ class Prepared:
 
 
 def prepare(name: str, motion: str | None = None) -> Prepared:
-    """Load a model and set it in motion.
+    """Load a model and set it in a motion, see `find_motion`.
 
     Tendons are coloured between the tensions of the model's custom numeric
     `tendon_mj.tension_scale`, or, where it has none, those of a short run.
-
-    Args:
-        name: of the model.
-        motion: a name, or the path of a CSV: for the finger one of joint angles or tensions, for
-            any other model one with ``time_s`` and a column for each actuator that is driven, named
-            like it and followed by a unit; None: the finger curls, and other models move as in
-            `default_motion`.
-
-    Raises:
-        UnknownNameError: no such model or motion, or a column of no actuator.
-        RecordingError: there is no such CSV, or it cannot be read.
-        InvalidValueError: a motion out of reach of the finger, or too short.
-        TendonError: the model does not compile, or becomes unstable.
     """
     spec, stem = load_spec(name, scene=True), model_path(name).stem
     has_scale = spec.numeric(TENSION_SCALE) is not None
@@ -190,10 +168,7 @@ def prepare(name: str, motion: str | None = None) -> Prepared:
 
 
 def in_motion(name: str, model: mujoco.MjModel, motion: str | None) -> tuple[mujoco.MjModel, Drive]:
-    """A model ready for a motion (a copy where it must differ), and controls that repeat it.
-
-    See `find_motion` for the arguments.
-    """
+    """A model ready for a motion (a copy where it must differ), and controls that repeat it."""
     chosen = find_motion(name, model, motion)
     if not math.isfinite(chosen.duration):  # it neither ends nor repeats
         return model, chosen.drive
@@ -201,13 +176,7 @@ def in_motion(name: str, model: mujoco.MjModel, motion: str | None) -> tuple[muj
     if not len(times):
         raise InvalidValueError(f"{motion}: the motion is shorter than a step of the model")
     controls = np.array([chosen.drive(time) for time in times])
-    if chosen.parameters:
-        adjustable = Adjustable(copy.copy(model))
-        adjustable.set(chosen.parameters)
-        model = adjustable.model
-    if chosen.trajectory and chosen.trajectory.aside:  # the object would hang in the air far away
-        model.geom_rgba[model.geom_bodyid == model.body("object").id, 3] = 0.0
-    return model, repeated(controls, model.opt.timestep)
+    return chosen.prepared(model), repeated(controls, model.opt.timestep)
 
 
 def repeated(rows: FloatArray, step: float) -> Drive:
@@ -255,14 +224,13 @@ def run_in_real_time(
 ) -> RealTime:
     """Simulate and show in turn, until ``show`` returns that the view is closed, or the time is up.
 
-    Ctrl-C ends it like closing the window, after the frame at hand: an interruption within one may
-    be lost in a callback of the viewer, or leave a lock behind. A second one ends it at once.
+    Ctrl-C ends it like closing the window.
     """
     simulated, elapsed, owed, frames = 0.0, 0.0, 0.0, 0
-    with _interruption() as interrupted:
+    with suppress(KeyboardInterrupt):
         watched = show()  # opens the window or page, which does not count for the pace
         last = time.perf_counter()
-        while watched and not interrupted() and (seconds is None or elapsed < seconds):
+        while watched and (seconds is None or elapsed < seconds):
             time.sleep(max(0.0, last + 1.0 / _FPS - time.perf_counter()))
             now = time.perf_counter()
             passed, last = now - last, now
@@ -274,23 +242,3 @@ def run_in_real_time(
             watched = show()
             frames += 1
     return RealTime(simulated, elapsed, frames)
-
-
-@contextmanager
-def _interruption() -> Iterator[Callable[[], bool]]:
-    """Whether Ctrl-C was pressed; only the main thread receives signals."""
-    pressed = threading.Event()
-
-    def press(number: int, frame: object) -> None:
-        if pressed.is_set():
-            raise KeyboardInterrupt
-        pressed.set()
-
-    if threading.current_thread() is not threading.main_thread():
-        yield pressed.is_set
-        return
-    before = signal.signal(signal.SIGINT, press)
-    try:
-        yield pressed.is_set
-    finally:
-        signal.signal(signal.SIGINT, before or signal.SIG_DFL)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import importlib
 import io
-import socket
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
 from typing import Any
@@ -14,7 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.errors import EngineError, InvalidValueError, MissingPackageError, TendonError
+from tendon_mj.errors import InvalidValueError, MissingPackageError, TendonError
 from tendon_mj.show.live.panel import (
     FIRST,
     MOST_TENDONS,
@@ -54,15 +53,9 @@ def serve(
 
     Args:
         prepared: to show.
-        port: of the page.
+        port: of the page; where it is taken, the next one that is free.
         seconds: after which to end [s]; None: never.
         announce: called with the page's address.
-
-    Raises:
-        MissingPackageError: mjviser is not installed.
-        InvalidValueError: there is no such port.
-        EngineError: the port is taken.
-        TendonError: the simulation became unstable.
     """
     try:
         mjviser, viser = importlib.import_module("mjviser"), importlib.import_module("viser")
@@ -70,7 +63,8 @@ def serve(
         raise MissingPackageError(
             f"`--web` needs mjviser ({error}); install it with pip install 'tendon-mj[web]'"
         ) from error
-    _check_free(port)
+    if not 0 <= port <= _LAST_PORT:
+        raise InvalidValueError(f"--port {port}: ports go from 0, any free one, to {_LAST_PORT}")
     with redirect_stdout(io.StringIO()):  # it announces itself at length
         server = viser.ViserServer(host=HOST, port=port, label="tendon_mj", verbose=False)
     try:
@@ -112,17 +106,6 @@ def _drawable(model: mujoco.MjModel) -> mujoco.MjModel:
         drawn.geom_type[geom] = mujoco.mjtGeom.mjGEOM_BOX
         drawn.geom_size[geom] = width, depth, _THIN * model.stat.extent
     return drawn
-
-
-def _check_free(port: int) -> None:
-    """Refuse a port that is taken; viser would silently take another."""
-    if not 0 <= port <= _LAST_PORT:
-        raise InvalidValueError(
-            f"--port {port}: ports go from 0, any that is free, to {_LAST_PORT}"
-        )
-    with socket.socket() as probe:
-        if probe.connect_ex((HOST, port)) == 0:
-            raise EngineError(f"port {port} is taken; give another by --port")
 
 
 def _look(camera: Any, view: Viewpoint) -> None:

@@ -36,14 +36,6 @@ def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
     """Show a simulation in MuJoCo's viewer, and return when its window is closed.
 
     The space bar halts it.
-
-    Args:
-        prepared: to show.
-        seconds: after which the window closes [s]; None: never.
-
-    Raises:
-        EngineError: there is no screen; the message names alternatives.
-        TendonError: the simulation became unstable.
     """
     _check_screen()
     viewer = importlib.import_module("mujoco.viewer")  # which looks for a screen on import

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
+import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
 import imageio_ffmpeg
-import mediapy
 import mujoco
 import numpy as np
 from matplotlib.colors import Normalize
@@ -44,7 +43,6 @@ _COLOURS: Final = (
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
 )
 _HALO: Final[dict[str, Any]] = {"stroke_width": 2, "stroke_fill": "white"}  # on any background
-_BYTES_A_PIXEL = 60  # of colour and depth, four samples of each, and the buffers of a frame
 _ARROW = 0.12  # length of the largest force's arrow over the model's extent
 _ARROW_COLOUR, _RIM = (150, 20, 40), (255, 255, 255)
 _FINE = 4  # pixels drawn for each one shown
@@ -91,24 +89,39 @@ def render_clip(
     check_size(width, height)
     images = draw_frames(model, frames, width=width, height=height, camera=camera, twin=twin)
     path.parent.mkdir(parents=True, exist_ok=True)
-    mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
-    first = next(images)
     try:
-        with (
-            whole_file(path) as made,
-            mediapy.VideoWriter(
-                made, (height, width), fps=frames.fps, crf=_QUALITY, ffmpeg_args=_COLOURS
-            ) as writer,
-        ):
-            for k, image in enumerate(itertools.chain([first], images)):
-                writer.add_image(image)
-                if progress:
-                    progress("draw", k + 1, len(frames.time))
-    except (RuntimeError, BrokenPipeError) as error:
-        if isinstance(error.__context__, KeyboardInterrupt):  # Ctrl-C ends ffmpeg too
-            raise error.__context__ from None
+        with whole_file(path) as made:
+            _write_video(images, made, (width, height), frames, progress)
+    except (OSError, RuntimeError) as error:
         raise EngineError(f"{path}: ffmpeg could not write the clip: {error}") from error
     return path
+
+
+def _write_video(
+    images: Iterator[Image],
+    path: Path,
+    size: tuple[int, int],
+    frames: Frames,
+    progress: Progress | None,
+) -> None:
+    writer = imageio_ffmpeg.write_frames(
+        str(path),
+        size,
+        fps=frames.fps,
+        codec="libx264",
+        quality=None,  # but that of the parameters
+        macro_block_size=2,
+        output_params=["-crf", str(_QUALITY), *_COLOURS],
+    )
+    with contextlib.closing(writer):
+        writer.send(None)
+        for k, image in enumerate(images):
+            writer.send(np.ascontiguousarray(image))
+            if progress:
+                progress("draw", k + 1, len(frames.time))
+    written, _ = imageio_ffmpeg.count_frames_and_secs(str(path))
+    if written != len(frames.time):  # as where the disk is full, which ffmpeg alone notices
+        raise OSError(f"{written} of {len(frames.time)} frames were written")
 
 
 def draw_frames(
@@ -120,14 +133,7 @@ def draw_frames(
     camera: str | mujoco.MjvCamera | None = None,
     twin: Frames | None = None,
 ) -> Iterator[Image]:
-    """The (height, width, 3) pictures of a clip, one after the other.
-
-    Args:
-        model, frames, width, height, camera, twin: see `render_clip`.
-
-    Raises:
-        EngineError, UnknownNameError, InvalidValueError: as `render_clip`.
-    """
+    """The (height, width, 3) pictures of a clip one after the other; see `render_clip`."""
     sizes = frames.poses.shape[1], frames.controls.shape[1]
     needed = mujoco.mj_stateSize(model, POSE), model.nu
     if sizes != needed:
@@ -146,18 +152,11 @@ def draw_frames(
 
 
 def check_size(width: int, height: int) -> None:
-    """Check the size of a clip.
-
-    Raises:
-        InvalidValueError: a size [pixels] that is odd, too small, or too large; it states the
-            memory that a picture of it would take.
-    """
+    """Check the size of a clip."""
     for name, size in (("width", width), ("height", height)):
         if size % 2 or not _SMALLEST <= size <= _LARGEST:
-            memory = max(width, 0) * max(height, 0) * _BYTES_A_PIXEL / 1e9
             raise InvalidValueError(
-                f"{name} = {size} [pixels] must be even, ≥ {_SMALLEST} and ≤ {_LARGEST}; a picture "
-                f"of {width} x {height} takes about {memory:.2g} GB"
+                f"{name} = {size} [pixels] must be even, ≥ {_SMALLEST} and ≤ {_LARGEST}"
             )
 
 

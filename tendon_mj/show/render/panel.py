@@ -206,9 +206,7 @@ def _entries(chart: _Chart) -> tuple[list[str], list[Line2D]]:
 class Legend:
     """Legend above a chart, in as many columns as its width [inch] allows.
 
-    Attributes:
-        names: of the entries; one that is too long for its column lacks its middle.
-        columns, rows: of the legend.
+    A name that is too long for its column lacks its middle.
     """
 
     def __init__(self, names: Sequence[str], width: float) -> None:

@@ -14,6 +14,7 @@ from matplotlib import colormaps
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 
 from tendon_mj.lab.replay import POSE, Cable
 from tendon_mj.plugin import sheaths
@@ -77,15 +78,7 @@ def add_cable(
     scale: Normalize,
     radius: float,
 ) -> None:
-    """Add one tendon to a scene.
-
-    Args:
-        scene: changed in place; geoms beyond its capacity ``maxgeom`` are left out.
-        points: (n+2, 3) path [m].
-        tensions: (n+1,) of the segments [N].
-        scale: of the colours.
-        radius: of the cable [m].
-    """
+    """Add a tendon with an (n+2, 3) path [m] and (n+1,) tensions [N] to a scene, as it has room."""
     capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
     colours = COLOURS(scale(tensions)).astype(np.float32)
     for start, end, colour in zip(points[:-1], points[1:], colours, strict=True):
@@ -152,19 +145,9 @@ def blend(image: Image, ghost: Image, depths: tuple[Depth, Depth, Depth]) -> Ima
     """
     whole, twin, background = depths
     # a pixel of an edge has colour of both sides, and the depth of one
-    shown = (twin < background) & ~_grown(whole != background)
-    edge = shown & _grown(twin >= 1.0)
+    shown = (twin < background) & ~binary_dilation(whole != background)
+    edge = shown & binary_dilation(twin >= 1.0)
     blended = image.astype(float)
     blended[shown] = (1.0 - _STRENGTH) * blended[shown] + _STRENGTH * ghost[shown]
     blended[edge] = 0.45 * blended[edge]
     return np.asarray(blended.round(), np.uint8)
-
-
-def _grown(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """A mask with the pixels above, below and beside it."""
-    grown = mask.copy()
-    grown[1:] |= mask[:-1]
-    grown[:-1] |= mask[1:]
-    grown[:, 1:] |= mask[:, :-1]
-    grown[:, :-1] |= mask[:, 1:]
-    return grown

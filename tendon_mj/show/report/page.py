@@ -1,18 +1,15 @@
-"""Report of a diagnosis: one HTML page with its tables, charts and pictures, and no other files."""
+"""Report of a diagnosis: one HTML page with its tables and pictures, and no other files."""
 
 from __future__ import annotations
 
 import base64
-import gzip
 import io
 from collections.abc import Mapping, Sequence
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
-from PIL import Image
-from plotly.offline import get_plotlyjs
 
 from tendon_mj.lab.diagnosis import (
     BeforeAfter,
@@ -25,39 +22,30 @@ from tendon_mj.lab.diagnosis import (
     residual_autocorrelations,
 )
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import estimated_percent, percent, quantity
-from tendon_mj.show.figures.style import BLACK, BLUE, DPI, GREY, PALE, SKY, column_name
+from tendon_mj.lab.replay import column_name, estimated_percent, percent, quantity
+from tendon_mj.show.figures.style import DPI
 from tendon_mj.show.page import page_templates
-from tendon_mj.show.report.bars import LABEL_COLOURS
-from tendon_mj.show.report.charts import (
-    Chart,
-    correlation_chart,
-    errors_chart,
-    misfit_charts,
-    over_drive,
-    over_time,
-    proof_charts,
-    whiteness_chart,
+from tendon_mj.show.report.pictures import (
+    correlation_figure,
+    diagnosis_figures,
+    signal_figure,
+    whiteness_figure,
 )
-from tendon_mj.show.report.pictures import diagnosis_figures
 from tendon_mj.show.report.text import (
     advise,
     error_rows,
     headline,
     meaning,
     most_telling,
-    short,
     value_rows,
     what_to_do,
+    written,
 )
 from tendon_mj.whole_file import whole_file
 
 MODEL = "model.xml"
 LEFT_OUT = "The comparison with mujoco.sysid was left out."
 _KEPT = {False: "its last quarter", True: "left out in turn"}
-# colours of the charts that a dark page shows otherwise
-_DARK = {BLUE: SKY, BLACK: "#FFFFFF", GREY: PALE, PALE: GREY}
-_SHARE, _PRINTED = 0.7, 96  # of a picture's size, and of its colours, that print needs
 
 
 def write_report(
@@ -119,12 +107,12 @@ def report_page(
 ) -> str:
     """The page as HTML, see `write_report`. Every text that comes from a file is escaped.
 
-    ``pictures`` are PNGs of `diagnosis_figures` by name, for print; ``model`` is the file of the
-    final model next to the page, empty where there is none.
+    ``pictures`` are PNGs of `diagnosis_figures` by name; ``model`` is the file of the final model
+    next to the page, empty where there is none.
     """
     environment = page_templates()
     environment.filters |= {
-        "short": short,
+        "short": partial(written, digits=4),
         "percent": percent,
         "estimated_percent": estimated_percent,
         "signal": column_name,
@@ -137,10 +125,13 @@ def report_page(
     rival = sysid.signals if sysid else None
     held_out = any(row.measured.name == r.name for r in _held_out_only(diagnosis))
     white, correlations = residual_autocorrelations(row), parameter_correlations(diagnosis)
-    charts = _charts(diagnosis, row, column, rival)
-    charts["whiteness"] = [whiteness_chart(c, w, diagnosis.changed) for c, w in white.items()]
+    details = {
+        "first": signal_figure(row, column, changed=diagnosis.changed),
+        "whiteness": whiteness_figure(white, changed=diagnosis.changed),
+    }
     if correlations:
-        charts["correlations"] = [correlation_chart(correlations)]
+        details["correlations"] = correlation_figure(correlations)
+    shown = {**pictures, **{name: as_png(figure) for name, figure in details.items()}}
     ties = [(group, advise(group, diagnosis.catalogue)) for group in diagnosis.indistinguishable]
     return environment.get_template("report.html").render(
         d=diagnosis,
@@ -151,11 +142,7 @@ def report_page(
         errors=error_rows(diagnosis.held_out, rival, diagnosis.reproducibility),
         errors_in_training=error_rows(diagnosis.train),
         catalogue=diagnosis.catalogue,
-        stills={name: _inline(picture) for name, picture in pictures.items()},
-        charts=charts,
-        colours=LABEL_COLOURS,
-        dark=_DARK,
-        library=_packed_plotly(),
+        pictures={name: base64.b64encode(png).decode() for name, png in shown.items()},
         shown=row.measured.name,
         role=", held out" if held_out else "",
         signal=column,
@@ -194,48 +181,8 @@ def _uses(diagnosis: Diagnosis) -> list[tuple[Recording, str]]:
     ]
 
 
-def _charts(
-    diagnosis: Diagnosis, row: BeforeAfter, column: str, sysid: Mapping[str, float] | None
-) -> dict[str, list[Chart]]:
-    """Place on the page → its charts."""
-    changed, held_out, bars = diagnosis.changed, diagnosis.held_out, diagnosis.bars
-    charts = {
-        "first": [over_time(row, column, changed=changed)],
-        "errors": [errors_chart(held_out, sysid, changed=changed, floors=bars)],
-        "signals": [
-            chart
-            for c in row.measured.measured
-            for chart in (
-                over_drive(row, c, changed=changed),
-                over_time(row, c, changed=changed, height=320),
-            )
-        ],
-    }
-    if diagnosis.verdict != "nothing missing":
-        charts["misfit"] = misfit_charts(
-            diagnosis.located, diagnosis.remaining if changed else None
-        )
-    if changed:
-        charts["proof"] = proof_charts(*diagnosis.proof, bars)
-    return charts
-
-
-@cache
-def _packed_plotly() -> str:
-    """plotly.js, compressed with gzip, in base64: 2 of its 4.8 MB; a browser unpacks it itself."""
-    return base64.b64encode(gzip.compress(get_plotlyjs().encode(), 9, mtime=0)).decode("ascii")
-
-
 def _linked(sentence: str, file: str) -> Markup:
     """A sentence with links to a file where it names it."""
     escaped = escape(sentence)
     link = Markup('<a href="{0}">{0}</a>').format(file)
     return Markup(escaped.replace(file, link)) if file else escaped
-
-
-def _inline(picture: bytes) -> str:
-    """A PNG made smaller, in base64."""
-    drawn, small = Image.open(io.BytesIO(picture)).convert("RGB"), io.BytesIO()
-    drawn.thumbnail((round(_SHARE * drawn.width), drawn.height))
-    drawn.quantize(_PRINTED).save(small, format="png", optimize=True)
-    return base64.b64encode(small.getvalue()).decode("ascii")

@@ -1,34 +1,56 @@
-"""Pictures of a diagnosis, for print and as files: misfit, errors, proof, signals."""
+"""Pictures of a diagnosis: errors, misfit, proof, signals, whiteness and correlations."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from tendon_mj.lab.diagnosis import BeforeAfter, Diagnosis, Located
-from tendon_mj.lab.replay import EngineeringUnit, column_unit, engineering_unit, plain, with_unit
+from tendon_mj.lab.diagnosis import (
+    Autocorrelation,
+    BeforeAfter,
+    Bin,
+    Correlations,
+    Diagnosis,
+    Located,
+)
+from tendon_mj.lab.replay import (
+    EngineeringUnit,
+    column_name,
+    column_unit,
+    engineering_unit,
+    plain,
+    with_unit,
+)
 from tendon_mj.show.figures import style
 from tendon_mj.show.figures.simulations import before_after_figure
-from tendon_mj.show.report.bars import (
-    AFTER,
-    BEFORE,
-    FLOOR,
-    LABEL_COLOURS,
-    SYSID,
-    Regime,
-    error_bars,
-    misfit_bars,
-    noise_floor,
-    proof_bars,
-)
 
+TIME_SPENT, BEFORE, SYSID, AFTER = "time spent there", "before", "mujoco.sysid alone", "after"
+FLOOR = "noise and reproducibility"
+_COLOURS = {
+    TIME_SPENT: style.PALE,
+    BEFORE: style.VERMILLION,
+    SYSID: style.PURPLE,
+    AFTER: style.BLUE,
+}
 _HATCHES = {BEFORE: "////", SYSID: "...."}  # apart in grey too
 _AXIS_SPAN = 1.5  # over the longest bar, for the label behind it
 _COLUMNS = 2
+_OF_SIGN = LinearSegmentedColormap.from_list("sign", [style.BLUE, "#F7F7F7", style.VERMILLION])
+
+
+class _Bars(NamedTuple):
+    """Bars of one kind: their name in the legend, and the length of that of a bin."""
+
+    kind: str
+    label: str
+    length: Callable[[Bin], float]
 
 
 def diagnosis_figures(
@@ -40,13 +62,8 @@ def diagnosis_figures(
         diagnosis: to draw.
         shown: a recording, and its simulations before and after.
         sysid: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
-
-    Returns:
-        "misfit" where there is one, "proof" where something was named, "gap", and
-        "before_after".
     """
     changed = diagnosis.changed
-    measured, before, after = shown
     figures = {}
     if diagnosis.verdict != "nothing missing":
         remaining = diagnosis.remaining if changed else None
@@ -54,8 +71,60 @@ def diagnosis_figures(
     figures["gap"] = _errors(diagnosis, sysid)
     if changed:
         figures["proof"] = _proof(*diagnosis.proof, diagnosis.bars)
-    figures["before_after"] = before_after_figure(measured, before, after if changed else None)
+    figures["before_after"] = _signals(shown, changed)
     return figures
+
+
+def signal_figure(shown: BeforeAfter, column: str, *, changed: bool) -> Figure:
+    """A single signal of a recording with its simulations."""
+    measured = replace(shown.measured, measured={column: shown.measured.measured[column]})
+    return _signals(shown._replace(measured=measured), changed)
+
+
+def _signals(shown: BeforeAfter, changed: bool) -> Figure:
+    return before_after_figure(shown.measured, shown.before, shown.after if changed else None)
+
+
+def whiteness_figure(
+    white: Mapping[str, tuple[Autocorrelation, Autocorrelation]], *, changed: bool
+) -> Figure:
+    """Autocorrelation of each signal's residual before and after, and the band of white noise."""
+    rows = -(-len(white) // _COLUMNS)
+    with style.print_style():
+        figure = style.new_figure(8.0, 0.6 + 1.8 * rows)
+        panels = figure.subplots(rows, _COLUMNS, squeeze=False, sharey=True).ravel()
+        for axes, (column, (before, after)) in zip(panels, white.items(), strict=False):
+            unit = engineering_unit("s", after.lags)
+            drawn = {BEFORE: before, AFTER: after} if changed else {"residual": before}
+            for colour, (label, shown) in zip(
+                (style.VERMILLION, style.BLUE), drawn.items(), strict=False
+            ):
+                lags = unit.factor * shown.lags
+                axes.plot(lags, shown.values, ".-", color=colour, linewidth=1.1, label=label)
+            axes.axhspan(-before.band, before.band, color=style.PALE, alpha=0.5, linewidth=0.0)
+            axes.set(title=column_name(column), xlabel=f"lag [{unit.symbol}]", ylim=(-1.05, 1.05))
+            axes.set_xlim(left=0.0)
+        for axes in panels[len(white) :]:
+            axes.set_axis_off()
+        panels[0].set_ylabel("autocorrelation [–]")
+        style.legend_below(figure, panels[0], columns=2)
+    return figure
+
+
+def correlation_figure(correlations: Correlations) -> Figure:
+    """Correlation coefficients as cells from −1 to 1, each with its number."""
+    names, matrix = correlations.names, np.array(correlations.matrix)
+    with style.print_style():
+        figure = style.new_figure(8.0, 1.2 + 0.4 * len(names))
+        axes = figure.subplots()
+        axes.imshow(matrix, cmap=_OF_SIGN, vmin=-1.0, vmax=1.0, aspect="auto")
+        for (row, column), value in np.ndenumerate(matrix):
+            ink = "white" if abs(value) > 0.7 else "black"
+            axes.text(column, row, f"{value:.2f}", ha="center", va="center", color=ink)
+        axes.set_xticks(range(len(names)), names, rotation=35, ha="right", parse_math=False)
+        axes.set_yticks(range(len(names)), names, parse_math=False)
+        axes.grid(visible=False)
+    return figure
 
 
 def _errors(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> Figure:
@@ -70,15 +139,16 @@ def _errors(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> Figure:
             unit = engineering_unit(column_unit(column), shown)
             rival = (sysid or {}).get(column)
             for axes, errors, other in zip(row, (train, held_out), (None, rival), strict=True):
-                signal = errors.signals.get(column, (0.0, 0.0, 1.0))
-                bars = error_bars(signal, other, changed=changed)
-                _draw_errors(axes, bars, signal[2], unit, changed)
+                before, after, noise = errors.signals.get(column, (0.0, 0.0, 1.0))
+                every = {BEFORE: before, SYSID: other, AFTER: after if changed else None}
+                bars = {kind: error for kind, error in every.items() if error is not None}
+                _draw_errors(axes, bars, noise, unit, changed)
                 if diagnosis.bars and errors is held_out:
                     axes.axvline(
                         diagnosis.bars[column], color=style.GREY, linewidth=1.3, label=FLOOR
                     )
-                longest = max(longest, *(value / signal[2] for value in bars.values()))
-            row[0].set_ylabel(style.column_name(column))
+                longest = max(longest, *(value / noise for value in bars.values()))
+            row[0].set_ylabel(column_name(column))
         grid[0][0].set_xlim(0.0, _AXIS_SPAN * longest)
         grid[0][0].set_title("training data: selection and fit")
         grid[0][1].set_title("held-out data")
@@ -96,7 +166,7 @@ def _draw_errors(
             k,
             value / noise,
             0.75,
-            color=LABEL_COLOURS[label],
+            color=_COLOURS[label],
             hatch=_HATCHES.get(label, ""),
             edgecolor="white",
             label=label if changed or label != BEFORE else "calibrated, nothing added",
@@ -116,44 +186,70 @@ def _draw_errors(
 
 
 def _misfit(located: Located, remaining: Located | None) -> Figure:
-    """Share of the misfit of every bin of every regime, before and after, and of the time."""
-    labels = {
-        BEFORE: "misfit beyond noise, before",
-        AFTER: "misfit beyond noise, after (of that before)",
-    }
-    return _by_regime(misfit_bars(located, remaining), labels, located.sentence, "share [%]")
+    """Share [%] of the misfit in every bin of every regime, before and after, and of the time.
+
+    The misfit is the power beyond noise, time × (rms² − 1); that after is in shares of that before.
+    """
+    whole = sum(b.time * (b.rms**2 - 1.0) for b in located.bins if b.regime == "signal")
+    unit = 100.0 / whole if whole > 0.0 else 0.0
+    bars = [
+        _Bars(TIME_SPENT, TIME_SPENT, lambda b: 100.0 * b.time),
+        _Bars(BEFORE, "misfit beyond noise, before", lambda b: unit * b.time * (b.rms**2 - 1.0)),
+    ]
+    if remaining:
+        left = _rms(remaining)
+        label = "misfit beyond noise, after (of that before)"
+        bars.append(
+            _Bars(
+                AFTER,
+                label,
+                lambda b: unit * b.time * (left.get((b.regime, b.label), 1.0) ** 2 - 1.0),
+            )
+        )
+    return _by_regime(located, bars, located.sentence, "share [%]")
 
 
 def _proof(before: Located, after: Located, floors: Mapping[str, float]) -> Figure:
     """Rms error in every bin of every regime, before and after, in units of noise."""
     title = "Error on held-out data, before and after; 1 is the noise floor"
+    floor = float(np.sqrt(np.mean(np.square([*floors.values()])))) if floors else 1.0
     if floors:
-        title += f", {noise_floor(floors):.2f} that of {FLOOR} together (grey line)"
-    figure = _by_regime(proof_bars(before, after), {}, title, "rms error [noise]")
+        title += f", {floor:.2f} that of {FLOOR} together (grey line)"
+    rms = _rms(after)
+    bars = [
+        _Bars(BEFORE, BEFORE, lambda b: b.rms),
+        _Bars(AFTER, AFTER, lambda b: rms.get((b.regime, b.label), b.rms)),
+    ]
+    figure = _by_regime(before, bars, title, "rms error [noise]")
     for axes in figure.axes:
         if axes.axison:
             axes.axvline(1.0, color=style.GREY, linestyle="--", linewidth=0.8)
             if floors:
-                axes.axvline(noise_floor(floors), color=style.GREY, linewidth=1.1)
+                axes.axvline(floor, color=style.GREY, linewidth=1.1)
     return figure
 
 
-def _by_regime(
-    regimes: Mapping[str, Regime], labels: Mapping[str, str], title: str, label: str
-) -> Figure:
+def _rms(located: Located) -> Mapping[tuple[str, str], float]:
+    return {(b.regime, b.label): b.rms for b in located.bins}
+
+
+def _by_regime(located: Located, bars: Sequence[_Bars], title: str, label: str) -> Figure:
     """Two columns of panels, one for each regime, with a group of bars for each of its bins."""
+    regimes: dict[str, list[Bin]] = {}
+    for b in located.bins:
+        regimes.setdefault(b.regime, []).append(b)
     rows = -(-len(regimes) // _COLUMNS)
     with style.print_style():
-        counts = [len(regime.bins) for regime in regimes.values()]
-        bins = [max(counts[k::rows]) for k in range(rows)]
-        figure = style.new_figure(8.0, 1.4 + sum(0.55 + 0.21 * count for count in bins))
+        counts = [len(bins) for bins in regimes.values()]
+        highest = [max(counts[k::rows]) for k in range(rows)]
+        figure = style.new_figure(8.0, 1.4 + sum(0.55 + 0.21 * count for count in highest))
         figure.suptitle(textwrap.fill(title, 105), fontsize=9.0)
         grid = figure.subplots(
-            rows, _COLUMNS, squeeze=False, sharex=True, height_ratios=[b + 1.5 for b in bins]
+            rows, _COLUMNS, squeeze=False, sharex=True, height_ratios=[n + 1.5 for n in highest]
         )
         panels = grid.T.ravel()
-        for axes, (name, regime) in zip(panels, regimes.items(), strict=False):
-            _draw_regime(axes, regime, labels)
+        for axes, (name, bins) in zip(panels, regimes.items(), strict=False):
+            _draw_regime(axes, bins, bars)
             axes.set_title(name, fontsize=9.0)
         for axes in panels[len(regimes) :]:
             axes.set_axis_off()
@@ -163,21 +259,20 @@ def _by_regime(
     return figure
 
 
-def _draw_regime(axes: Axes, regime: Regime, labels: Mapping[str, str]) -> None:
-    rows, count = np.arange(len(regime.bins)), len(regime.series)
-    bar = 0.8 / count
-    for k, (label, values) in enumerate(regime.series.items()):
+def _draw_regime(axes: Axes, bins: Sequence[Bin], bars: Sequence[_Bars]) -> None:
+    rows, high = np.arange(len(bins)), 0.8 / len(bars)
+    for k, one in enumerate(bars):
         axes.barh(
-            rows + (k - 0.5 * (count - 1)) * bar,
-            values,
-            bar,
-            color=LABEL_COLOURS[label],
+            rows + (k - 0.5 * (len(bars) - 1)) * high,
+            [one.length(b) for b in bins],
+            high,
+            color=_COLOURS[one.kind],
             edgecolor="white",
             linewidth=0.4,
-            hatch=_HATCHES.get(label, ""),
-            label=labels.get(label, label),
+            hatch=_HATCHES.get(one.kind, ""),
+            label=one.label,
         )
-    axes.set_yticks(rows, regime.bins)
+    axes.set_yticks(rows, [column_name(b.label) if b.regime == "signal" else b.label for b in bins])
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
     axes.axvline(0.0, color=style.GREY, linewidth=0.8)

@@ -190,7 +190,7 @@ def error_rows(
         unit = engineering_unit(column_unit(column), (before, after, rival))
         errors_of = {"before": before, "after": after, "sysid": rival}
         errors_of |= {"noise": noise, "between": between}
-        cells = {name: _written(unit.factor * error) for name, error in errors_of.items()}
+        cells = {name: written(unit.factor * error) for name, error in errors_of.items()}
         rows.append({"signal": column_name(column), **cells, "unit": unit.symbol})
     return rows
 
@@ -202,19 +202,11 @@ def value_rows(values: Mapping[str, Value]) -> list[ValueRow]:
         unit = engineering_unit(v.unit, (v.value, v.before))
         note = "" if v.determined else "not determined: its whole range"
         note = "at an end of its range" if v.at_end else note
-        cells = [_written(x * unit.factor, 4) for x in (v.value, v.low, v.high, v.before)]
+        cells = [written(x * unit.factor, 4) for x in (v.value, v.low, v.high, v.before)]
         rows.append(ValueRow._make([name, *cells, unit.symbol or ABSENT, note]))
     return rows
 
 
-def _written(value: float, digits: int = 3) -> str:
+def written(value: float, digits: int = 3) -> str:
+    """A number to so many significant digits."""
     return plain(value, digits) if math.isfinite(value) else ABSENT
-
-
-def short(value: float) -> str:
-    """A number to four significant digits."""
-    if not math.isfinite(value):
-        return ABSENT
-    if 1e4 <= abs(value) < 1e7:
-        return f"{value:,.0f}".replace(",", "\u202f")
-    return f"{value:.4g}"

@@ -134,15 +134,14 @@ def test_a_worker_with_another_version_is_refused_with_both(name, monkeypatch):
     monkeypatch.setenv(job.THREADS, "1")
     sent = job.Job.of(functions.scaled, 2, ("tendon_mj",))
     assert sent.run("task", 3, "here") == 6
-    content = pickle.dumps((functions.scaled, name))
-    other = replace(sent, expected={**sent.expected, name: "9.9"}, content=content)
+    other = replace(sent, expected={**sent.expected, name: "9.9"})
     with refusing(WorkerError, f"{name}: {identity()[name]} there, 9.9 here"):
         other.run("task", 3, "there")
 
 
 def test_a_worker_with_another_model_or_more_threads_is_refused(monkeypatch):
     monkeypatch.setenv(job.THREADS, "1")
-    sent = job.Job.of(functions.scaled, Modelled("abc"), ("tendon_mj",))
+    sent = pickle.loads(pickle.dumps(job.Job.of(functions.scaled, Modelled("abc"), ("tendon_mj",))))
     with pytest.raises(WorkerError, match="model arm: abc, read otherwise there, abc here"):
         sent.run("task", 3, "there")
     monkeypatch.setenv(job.THREADS, "8")
@@ -171,9 +170,8 @@ def test_sources_count_and_not_only_versions(tmp_path, monkeypatch):
     ],
 )
 def test_workers_are_one_kind_and_some_and_a_scheduler_has_an_address(given, facts):
-    with pytest.raises(InvalidValueError) as refused:
+    with refusing(InvalidValueError, *facts):
         Workers(**given)
-    assert all(fact in str(refused.value) for fact in facts)
 
 
 @pytest.fixture
@@ -191,33 +189,10 @@ def test_parts_are_one_table_in_the_order_of_their_keys(rows):
     assert parts.done() == {"a", "b"}
     assert parts.read(["x"])["x"].tolist() == [97, 0, 98, 0]
     assert ParquetParts(rows, again=True).done() == set()
+    (rows / "mine.parquet").write_bytes(b"mine")
     parts.clear()
-    assert not list(rows.iterdir())
+    assert [path.name for path in rows.iterdir()] == ["mine.parquet"]
     assert parts.read() == {}
-
-
-def test_a_table_that_is_of_no_task_is_refused_by_its_name(rows):
-    pyarrow = pytest.importorskip("pyarrow")
-    parts = ParquetParts(rows)
-    for key in ("a", "b"):
-        parts.write(key, {"x": np.array([0])})
-
-    def refused(keys, others):
-        with pytest.raises(InvalidValueError) as error:
-            parts.refuse_foreign(keys, others=others)
-        return str(error.value).split(" ")[0]
-
-    foreign, part = rows / "mine.parquet", rows / "b.parquet"
-    pyarrow.parquet.write_table(pyarrow.table({"x": [1]}), foreign)
-    assert refused({"a", "b"}, others=True) == str(foreign)
-    foreign.write_bytes(b"notes")
-    assert refused({"a", "b"}, others=True) == str(foreign)
-    foreign.unlink()
-    parts.refuse_foreign({"a"}, others=True)  # of another run, and cleared
-    assert refused({"a"}, others=False) == str(part)
-    part.write_bytes(part.read_bytes()[:-9])
-    parts.refuse_foreign({"a", "b"}, others=True)  # computed again
-    assert refused({"a"}, others=True) == str(part)
 
 
 def test_a_part_that_is_damaged_or_of_another_run_is_computed_again(rows, tmp_path):
@@ -236,6 +211,3 @@ def test_a_part_that_is_damaged_or_of_another_run_is_computed_again(rows, tmp_pa
     assert {name: values.tolist() for name, values in again.read().items()} == {"x": [1]}
     again.write("cut", one)
     assert again.read()["x"].tolist() == [1, 1]
-    cut.write_bytes(b"PAR1")  # damaged since
-    with refusing(InvalidValueError, str(cut)):
-        again.read()

@@ -1,13 +1,12 @@
-"""The command as it was typed, and the files that it was given to read."""
+"""Kinds of options that several commands have, and the files that they name."""
 
 from __future__ import annotations
 
 import contextlib
 import itertools
 from collections.abc import Iterable
-from contextvars import ContextVar
 from pathlib import Path
-from typing import TypeVar
+from typing import Annotated, TypeVar
 
 import tyro
 
@@ -15,11 +14,15 @@ from tendon_mj.errors import TendonError
 from tendon_mj.lab.recordings import described_model, table_beside
 from tendon_mj.models import model_path
 
-typed_command = ContextVar("typed_command", default="")  # for the provenance of a result
-
 _Value = TypeVar("_Value")
+Recordings = Annotated[
+    tuple[Path, ...],
+    tyro.conf.Positional,
+    tyro.conf.arg(metavar="PATH [PATH ...]", help_behavior_hint="(required)"),
+]
 # an option of several values that may be given more than once; `flat` has all of them
 Repeated = tyro.conf.UseAppendAction[tuple[tuple[_Value, ...], ...]]
+Required = Annotated[Repeated[_Value], tyro.conf.arg(help_behavior_hint="(required, repeatable)")]
 
 
 def flat(groups: Iterable[Iterable[_Value]]) -> tuple[_Value, ...]:
