@@ -35,6 +35,7 @@ COMMANDS = {  # name → module, which is loaded when the command is called
     "sweep": "sweep",
     "fleet": "fleet",
     "view": "render",
+    "library": "library",
     "demo": "demo",
 }
 
