@@ -213,7 +213,7 @@ class _Body:
         point = texts.str.replace(",", ".") if self.decimal == "," else texts
         bad = texts[pd.to_numeric(point, errors="coerce").isna()]
         if bad.empty:
-            cells[name] = pd.to_numeric(point).reindex(column.index).to_numpy(np.float64)
+            cells[name] = point.astype(np.float64).reindex(column.index).to_numpy()
             return ""
         return (
             f"{self.path}, row {self._row(int(bad.index[0]))}, column {name!r}: {bad.iloc[0]!r} is"
