@@ -198,7 +198,7 @@ def _flow_at(segments: Segments, guides: Guides, j: int, beyond: float, rounded:
 def _holds(segments: Segments, guides: Guides, first: int) -> bool:
     """Whether every segment ends with the length of its tension, a slack one with at least that.
 
-    Where friction multiplies a tension that is no more than rounding, the whole tendon's counts.
+    Where friction multiplies a tension that is at most rounding, the whole tendon's counts.
     """
     last = len(guides)
     passed = guides[0].flow if first > 0 and last > 0 else 0.0

@@ -174,7 +174,7 @@ def _most_strain(segments: Segments, guides: Guides, steps: FloatArray, least: f
         left = spare(segments, j, stored_after(segments, guides, j))
         change = max(0.0, abs(change) - 2.0 * ROUNDING * flows)
         moves = change / max(left, least * segments[j].length)
-        if not moves <= most:  # nor where it is no number
+        if not moves <= most:  # nor where it is not a number
             most = moves
     return most
 

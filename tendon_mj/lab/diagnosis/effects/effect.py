@@ -225,7 +225,7 @@ class Effect:
         non_smooth: whether the misfit has many local minima in its terms, as where it makes a
             sheath stick and slip. Where the linearisation does not hold, their whole ranges are
             searched.
-        changes: parameter of its elements that it changes; it is no candidate where that is 0 on
+        changes: parameter of its elements that it changes; it is not a candidate where that is 0 on
             all of them. May be empty.
         event: whether it happens once, in one recording: its parameter is 0 before the time
             ``<parameter>_time`` and for the ``<parameter>_duration`` from there on rises to its

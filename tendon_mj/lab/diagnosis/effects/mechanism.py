@@ -21,7 +21,7 @@ from tendon_mj.lab.diagnosis.effects.binding import (
 )
 from tendon_mj.lab.diagnosis.effects.effect import Effect
 
-_G: Final = 10.0  # however a rig is turned, its weight along an axis is no more [m/s²]
+_G: Final = 10.0  # however a rig is turned, its weight along an axis is at most this [m/s²]
 
 _TURNED: Final = (
     "Record the same motion with the rig turned by 90°: a spring turns with it, weight does not."
