@@ -162,7 +162,7 @@ def try_pattern(segments: Segments, guides: Guides, given: bool = False) -> int:
         elif not _solve_run(segments, guides, first, last):
             return UNSOLVED
         tau = segments[last].tension
-        # a slack segment between guides that hold does not contradict anything where the input is given
+        # a slack segment between guides that hold is right where the input is given
         if not (0.0 < tau < 1e300 or (given and tau == 0.0)):
             return UNSOLVED
         first = last + 1
