@@ -57,9 +57,10 @@ LAYOUT: Final = Constants(
     d_cdof d_moment_rownnz d_moment_rowadr d_moment_colind d_actuator_moment d_qfrc_applied
     d_qfrc_bias d_qfrc_passive d_actuator_force d_sensordata d_site_xpos d_site_xmat d_cfrc_int
     d_cfrc_ext d_ne d_nf d_nefc d_efc_type d_efc_id d_efc_force d_history
-    equality_bytes
+    m_tendon_springyield equality_bytes
     """,
 )
+_SINCE_4 = ("m_tendon_springyield",)  # offset 0 on older releases
 
 
 # Byte offsets in `mjvScene` (s_), `mjvGeom` (g_) and `mjvOption` (v_); `geom_bytes` of each geom.
@@ -123,6 +124,8 @@ def offset(entry: str) -> int:
         return ctypes.sizeof(ctypes.c_double) * mujoco.mjNEQDATA
     owner, name = entry.split("_", 1)
     member = getattr(mirror(_OWNER[owner]), name, None)
+    if member is None and entry in _SINCE_4:
+        return 0
     if member is None:
         raise EngineError(
             f"mujoco {mujoco.__version__} has no {_OWNER[owner]}.{name}, which tendon-mj uses; "
@@ -176,6 +179,8 @@ def verify(layout: Mapping[str, int]) -> None:
     owners = {"m": (model, model), "o": (model, model.opt), "d": (data, data)}
     for entry, offset in layout.items():
         owner, name = entry.split("_", 1)
+        if entry in _SINCE_4 and offset == 0:
+            continue
         if entry == "equality_bytes":
             _require(model.eq_data.itemsize * model.eq_data.shape[1] == offset, "mjModel.eq_data")
             continue
