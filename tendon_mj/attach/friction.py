@@ -31,7 +31,13 @@ from tendon_mj.attach.instances import (
 )
 from tendon_mj.attach.keywords import as_count, check_names, checked_number, takes
 from tendon_mj.attach.sheath_design import Request, design_sheath
-from tendon_mj.attach.spool import Spool, add_spools, design_spool, remove_spools
+from tendon_mj.attach.spool import (
+    Spool,
+    add_spools,
+    design_spool,
+    remove_spools,
+    restore_keyframes,
+)
 from tendon_mj.attach.tendons import (
     Chosen,
     actuators_by_tendon,
@@ -331,10 +337,16 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
     )
     _check_needed(spec, removed, actuators)
     on_removed = [c for c in configs.values() if c.get("tendon") in removed]
-    remove_spools(spec, {c["tendon"]: c["reel_joint"] for c in on_removed if "reel_joint" in c})
+    keys = remove_spools(
+        spec, {c["tendon"]: c["reel_joint"] for c in on_removed if "reel_joint" in c}
+    )
     for holder in [*actuators, *sensors]:
-        spec.delete(holder)  # an instance without a name goes with it
+        if not holder.plugin.name:  # an instance that goes with it by itself from MuJoCo 3.16 on
+            spec.delete(holder.plugin)
+        spec.delete(holder)
     _delete_instances(spec, removed, configs)
+    if keys:
+        restore_keyframes(spec, keys)
     return spec
 
 

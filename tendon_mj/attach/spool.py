@@ -312,11 +312,14 @@ def _add_drum(name: str, design: SpoolDesign) -> None:
     joint.frictionloss, joint.actgravcomp = 0.0, False
 
 
-def remove_spools(spec: mujoco.MjSpec, reel_joints: Mapping[str, str]) -> None:
+def remove_spools(spec: mujoco.MjSpec, reel_joints: Mapping[str, str]) -> list[_Keyframe]:
     """Delete spools that `add_friction` added, and let their motors pull their tendons as before.
 
     ``reel_joints``: tendon → joint that winds it in. A spool on which more hangs than was added
     with it is refused, and none is deleted.
+
+    Returns:
+        The model's keyframes without the spools, for `restore_keyframes`.
     """
     spools = []
     for tendon, name in reel_joints.items():
@@ -328,13 +331,24 @@ def remove_spools(spec: mujoco.MjSpec, reel_joints: Mapping[str, str]) -> None:
         _check_alone(spec, tendon, joint, same_motors=len(motors) == len(drives))
         spools.append((tendon, joint, list(zip(motors, drives, strict=True))))
     if not spools:
-        return
+        return []
     keys = _without_joints(spec, [joint.name for _, joint, _ in spools])
     for tendon, joint, moved in spools:
         for motor, drive in moved:
             _set_drive(motor, drive, _TRN.mjTRN_TENDON, tendon)
         spec.delete(joint.parent)
         _forget_drives(spec, tendon)
+    return keys
+
+
+def restore_keyframes(spec: mujoco.MjSpec, keys: Sequence[_Keyframe]) -> None:
+    """Write what `remove_spools` returned, once the sheaths on the spools are gone, too."""
+    if not len(
+        spec.keys
+    ):  # before MuJoCo 3.16: back once compiled, behind as many empty ones or none
+        spec.compile()
+        for key in list(spec.keys)[: -len(keys)]:
+            spec.delete(key)
     _write_keyframes(spec, keys)
 
 

@@ -74,6 +74,7 @@ _no_tendon = Text(" is not a tendon of the model")
 _no_sheath = Text(" has no sheath with a reel_joint")
 _no_joint = Text(" is not a hinge or slide of the model")
 _not_spatial = Text(" is not a spatial tendon")
+_yields = Text(" has a springyield, which no sheath follows")
 _second = Text(" already runs in another sheath")
 _slips = Text(" must not be below friction")
 _too_large = Text(" takes more state than there may be")
@@ -217,6 +218,9 @@ def check_bound(m: int, instance: int, bound: Bound) -> None:
     first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
     if integer(pointer(m + LAYOUT.m_wrap_type), first) == _FIXED:
         _refuse_of_sheath(m, instance, at.TENDON, _not_spatial())
+    limits = LAYOUT.m_tendon_springyield
+    if limits != 0 and double(pointer(m + limits), tendon) > 0.0:
+        _refuse_of_sheath(m, instance, at.TENDON, _yields())
     if bound.tendon < 0.0 or not fits(bound, state_size_of(m, instance)):
         _refuse_of_sheath(m, instance, at.GUIDES, _other_count())
     if at.is_given(m, instance, at.GUIDES) and bound.guides != _count(m, instance, at.GUIDES, 0):

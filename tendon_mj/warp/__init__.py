@@ -4,7 +4,20 @@ from __future__ import annotations
 
 from tendon_mj.errors import MissingPackageError
 
+_OLDEST = (
+    3,
+    15,
+)  # MuJoCo Warp; 3.14 moves some tendons otherwise than MuJoCo, older ones lack hooks
+
 try:
+    import mujoco_warp as _mujoco_warp
+
+    if tuple(int(part) for part in _mujoco_warp.__version__.split(".")[:2]) < _OLDEST:
+        raise MissingPackageError(
+            f"tendon_mj.warp needs mujoco-warp {'.'.join(map(str, _OLDEST))} or later, and "
+            f"{_mujoco_warp.__version__} is installed: pip install --upgrade 'tendon-mj[warp]'",
+            name="mujoco_warp",
+        )
     from tendon_mj.warp.model import get_data_into as get_data_into
     from tendon_mj.warp.model import make_data as make_data
     from tendon_mj.warp.model import put_data as put_data

@@ -5,6 +5,7 @@ every span adds the wrench of its difference. Both arrays may be there already f
 so the written numbers are kept: numbers that are the same have their wrench.
 """
 
+import mujoco_warp as mjw
 import warp as wp
 
 from tendon_mj.warp.path import point_at
@@ -17,6 +18,7 @@ _TENDON_LIMIT = wp.constant(4)  # mjtConstraint
 FORCE, TORQUE = 4, 5  # mjtSensor
 _FORCE = wp.constant(FORCE)
 _REAL = wp.constant(0)  # mjtDataType
+_EQUALITY = mjw.Model.__annotations__["eq_data"].dtype  # 12 numbers, before MuJoCo 3.17 11
 TENSION, ANGLE, SLIP, WOUND, UNSOLVED = range(5)
 
 
@@ -27,7 +29,7 @@ class Solved:
     eq_type: wp.array[wp.int32]
     eq_obj1id: wp.array[wp.int32]
     eq_obj2id: wp.array[wp.int32]
-    eq_data: wp.array2d[wp.types.vector(length=12, dtype=wp.float32)]
+    eq_data: wp.array2d[_EQUALITY]
     tendon_range: wp.array2d[wp.vec2]
     tendon_length0: wp.array2d[wp.float32]
     ten_length: wp.array2d[wp.float32]

@@ -12,6 +12,7 @@ from tendon_mj.attach.tendon_bend import idlers
 from tendon_mj.cli import console, main
 from tendon_mj.models import load_spec
 from tests.refusals import silent
+from tests.rigs import wraps_half_turns
 
 RADIUS, DRY, DAMPING, FRICTION = 0.05, 0.02, 1e-3, 0.2
 # a load that hangs on a rope over a wheel; a motor pulls at the other end
@@ -68,6 +69,7 @@ def lifted(text, force=-13.0, steps=700):
     return data, rope, np.mean(lost[steps // 2 :])
 
 
+@wraps_half_turns
 def test_only_the_bearing_s_torque_is_lost_over_an_idler_and_attach_says_so(tmp_path):
     text = well(axle=f'frictionloss="{DRY}" damping="{DAMPING}"')
     data, _, lost = lifted(text)
@@ -124,6 +126,7 @@ def test_a_cylinder_that_something_holds_is_no_idler(held):
     assert not idlers(mujoco.MjModel.from_xml_string(text))
 
 
+@wraps_half_turns
 def test_where_friction_turns_the_side_site_the_rope_comes_off_and_it_is_warned_of():
     with pytest.warns(TendonWarning, match=r"'side'.*'rope'.*'wheel'.*'axle'.*put the side site"):
         add_friction(mujoco.MjSpec.from_string(well("inside")), "*", friction=FRICTION)

@@ -12,6 +12,7 @@ from tendon_mj.attach.tendon_bend import (
     sampled_poses,
     unswept_joints,
 )
+from tests.rigs import MUJOCO
 
 RADIUS = 0.1
 DRUM = """
@@ -49,6 +50,8 @@ def bends(model, qpos=None, tendons=(0,)):
 @pytest.mark.parametrize("distance", [0.12, 0.3, 1.0])
 def test_the_bend_over_a_drum_is_its_arc_over_the_radius(shape, height, distance):
     # from less than half a turn, where the ends are further apart than the drum is wide, to more
+    if height == RADIUS and MUJOCO < (3, 16):
+        pytest.skip("MuJoCo before 3.16 computes an arc of half a turn to 1e-8 only")
     model = drum((distance, -height), (distance, height), shape)
     (bend,), data = bends(model)
     points = data.wrap_xpos.reshape(-1, 3)[:4]

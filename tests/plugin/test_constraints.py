@@ -78,6 +78,21 @@ def test_a_cable_that_an_equality_pulls_rubs_and_relieves_the_one_that_pulls_it(
     np.testing.assert_allclose(-30 * data.qpos[1], b.output_tension, rtol=1e-2)
 
 
+def test_an_equality_is_found_behind_others():
+    text = COUPLED.format(ratio=0.5)
+    others = "<weld body1='there' body2='here' active='false'/>" * 3
+    bodies = "<body name='there'/><body name='here'/>"
+    among = text.replace("<equality>", f"<equality>{others}")
+    among = among.replace("</worldbody>", f"{bodies}</worldbody>", 1)
+    runs = []
+    for each in (text, among):
+        with pytest.warns(TendonWarning, match="a"):
+            spec = add_friction(mujoco.MjSpec.from_string(each), "*", friction=0.2)
+        model, data = pulled(spec, 4.0, 1000)
+        runs.append(view_sheath(model, data, "a").input_tension)
+    assert runs[0] == pytest.approx(runs[1], rel=1e-9)
+
+
 @pytest.mark.parametrize("given", [{}, {"axial_stiffness": 2e4}])
 def test_a_rope_by_its_range_is_as_long_and_loses_what_the_capstan_says(given):
     spec = add_friction(mujoco.MjSpec.from_string(ROPE), "rope", friction=0.3, **given)

@@ -16,7 +16,7 @@ from mujoco import rollout
 from tendon_mj import add_friction
 from tendon_mj.plugin import sheaths
 from tendon_mj.plugin.sheath_plugin.state import view
-from tests.rigs import MODELS, moved, simulated
+from tests.rigs import MODELS, TOO_NEW, moved, simulated
 
 WHOLE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 KINDS = list(MODELS)
@@ -79,6 +79,7 @@ def test_zeros_as_the_initial_state_of_a_rollout_are_a_fresh_sheath(model):
 def test_a_state_that_was_not_evaluated_is_not_advanced_or_shown(model):
     data = mujoco.MjData(model)
     data.plugin_state[:] = 3.0
+    mujoco.mj_fwdPosition(model, data)  # `mj_Euler` needs the inertia
     mujoco.mj_sensorVel(model, data)
     mujoco.mj_fwdActuation(model, data)
     mujoco.mj_Euler(model, data)
@@ -100,6 +101,8 @@ def test_no_state_ends_the_process():
 def given():
     """Models of others, with friction on all their tendons that actuators pull."""
     for path in sorted(Path(os.environ.get("TENDON_MJ_MODELS", "/nowhere")).glob("*.xml")):
+        if path.stem in TOO_NEW:
+            continue
         yield add_friction(mujoco.MjSpec.from_file(str(path)), "*", friction=0.1).compile()
 
 

@@ -9,7 +9,18 @@ from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError
 from tendon_mj.lab.verification import smooth_controls
 from tendon_mj.plugin import sheaths
 from tests.refusals import refusing
-from tests.rigs import compiled, config, rope, sheath, sheath_view, shown, spatial, two_links
+from tests.rigs import (
+    MUJOCO,
+    compiled,
+    config,
+    hands_on_plugin_states,
+    rope,
+    sheath,
+    sheath_view,
+    shown,
+    spatial,
+    two_links,
+)
 
 MOTOR = '<motor name="pull" tendon="t" ctrlrange="-20 0"/>'
 OTHERS = """<motor joint="one" ctrlrange="-1 1"/><motor joint="two" ctrlrange="-.5 .5"/>
@@ -66,6 +77,10 @@ def check_alike(models, steps=1000, rel=1e-12):
 @pytest.mark.parametrize("arc_guides", [1, 3])
 @pytest.mark.parametrize("path", PATHS)
 def test_it_moves_as_the_tendon_drawn_the_other_way_round(path, arc_guides, integrator):
+    if (path, arc_guides) == ("cylinder", 3) and integrator != "RK4" and MUJOCO < (3, 16):
+        pytest.skip(
+            "before MuJoCo 3.16 its rounding depends on the order, and friction amplifies it"
+        )
     models = twins(path, arc_guides=arc_guides, integrator=integrator)
     # stages of RK4 add up how MuJoCo rounds tangent points, which on 4.0 depends on the order
     rel = SUMS if integrator == "RK4" else 1e-12
@@ -178,6 +193,7 @@ def test_by_default_the_attribute_is_not_written_and_first_is_the_same():
     assert all(np.array_equal(*pair) for pair in zip(*runs, strict=True))
 
 
+@hands_on_plugin_states
 def test_a_state_of_the_other_end_is_found_out_and_laid_anew():
     spec = arm("both", "first")
     model = spec.compile()

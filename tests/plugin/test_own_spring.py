@@ -7,7 +7,7 @@ import pytest
 from tendon_mj import Parameters, add_friction, view_sheath
 from tendon_mj.errors import InvalidValueError
 from tests.refusals import refusing
-from tests.rigs import simulated
+from tests.rigs import MUJOCO, simulated
 
 ARM = """<mujoco><option timestep=".001" integrator="{integrator}" gravity="0 0 0"/><worldbody>
   <site name="a" pos="-.1 0 .02"/><site name="b" pos="-.03 0 .03"/>
@@ -249,3 +249,13 @@ def test_a_motor_that_is_written_away_leaves_a_tendon_that_pulls_nothing():
     assert np.isfinite(data.qpos).all()
     assert data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number == 0
     assert view_sheath(model, data, "band").unsolved == 500
+
+
+@pytest.mark.skipif(MUJOCO < (4, 0), reason="springs of tendons yield from MuJoCo 4 on")
+@pytest.mark.parametrize("drive", ["", '<actuator><motor tendon="band" gear="-1"/></actuator>'])
+def test_a_spring_that_yields_is_refused(drive):
+    text = ARM.format(length="0.24", integrator="Euler").replace("<sensor>", f"{drive}<sensor>")
+    yielding = text.replace('stiffness="200"', 'stiffness="200" springyield="2"')
+    sheath = add_friction(mujoco.MjSpec.from_string(yielding), "band", friction=0.1)
+    with refusing(ValueError, "'band'", "springyield = 2 N"):
+        sheath.compile()

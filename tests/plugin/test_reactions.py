@@ -102,7 +102,11 @@ def draw(spec, path, drive):
         given |= {"reel_joint": "wound", "reel_radius": 0.01}
         given |= {"output_joint": "paid_out", "output_radius": -0.02}
     if drive == "equality":
-        spec.add_equality(type=mujoco.mjtEq.mjEQ_TENDON, name1="tendon", data=[-0.02] + [0] * 11)
+        spec.add_equality(
+            type=mujoco.mjtEq.mjEQ_TENDON,
+            name1="tendon",
+            data=[-0.02] + [0] * (mujoco.mjNEQDATA - 1),
+        )
     if drive == "limit":
         tendon.limited, tendon.range = 1, [0.0, 0.1]
     add_friction(spec, "tendon", friction=0.2, name="sheath", **given)
@@ -146,10 +150,12 @@ def pulled_without_tendon(seed, model, data):
 
 
 def constraint_force(model, data):
-    """Force along the tendon of its equality or its limit [N]."""
+    """Force along the tendon of its equality, its limit or its `frictionloss` [N]."""
     force = 0.0
     for kind, value in zip(data.efc_type, data.efc_force, strict=True):
         if kind == mujoco.mjtConstraint.mjCNSTR_EQUALITY:
+            force += value
+        if kind == mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON:
             force += value
         if kind == mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON:
             force -= value
@@ -184,7 +190,24 @@ CASES = [
 @pytest.mark.parametrize(("seed", "path", "drive"), CASES)
 @pytest.mark.parametrize("steps", [40, 3000], ids=["moving", "later"])
 def test_sensors_read_what_the_spans_pull(seed, path, drive, steps):
-    model, data = simulate(seed, path, drive, steps)
+    check_sensors(*simulate(seed, path, drive, steps), seed, drive)
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_they_read_the_tendon_s_own_frictionloss(path):
+    spec = arm(50, path, "motor")
+    spec.tendon("tendon").frictionloss = 3.0
+    spec.tendon("tendon").damping[0] = 5.0
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 0.6
+    mujoco.mj_step(model, data, 40)
+    mujoco.mj_forward(model, data)
+    assert abs(constraint_force(model, data)) > 0.1
+    check_sensors(model, data, 50, "motor")
+
+
+def check_sensors(model, data, seed, drive):
     other = pulled_without_tendon(seed, model, data)
     view = view_sheath(model, data, "sheath")
     if drive != "spools":  # which swing, and let the tendon go slack now and then

@@ -11,7 +11,7 @@ from tendon_mj import Parameters, add_friction, add_tendon
 from tendon_mj.plugin import sheaths
 from tendon_mj.plugin.sheath_plugin.state import view
 from tests.plugin.test_names import PLAIN, SPOOL
-from tests.rigs import simulated
+from tests.rigs import hands_on_plugin_states, simulated
 
 pytestmark = pytest.mark.filterwarnings("ignore:add_friction. friction can do nothing")
 
@@ -57,6 +57,7 @@ def test_a_changed_parameter_counts():
     assert Parameters(model, data)["two.friction"] == 0.2
 
 
+@hands_on_plugin_states
 def test_a_live_parameter_stays_where_the_configuration_does():
     spec = hand()
     model, data = moving(spec)
@@ -69,6 +70,7 @@ def test_a_live_parameter_stays_where_the_configuration_does():
     assert Parameters(model, data)["one.friction"] == 0.3
 
 
+@hands_on_plugin_states
 def test_an_unchanged_sheath_goes_on_as_it_was():
     spec = hand(**SPOOL)
     model, data = moving(spec)

@@ -7,9 +7,9 @@ import pytest
 from tendon_mj.plugin import segment_tensions, sheaths
 from tests.rigs import config
 
-WHY = "the extra `warp` is not installed: pip install 'tendon-mj[warp]'"
+WHY = "the extra `warp` is not installed, or too old: pip install --upgrade 'tendon-mj[warp]'"
 mjw = pytest.importorskip("mujoco_warp", reason=WHY)
-tw = pytest.importorskip("tendon_mj.warp", reason=WHY)
+tw = pytest.importorskip("tendon_mj.warp", reason=WHY, exc_type=ImportError)
 
 ROOT = """
   <body name="{k}_upper" pos="0 {y} 0">

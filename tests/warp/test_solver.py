@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tests.warp.models import WHY
+from tests.warp.models import tw  # noqa: F401
 
-wp = pytest.importorskip("warp", reason=WHY)
+wp = pytest.importorskip("warp")
 
 from tendon_mj.sheath import GUIDE as GUIDE_TYPE  # noqa: E402
 from tendon_mj.sheath import SEGMENT as SEGMENT_TYPE  # noqa: E402

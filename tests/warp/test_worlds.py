@@ -6,12 +6,13 @@ import pytest
 
 from tendon_mj import Parameters
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.warp.support import simulated_sheaths
-from tendon_mj.warp.transfer import COMMITTED
 from tests.refusals import refusing
 from tests.warp.models import controls, fingers, mjw, step, tw
 
 wp = pytest.importorskip("warp")
+
+from tendon_mj.warp.support import simulated_sheaths  # noqa: E402
+from tendon_mj.warp.transfer import COMMITTED  # noqa: E402
 
 KINDS = ("reel", "drum")
 FRICTION = np.array([0.0, 0.1, 0.35])

@@ -33,7 +33,8 @@ _SCALARS: dict[str, Any] = {
 }
 
 
-# Byte offsets in `mjModel` (m_), its `opt` (o_) and `mjData` (d_).
+# Byte offsets in `mjModel` (m_), its `opt` (o_) and `mjData` (d_); `equality_bytes` of `eq_data`
+# that each equality has, which are more from MuJoCo 3.17 on.
 LAYOUT: Final = Constants(
     "tendon_mj_layout",
     """
@@ -56,11 +57,10 @@ LAYOUT: Final = Constants(
     d_cdof d_moment_rownnz d_moment_rowadr d_moment_colind d_actuator_moment d_qfrc_applied
     d_qfrc_bias d_qfrc_passive d_actuator_force d_sensordata d_site_xpos d_site_xmat d_cfrc_int
     d_cfrc_ext d_ne d_nf d_nefc d_efc_type d_efc_id d_efc_force d_history
+    m_tendon_springyield equality_bytes
     """,
 )
-
-
-EQ_DATA: Final[int] = mujoco.mjNEQDATA  # numbers of each equality
+_SINCE_4 = ("m_tendon_springyield",)  # offset 0 on older releases
 
 
 # Byte offsets in `mjvScene` (s_), `mjvGeom` (g_) and `mjvOption` (v_); `geom_bytes` of each geom.
@@ -120,8 +120,12 @@ def offset(entry: str) -> int:
     """Offset of a field, which is named ``owner_field``."""
     if entry == "geom_bytes":
         return ctypes.sizeof(mirror("mjvGeom"))
+    if entry == "equality_bytes":
+        return ctypes.sizeof(ctypes.c_double) * mujoco.mjNEQDATA
     owner, name = entry.split("_", 1)
     member = getattr(mirror(_OWNER[owner]), name, None)
+    if member is None and entry in _SINCE_4:
+        return 0
     if member is None:
         raise EngineError(
             f"mujoco {mujoco.__version__} has no {_OWNER[owner]}.{name}, which tendon-mj uses; "
@@ -175,6 +179,11 @@ def verify(layout: Mapping[str, int]) -> None:
     owners = {"m": (model, model), "o": (model, model.opt), "d": (data, data)}
     for entry, offset in layout.items():
         owner, name = entry.split("_", 1)
+        if entry in _SINCE_4 and offset == 0:
+            continue
+        if entry == "equality_bytes":
+            _require(model.eq_data.itemsize * model.eq_data.shape[1] == offset, "mjModel.eq_data")
+            continue
         holder, shower = owners[owner]
         _compare(holder._address + offset, getattr(shower, name, None), f"{_OWNER[owner]}.{name}")
 

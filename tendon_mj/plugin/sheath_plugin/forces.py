@@ -13,13 +13,14 @@ MuJoCo's actuators, springs and constraints act with one tension T_c along the w
 sheath that they drive adds the difference that friction makes, T − T_c of each span, and nothing
 where nothing rubs. One whose elasticity is the tendon's own spring adds T − k (L − S).
 
-`mj_rnePostConstraint` adds the wrench of every spatial tendon under T_c. The difference pulls each
-end of a span along its direction, F = ±(T − T_c) u at point p, which about c is the wrench
-((p − c) × F, F). It is added to `cfrc_ext` of the body, and taken from `cfrc_int`, the force that
-passes a body's joint, of that body and of all that carry it. Sensors of `force` and `torque` are
-then filled again. MuJoCo computes both arrays before it asks for sensors of the acceleration stage,
-unless they are there already. One number of `cfrc_ext` with the wrenches is therefore kept: where
-it is still the same, they have been added.
+`mj_rnePostConstraint` adds the wrench of every spatial tendon under T_c from MuJoCo 3.14 on. Before
+that it adds none, and T_c is added here, too. The difference pulls each end of a span along its
+direction, F = ±(T − T_c) u at point p, which about c is the wrench ((p − c) × F, F). It is added to
+`cfrc_ext` of the body, and taken from `cfrc_int`, the force that passes a body's joint, of that
+body and of all that carry it. Sensors of `force` and `torque` are then filled again. MuJoCo
+computes both arrays before it asks for sensors of the acceleration stage, unless they are there
+already. One number of `cfrc_ext` with the wrenches is therefore kept: where it is still the same,
+they have been added.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ import mujoco
 
 from tendon_mj.native import LocalDoubles, apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import mju_transformSpatial
+from tendon_mj.plugin.abi.library import mj_version, mju_transformSpatial
 from tendon_mj.plugin.abi.memory import (
     coordinates,
     double,
@@ -41,6 +42,7 @@ from tendon_mj.plugin.abi.memory import (
 )
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
 from tendon_mj.plugin.sheath_plugin.bind import is_bound
+from tendon_mj.plugin.sheath_plugin.input_force import uniform_force
 from tendon_mj.plugin.sheath_plugin.path import Vector
 from tendon_mj.plugin.sheath_plugin.state import (
     State,
@@ -165,6 +167,7 @@ def apply_forces(m: int, d: int, state: State, segments: Segments) -> None:
 _FORCE = mujoco.mjtSensor.mjSENS_FORCE.value
 _TORQUE = mujoco.mjtSensor.mjSENS_TORQUE.value
 _REAL = mujoco.mjtDataType.mjDATATYPE_REAL.value
+_COUNTS_TENDONS = 3014000  # first `mj_version` whose `mj_rnePostConstraint` has tendons
 _vector6 = LocalDoubles(6)
 
 
@@ -294,6 +297,7 @@ def add_reactions(m: int, d: int, first: int, skipped: bool) -> None:
     ):
         return
     keeper.witness, changed = 0.0, False
+    counts_tendons = mj_version() >= _COUNTS_TENDONS
     for instance in range(first, size(m + LAYOUT.m_nplugin)):
         if not is_sheath(m, instance, first):
             continue
@@ -303,8 +307,11 @@ def add_reactions(m: int, d: int, first: int, skipped: bool) -> None:
         state = state_at(address)
         segments, _, _ = unpack(address)
         counted, ea = counted_strain(state), state.law.axial_stiffness
+        uniform = 0.0 if counts_tendons else -uniform_force(m, d, address, state)
         for j in range(len(segments)):
             tension = _added(ea, counted, segments[j])
+            if uniform != 0.0:
+                tension += uniform / segments[j].divisor
             if tension != 0.0:
                 index = _add_span(m, d, state, segments[j], tension)
                 if index >= 0:

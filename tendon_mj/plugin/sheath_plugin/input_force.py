@@ -21,7 +21,7 @@ from __future__ import annotations
 import mujoco
 
 from tendon_mj.native import apart, compiled
-from tendon_mj.plugin.abi.layout import EQ_DATA, LAYOUT
+from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.library import mj_actuatorDamping, mj_fwdActuation, mju_polyForce
 from tendon_mj.plugin.abi.memory import byte, coordinates, double, doubles, integer, pointer, size
 from tendon_mj.plugin.sheath_plugin.state import DAMPING_POLY, State
@@ -31,6 +31,7 @@ _TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
 _SPRING_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value
 _DAMPER_OFF = mujoco.mjtDisableBit.mjDSBL_DAMPER.value
 _POLY = 2  # mjNPOLY
+_TENDON_LOSS = mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON.value
 _TENDON_LIMIT = mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON.value
 _OF_TENDONS = mujoco.mjtEq.mjEQ_TENDON.value
 _SAME = 1e-9  # relative; a tendon that is longer than its path by less is not slack
@@ -98,11 +99,9 @@ def _damper(m: int, d: int, address: int, tendon: int) -> float:
 
 
 @compiled
-def input_force(m: int, d: int, address: int, state: State) -> float:
-    """Force along the tendon [N], pulling where it is negative."""
+def _unconstrained(m: int, d: int, address: int, state: State) -> float:
+    """The force of actuators, spring and damper [N]."""
     tendon, force = int(state.tendon), 0.0
-    if state.leads != 0.0:
-        mj_fwdActuation(m, d)
     if state.first_actuator >= 0.0:
         for actuator in range(int(state.first_actuator), int(state.last_actuator) + 1):
             if acts_on(m, actuator, tendon):
@@ -114,6 +113,15 @@ def input_force(m: int, d: int, address: int, state: State) -> float:
         force += _spring(m, d, tendon)
     if not off & _DAMPER_OFF:
         force += _damper(m, d, address, tendon)
+    return force
+
+
+@compiled
+def input_force(m: int, d: int, address: int, state: State) -> float:
+    """Force along the tendon [N], pulling where it is negative."""
+    if state.leads != 0.0:
+        mj_fwdActuation(m, d)
+    force = _unconstrained(m, d, address, state)
     if state.constrained != 0.0:
         force += state.constraint_force
     return force
@@ -133,7 +141,7 @@ def _constraint_force(m: int, d: int, tendon: int) -> float:
             if second == tendon:
                 x = double(pointer(d + LAYOUT.d_ten_length), second)
                 x -= double(pointer(m + LAYOUT.m_tendon_length0), second)
-                c = coordinates(pointer(m + LAYOUT.m_eq_data) + 8 * EQ_DATA * which)
+                c = coordinates(pointer(m + LAYOUT.m_eq_data) + LAYOUT.equality_bytes * which)
                 force -= value * (c[1] + x * (2.0 * c[2] + x * (3.0 * c[3] + x * 4.0 * c[4])))
     begin, end = equalities + integer(d + LAYOUT.d_nf, 0), integer(d + LAYOUT.d_nefc, 0)
     for row in range(begin, end):
@@ -145,6 +153,20 @@ def _constraint_force(m: int, d: int, tendon: int) -> float:
             ends = coordinates(pointer(m + LAYOUT.m_tendon_range) + 16 * tendon)
             value = double(pointer(d + LAYOUT.d_efc_force), row)
             force += value if length - ends[0] < ends[1] - length else -value
+    return force
+
+
+@apart
+def uniform_force(m: int, d: int, address: int, state: State) -> float:
+    """Force along the tendon with the constraints just solved and its `frictionloss` [N]."""
+    tendon = int(state.tendon)
+    force = _unconstrained(m, d, address, state) + _constraint_force(m, d, tendon)
+    begin = integer(d + LAYOUT.d_ne, 0)
+    for row in range(begin, begin + integer(d + LAYOUT.d_nf, 0)):
+        if integer(pointer(d + LAYOUT.d_efc_type), row) == _TENDON_LOSS and (
+            integer(pointer(d + LAYOUT.d_efc_id), row) == tendon
+        ):
+            force += double(pointer(d + LAYOUT.d_efc_force), row)
     return force
 
 

@@ -38,6 +38,7 @@ from tendon_mj.plugin.sheath_plugin.validate_tendon import (
     check_awake,
     check_counts,
     check_drive,
+    check_elastic,
     check_reels,
     kinds_on,
     misplaced_input,
@@ -288,6 +289,7 @@ def _check_complete(model: Draft, instance: int, reels: Sequence[int]) -> None:
     if problem:
         raise InvalidValueError(f"{where}: tendon {name!r} {problem}")
     check_alone(model, drive, where, name)
+    check_elastic(model, tendon, where, name)
     check_counts(config, kinds, where, name)
     if sleeps(model):
         check_awake(model, tendon, (config["reel_joint"], config["output_joint"]), where)

@@ -154,6 +154,22 @@ def check_alone(model: Draft, drive: Drive, where: str, tendon: str) -> None:
         )
 
 
+def check_elastic(model: Draft, tendon: int, where: str, name: str) -> None:
+    """Refuse a tendon whose own spring yields, as it may from MuJoCo 4 on.
+
+    Raises:
+        InvalidValueError: names the tendon and the force at which it does.
+    """
+    if not hasattr(model.fields, "tendon_springyield"):
+        return
+    limit = model.doubles("tendon_springyield")[tendon]
+    if limit > 0.0:
+        raise InvalidValueError(
+            f"{where}: tendon {name!r} has springyield = {limit:g} N, and a sheath does not follow "
+            "a spring that stays deformed; set it to 0"
+        )
+
+
 def _on_tendon(model: Draft, tendon: int) -> list[int]:
     """Actuators that act on a tendon but servos, which their own plugin checks."""
     kinds, targets = model.ints("actuator_trntype"), model.ints("actuator_trnid")
