@@ -19,6 +19,8 @@ class LibraryHook(BuildHookInterface):  # type: ignore[type-arg]
         from tendon_mj.native import FOLDER, load
 
         library = load().path
+        if library.suffix == ".o":
+            raise RuntimeError("a wheel needs a C compiler, which links its library")
         inside = Path("tendon_mj") / FOLDER.relative_to(Path(self.root, "tendon_mj")) / library.name
         build_data["force_include"][str(library)] = inside.as_posix()
         build_data["pure_python"] = False

@@ -5,11 +5,14 @@ from tendon_mj.native.library import Library as Library
 from tendon_mj.native.library import load as load
 from tendon_mj.native.marks import ARRAYS as ARRAYS
 from tendon_mj.native.marks import CONSTRUCTOR as CONSTRUCTOR
+from tendon_mj.native.marks import ENGINE as ENGINE
+from tendon_mj.native.marks import ENGINE_ARRAY as ENGINE_ARRAY
 from tendon_mj.native.marks import ENTRIES as ENTRIES
 from tendon_mj.native.marks import AddressOf as AddressOf
 from tendon_mj.native.marks import Array as Array
 from tendon_mj.native.marks import Called as Called
 from tendon_mj.native.marks import Constants as Constants
+from tendon_mj.native.marks import EngineFunction as EngineFunction
 from tendon_mj.native.marks import External as External
 from tendon_mj.native.marks import Load as Load
 from tendon_mj.native.marks import LocalDoubles as LocalDoubles

@@ -242,6 +242,20 @@ def _record(mark: marks.Record) -> Any:
     return record
 
 
+def _call(context: Any, builder: Any, wanted: Any, address: Any, values: Any, kinds: Any) -> Any:
+    """Call the C function at an address, of a signature."""
+    returned = wanted.return_type
+    c_result = ir.VoidType() if returned == types.void else context.get_value_type(returned)
+    c_types = [context.get_value_type(kind) for kind in wanted.args]
+    function = builder.inttoptr(address, ir.FunctionType(c_result, c_types).as_pointer())
+    given = [
+        context.cast(builder, value, kind, want)
+        for value, kind, want in zip(values, kinds, wanted.args, strict=True)
+    ]
+    result = builder.call(function, given)
+    return context.get_dummy_value() if returned == types.void else result
+
+
 @_meaning_of(marks.Called)
 def _called(mark: marks.Called) -> Any:
     wanted = _signature(mark.signature)
@@ -249,22 +263,29 @@ def _called(mark: marks.Called) -> Any:
     @intrinsic
     def call(typing_context: Any, function: Any, *arguments: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            function_type = ir.FunctionType(
-                context.get_value_type(wanted.return_type)
-                if wanted.return_type != types.void
-                else ir.VoidType(),
-                [context.get_value_type(kind) for kind in wanted.args],
-            )
-            address = builder.inttoptr(values[0], function_type.as_pointer())
             packed = cgutils.unpack_tuple(builder, values[1])
-            given = [
-                context.cast(builder, value, kind, want)
-                for value, kind, want in zip(packed, signature.args[1], wanted.args, strict=True)
-            ]
-            result = builder.call(address, given)
-            return context.get_dummy_value() if wanted.return_type == types.void else result
+            return _call(context, builder, wanted, values[0], packed, signature.args[1])
 
         return wanted.return_type(types.intp, types.StarArgTuple(arguments)), build
+
+    return call
+
+
+@_meaning_of(marks.EngineFunction)
+def _engine_function(mark: marks.EngineFunction) -> Any:
+    wanted = _signature(mark.signature)
+
+    @intrinsic
+    def call(typing_context: Any, *arguments: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            count = marks.ARRAYS[marks.ENGINE_ARRAY]
+            array = _shared(builder.module, marks.ENGINE_ARRAY, count)
+            index = marks.ENGINE.index(mark.symbol)
+            address = builder.load(builder.gep(array, [ir.IntType(32)(0), ir.IntType(32)(index)]))
+            packed = cgutils.unpack_tuple(builder, values[0])
+            return _call(context, builder, wanted, address, packed, signature.args[0])
+
+        return wanted.return_type(types.StarArgTuple(arguments)), build
 
     return call
 
@@ -344,6 +365,7 @@ def _unoptimised() -> Iterator[None]:
         mock.patch.object(library, "_optimize_functions"),
         mock.patch.object(library, "finalize", finalize),
         mock.patch.object(cpu.CPUContext, "get_executable", executable),
+        mock.patch.object(numba.config, "DISABLE_JIT", 0),
     ):
         yield
 
@@ -440,6 +462,8 @@ def compile_object(
     machine = llvm.Target.from_triple(triple).create_target_machine(
         cpu=cpu_name or _BASELINES.get(triple.split("-")[0], ""), opt=3, reloc="pic"
     )
+    if "windows" in triple:  # where the C library has no symbols by name
+        entries = {k: entry for k, entry in entries.items() if k != marks.CONSTRUCTOR}
     empty = f'target triple = "{triple}"\ntarget datalayout = "{machine.target_data}"\n'
     with _unoptimised():
         whole = _linked(entries, empty)

@@ -39,9 +39,11 @@ _PATIENCE = 300.0  # [s] that a process waits for another that builds the same
 
 @functools.cache
 def digest() -> str:
-    """Digest of the sources of the machine code."""
+    """Digest of the sources of the machine code; "*" where a package is without its sources."""
     whole = hashlib.sha256()
     files = [path for name in _SOURCES for path in (_PACKAGE / name).rglob("*")]
+    if not any(path.suffix == ".py" for path in files):
+        return "*"
     for path in sorted(path for path in files if path.suffix in (".py", ".csv")):
         whole.update(path.relative_to(_PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
     return whole.hexdigest()[:16]
@@ -60,9 +62,10 @@ def _folders() -> list[Path]:
 
 def _kept(suffix: str) -> Iterator[Path]:
     for folder in _folders():
-        path = folder / f"tendon_mj-{digest()}{suffix}"
-        if _is_trusted(folder) and _is_trusted(path):
-            yield path
+        for path in folder.glob(f"tendon_mj-{digest()}{suffix}"):
+            # what is in the package is code as the files beside it are
+            if folder == FOLDER or (_is_trusted(folder) and _is_trusted(path)):
+                yield path
 
 
 def _is_trusted(path: Path) -> bool:
@@ -85,8 +88,13 @@ class Library:
         self._linked: Any = None
         self._loaded: Any = None
         if path.suffix == ".o":
-            import llvmlite.binding as llvm  # which comes with Numba
-
+            try:
+                import llvmlite.binding as llvm  # which comes with Numba
+            except ModuleNotFoundError as error:
+                raise EngineError(
+                    f"{path} was built without a C compiler, and {error.name}, which links it in "
+                    "each process, is not installed: pip install numba"
+                ) from error
             llvm.initialize_native_target()
             llvm.initialize_native_asmprinter()
             self._linked = llvm.create_lljit_compiler()
@@ -161,7 +169,7 @@ def _writable() -> Path:
             folder.parent.mkdir(parents=True, exist_ok=True)
             folder.mkdir(mode=0o755, exist_ok=True)
             tempfile.TemporaryFile(dir=folder).close()
-            if _is_trusted(folder):
+            if folder == FOLDER or _is_trusted(folder):
                 return folder
     return Path(tempfile.mkdtemp(prefix="tendon_mj-"))
 

@@ -42,6 +42,10 @@ class Entry(NamedTuple):
 
 ENTRIES: Final[dict[str, Entry]] = {}  # symbol → function
 ARRAYS: Final[dict[str, int]] = {}  # symbol of int64s in the library → how many
+ENGINE: Final[list[str]] = []  # functions of MuJoCo, in the order of the array of their addresses
+ENGINE_ARRAY: Final = "tendon_mj_engine"
+_MOST = 32  # functions of MuJoCo
+ARRAYS[ENGINE_ARRAY] = _MOST
 CONSTRUCTOR: Final = "tendon_mj_load"  # entry that runs when the library is loaded
 
 
@@ -69,11 +73,22 @@ class _Mark:
 
 
 class External(_Mark):
-    """A function of the C library or of MuJoCo, by its symbol; pointers travel as integers."""
+    """A function of the C library, by its symbol; pointers travel as integers."""
 
     def __init__(self, symbol: str, signature: str) -> None:
         self.symbol = symbol
         self.signature = signature
+
+
+class EngineFunction(External):
+    """A function of MuJoCo, called by its address, which a loader writes into an array.
+
+    A program may have loaded MuJoCo where a library that it loads later does not see its symbols.
+    """
+
+    def __init__(self, symbol: str, signature: str) -> None:
+        super().__init__(symbol, signature)
+        ENGINE.append(symbol)
 
 
 class Load(_Mark):

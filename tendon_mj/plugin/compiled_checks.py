@@ -16,15 +16,32 @@ from numpy.typing import NDArray
 
 from tendon_mj.native import LocalDoubles, Text, apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import append, mjp_getPluginAtSlot, mju_error, strtod
-from tendon_mj.plugin.abi.memory import byte, double, integer, pointer, set_byte, size, word
+from tendon_mj.plugin.abi.library import (
+    append,
+    mj_deleteData,
+    mjp_getPluginAtSlot,
+    mju_error,
+    read_number,
+)
+from tendon_mj.plugin.abi.memory import (
+    byte,
+    double,
+    integer,
+    pointer,
+    set_byte,
+    set_integer,
+    size,
+    word,
+)
 from tendon_mj.plugin.servo_plugin import state as sv
 from tendon_mj.plugin.sheath_plugin import attributes as at
+from tendon_mj.plugin.sheath_plugin.input_force import acts_on, has_spring
 from tendon_mj.plugin.sheath_plugin.names import own_name, resolve, resolve_from
 from tendon_mj.plugin.sheath_plugin.state import (
     PARAMETERS,
     Bound,
     fits,
+    is_wound,
     size_of,
     state_size_of,
 )
@@ -60,6 +77,10 @@ _RADII = [
     at.FIRST_PARAMETER + list(PARAMETERS).index(f"{end}_radius") for end in ("reel", "output")
 ]
 _REEL_RADIUS, _OUTPUT_RADIUS = _RADII
+# index of the parameter without which a parameter has no effect, −1 for none
+_SCALES = np.array(
+    [list(PARAMETERS).index(p.scale) if p.scale else -1 for p in PARAMETERS.values()]
+)
 _PERIOD, _DELAY = list(sv.GAINS).index("period"), list(sv.GAINS).index("delay")
 
 _SIZE = 1024  # bytes of a message, with the zero that ends it
@@ -80,12 +101,20 @@ _slips = Text(" must not be below friction")
 _too_large = Text(" takes more state than there may be")
 _other_count = Text(" is not the number of guides of the tendon's path")
 _no_radius = Text(" needs its radius")
+_no_spring = Text(" needs a stiffness of the tendon")
+_pulled_twice = Text(" is wound or its own spring, and something else pulls on it as a whole")
+_branches = Text(" branches at a pulley, which only a driven one with its first site as input may")
+_no_scale = Text(" has no effect without the parameter that scales it")
+_nothing = Text(" must not be 0")
 _no_stiffness = Text(" is missing, as nothing pulls the tendon")
 
 
 @apart
-def _refuse(m: int, instance: int, attribute: int, value: int, reason: int) -> None:
-    """Raise ``plugin instance 'name': attribute = 'value' reason``, each at an address."""
+def _refuse(m: int, d: int, instance: int, attribute: int, value: int, reason: int) -> None:
+    """Raise ``plugin instance 'name': attribute = 'value' reason``, each at an address.
+
+    The data ``d`` of `init`, if not 0, is deleted: MuJoCo does not free it.
+    """
     message, used = _buffer(), 0
     plugin = pointer(mjp_getPluginAtSlot(integer(pointer(m + LAYOUT.m_plugin), instance)))
     used = append(message, used, plugin, _SIZE // 4)
@@ -101,6 +130,9 @@ def _refuse(m: int, instance: int, attribute: int, value: int, reason: int) -> N
         used = append(message, used, _quote(), _SIZE - 1)
     used = append(message, used, reason, _SIZE - 1)
     set_byte(message + used, 0)
+    if d != 0:
+        set_integer(d + LAYOUT.d_nplugin, instance)  # only those before it have begun
+        mj_deleteData(d)
     mju_error(message)
 
 
@@ -111,22 +143,22 @@ def _row(rows: NDArray[np.uint8], k: int) -> int:
 
 
 @compiled
-def _refuse_of_sheath(m: int, instance: int, attribute: int, reason: int) -> None:
+def _refuse_of_sheath(m: int, instance: int, attribute: int, reason: int, d: int = 0) -> None:
     value = at.text_at(m, instance, attribute)
-    _refuse(m, instance, _row(_SHEATH_NAMES, attribute), value, reason)
+    _refuse(m, d, instance, _row(_SHEATH_NAMES, attribute), value, reason)
 
 
 @compiled
 def _refuse_of_servo(m: int, instance: int, attribute: int, reason: int) -> None:
     value = at.text_at(m, instance, attribute)
-    _refuse(m, instance, _row(_SERVO_NAMES, attribute), value, reason)
+    _refuse(m, 0, instance, _row(_SERVO_NAMES, attribute), value, reason)
 
 
 @apart
 def _is_number(text: int) -> bool:
     """Whether a text that is not empty is a number to its end."""
     end = _end()
-    strtod(text, end)
+    read_number(text, end)
     after = word(end)
     return after != text and byte(after, 0) == 0
 
@@ -156,8 +188,12 @@ def _count(m: int, instance: int, attribute: int, otherwise: int) -> int:
 @apart
 def _check_spool(m: int, instance: int, joint: int, radius: int) -> None:
     """Refuse a joint of a spool that is none, or has no radius."""
-    if at.is_given(m, instance, joint) != at.is_given(m, instance, radius):
+    if at.is_given(m, instance, radius) and not at.is_given(m, instance, joint):
+        _refuse_of_sheath(m, instance, joint, _missing())
+    if at.is_given(m, instance, joint) and not at.is_given(m, instance, radius):
         _refuse_of_sheath(m, instance, joint, _no_radius())
+    if at.is_given(m, instance, radius) and at.number(m, instance, radius) == 0.0:
+        _refuse_of_sheath(m, instance, radius, _nothing())
     if at.is_given(m, instance, joint):
         index = resolve(m, instance, joint, _JOINT)
         if index < 0 or integer(pointer(m + LAYOUT.m_jnt_type), index) < _SLIDE:
@@ -190,6 +226,9 @@ def sheath_state(m: int, instance: int) -> int:
             _refuse_of_sheath(m, instance, attribute, _no_number())
         elif not _is_admitted(_SHEATH_BOUNDS, k, at.number_at(text)):
             _refuse_of_sheath(m, instance, attribute, _row(_SHEATH_REASONS, k))
+        scaled = _SCALES[k] >= 0 and at.number_at(text) != 0.0
+        if scaled and at.number(m, instance, at.FIRST_PARAMETER + _SCALES[k]) == 0.0:
+            _refuse_of_sheath(m, instance, attribute, _no_scale())
     friction, static = at.number(m, instance, _FRICTION), at.number(m, instance, _STATIC)
     if at.is_given(m, instance, _STATIC) and static < friction:
         _refuse_of_sheath(m, instance, _STATIC, _slips())
@@ -212,25 +251,36 @@ def sheath_state(m: int, instance: int) -> int:
 
 
 @apart
-def check_bound(m: int, instance: int, bound: Bound) -> None:
+def check_bound(m: int, d: int, instance: int, bound: Bound) -> None:
     """Refuse a sheath that cannot act on its tendon; the model is complete."""
     tendon = resolve(m, instance, at.TENDON, _TENDON)
     first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
     if integer(pointer(m + LAYOUT.m_wrap_type), first) == _FIXED:
-        _refuse_of_sheath(m, instance, at.TENDON, _not_spatial())
-    limits = LAYOUT.m_tendon_springyield
-    if limits != 0 and double(pointer(m + limits), tendon) > 0.0:
-        _refuse_of_sheath(m, instance, at.TENDON, _yields())
+        _refuse_of_sheath(m, instance, at.TENDON, _not_spatial(), d)
     if bound.tendon < 0.0 or not fits(bound, state_size_of(m, instance)):
-        _refuse_of_sheath(m, instance, at.GUIDES, _other_count())
-    if at.is_given(m, instance, at.GUIDES) and bound.guides != _count(m, instance, at.GUIDES, 0):
-        _refuse_of_sheath(m, instance, at.GUIDES, _other_count())
+        _refuse_of_sheath(m, instance, at.GUIDES, _other_count(), d)
+    if at.is_given(m, instance, at.GUIDES):
+        if bound.guides != _count(m, instance, at.GUIDES, 0):
+            _refuse_of_sheath(m, instance, at.GUIDES, _other_count(), d)
+        if bound.arcs > 0.0 and not at.is_given(m, instance, at.ARC_GUIDES):
+            _refuse_of_sheath(m, instance, at.ARC_GUIDES, _missing(), d)
+    if bound.own_spring != 0.0 and not has_spring(m, tendon):
+        _refuse_of_sheath(m, instance, at.SPRING, _no_spring(), d)
+    if is_wound(bound) and bound.own_spring == 0.0 and has_spring(m, tendon):
+        _refuse_of_sheath(m, instance, at.TENDON, _pulled_twice(), d)
+    for actuator in range(size(m + LAYOUT.m_nactuator)):
+        owner = integer(pointer(m + LAYOUT.m_actuator_plugin), actuator)
+        pulls = acts_on(m, actuator, tendon) and owner != instance
+        if pulls and (is_wound(bound) or bound.own_spring != 0.0):
+            _refuse_of_sheath(m, instance, at.TENDON, _pulled_twice(), d)
+    if bound.pulleys > 0.0 and (bound.driven == 0.0 or bound.input_at_last != 0.0):
+        _refuse_of_sheath(m, instance, at.TENDON, _branches(), d)
     pulled = bound.driven != 0.0 or bound.own_spring != 0.0
     if not pulled and not at.is_given(m, instance, at.AXIAL_STIFFNESS):
-        _refuse_of_sheath(m, instance, at.AXIAL_STIFFNESS, _no_stiffness())
+        _refuse_of_sheath(m, instance, at.AXIAL_STIFFNESS, _no_stiffness(), d)
     for other in range(instance):
         if at.is_sheath(m, other, instance) and resolve(m, other, at.TENDON, _TENDON) == tendon:
-            _refuse_of_sheath(m, instance, at.TENDON, _second())
+            _refuse_of_sheath(m, instance, at.TENDON, _second(), d)
 
 
 @apart

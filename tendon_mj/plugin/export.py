@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from tendon_mj.plugin.sheath_plugin.attributes import ATTACHMENT, KINDS
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS
 from tendon_mj.plugin.sheath_plugin.validate import NAME
 from tendon_mj.sheath import Parameter
+from tendon_mj.whole_file import whole_file
 
 _HEADER = """\
 // Attributes of the plugins in {library}, for <config key="…" value="…"/> in MJCF and for
@@ -71,7 +71,8 @@ def export_library(folder: str | Path) -> Path:
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     library = folder / f"libtendon_mj{source.suffix}"
-    shutil.copyfile(source, library)
+    with whole_file(library) as file:  # programs may have the one before loaded
+        file.write_bytes(source.read_bytes())
     attachment = [(name, a.text) for name, a in ATTACHMENT.items()]
     header = _HEADER.format(
         library=library.name,
@@ -81,5 +82,6 @@ def export_library(folder: str | Path) -> Path:
         sensors=_lines((kind, f"{text} [{unit}]") for kind, (text, unit, _) in KINDS.items()),
         servo_attributes=_lines([*_parameters(GAINS), *_SERVO_WORDS.items()]),
     )
-    (folder / "tendon_mj.h").write_text(header, "utf-8")
+    with whole_file(folder / "tendon_mj.h") as file:
+        file.write_text(header, "utf-8")
     return library

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import mujoco
 
 from tendon_mj.errors import EngineError
-from tendon_mj.native import Library, load
+from tendon_mj.native import ENGINE, ENGINE_ARRAY, Library, load
 from tendon_mj.plugin import registration  # noqa: F401, with all that the library has
 from tendon_mj.plugin.abi.checks import Draft, asking
 from tendon_mj.plugin.abi.layout import (
@@ -22,6 +22,7 @@ from tendon_mj.plugin.abi.layout import (
     verify_scene,
     verify_state,
 )
+from tendon_mj.plugin.abi.library import C
 from tendon_mj.plugin.elsewhere import guard_engines, register_pickles
 from tendon_mj.plugin.servo_plugin import validate as servo_validate
 from tendon_mj.plugin.sheath_plugin import validate
@@ -143,6 +144,27 @@ def _set_checks(library: Library) -> None:
     ]
 
 
+def _set_functions(library: Library) -> None:
+    """Tell the library where MuJoCo's functions are."""
+    addresses = library.numbers(ENGINE_ARRAY, len(ENGINE))
+    addresses[:] = [ctypes.cast(getattr(C, name), ctypes.c_void_p).value for name in ENGINE]
+
+
+def _verify_registered(library: Library) -> None:
+    """Refuse plugins of another copy of the library, which asks no checks in Python.
+
+    Raises:
+        EngineError: the program has loaded one before.
+    """
+    struct = C.mjp_getPlugin(NAMES[0].encode(), ctypes.byref(ctypes.c_int()))
+    nstate = ctypes.c_void_p.from_address(struct + 32).value
+    if nstate != library.address("tendon_mj_sheath_nstate"):
+        raise EngineError(
+            f"another copy of the library has registered the plugin {NAMES[0]}: import tendon_mj "
+            "before mj_loadPluginLibrary loads it, or not at all"
+        )
+
+
 def _set_layout(library: Library) -> dict[str, int]:
     """Give the library the offsets of the running MuJoCo, once they are verified."""
     layout, scene = read(LAYOUT), read(SCENE)
@@ -166,9 +188,11 @@ def register() -> tuple[str, ...]:
         _verify_version()
         _verify_struct()
         library = load()
+        _set_functions(library)
         layout = _set_layout(library)
         _set_checks(library)
         ctypes.CFUNCTYPE(None)(library.address("tendon_mj_register"))()
+        _verify_registered(library)
         register_pickles(NAMES)
         guard_engines(NAMES)
         verify_state(layout, mujoco.MjData(mujoco.MjModel.from_xml_string(_SMALLEST)))

@@ -8,10 +8,24 @@ verified, and which of its functions check a model, and has the plugins register
 
 from __future__ import annotations
 
+import sys
+
 import mujoco
 import numpy as np
 
-from tendon_mj.native import CONSTRUCTOR, AddressOf, Shared, Text, apart, entry
+from tendon_mj.native import (
+    ARRAYS,
+    CONSTRUCTOR,
+    ENGINE,
+    ENGINE_ARRAY,
+    AddressOf,
+    External,
+    LocalDoubles,
+    Shared,
+    Text,
+    apart,
+    entry,
+)
 from tendon_mj.plugin.abi import releases
 from tendon_mj.plugin.abi.layout import LAYOUT, SCENE
 from tendon_mj.plugin.abi.library import (
@@ -20,7 +34,7 @@ from tendon_mj.plugin.abi.library import (
     mjp_registerPlugin,
     mju_warning,
 )
-from tendon_mj.plugin.abi.memory import doubles, set_integer, set_pointer
+from tendon_mj.plugin.abi.memory import doubles, pointer, set_integer, set_pointer
 from tendon_mj.plugin.servo_plugin import callbacks as _servo_callbacks  # noqa: F401, entries
 from tendon_mj.plugin.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
 from tendon_mj.plugin.sheath_plugin import callbacks as _sheath_callbacks  # noqa: F401
@@ -44,6 +58,19 @@ _slot = Shared("tendon_mj_slot", 1)
 _unknown = Text(
     "tendon_mj: the library does not know this release of MuJoCo; nothing is registered"
 )
+
+_IS_LINUX = sys.platform.startswith("linux")
+_ANYWHERE = 0 if _IS_LINUX else -2  # RTLD_DEFAULT
+_LOADED_ALREADY = 5  # RTLD_LAZY | RTLD_NOLOAD of Linux
+_ENGINE_NAMES = as_rows(ENGINE, _WIDTH)
+_functions = Shared(ENGINE_ARRAY, ARRAYS[ENGINE_ARRAY])
+_found = LocalDoubles(1)
+_library = Text("libmujoco")
+_find_engine = AddressOf("tendon_mj_find_engine")
+_dlsym = External("dlsym", "ptr(ptr, ptr)")
+_dlopen = External("dlopen", "ptr(ptr, i32)")
+_dl_iterate_phdr = External("dl_iterate_phdr", "i32(ptr, ptr)")
+_strstr = External("strstr", "ptr(ptr, ptr)")
 
 # where the members of mjpPlugin are [bytes]
 _NAME, _ATTRIBUTE_COUNT, _ATTRIBUTES, _CAPABILITIES, _NEEDSTAGE = 0, 8, 16, 24, 28
@@ -80,6 +107,34 @@ def _set_offsets() -> bool:
                 set_pointer(numbers, _OFFSETS[k, entry])
             return True
     return False
+
+
+@apart
+def _find_functions() -> bool:
+    """Find MuJoCo's functions in the process; return whether all are there."""
+    engine, found = _ANYWHERE, _found()
+    if _dlsym(engine, _ENGINE_NAMES.ctypes.data) == 0 and _IS_LINUX:
+        set_pointer(found, 0)
+        _dl_iterate_phdr(_find_engine(), found)
+        engine = pointer(found)
+        if engine == 0:
+            return False
+    for k in range(len(_ENGINE_NAMES)):
+        function = _dlsym(engine, _ENGINE_NAMES.ctypes.data + _WIDTH * k)
+        if function == 0:
+            return False
+        set_pointer(_functions() + 8 * k, function)
+    return True
+
+
+@entry("tendon_mj_find_engine", "i32(ptr, i64, ptr)")
+def find_engine(info: int, size: int, found: int) -> int:
+    """Open MuJoCo's library once more where it is what `dl_iterate_phdr` shows; 1 ends that."""
+    name = pointer(info + 8)
+    if _strstr(name, _library()) == 0:
+        return 0
+    set_pointer(found, _dlopen(name, _LOADED_ALREADY))
+    return 1
 
 
 @apart
@@ -131,6 +186,8 @@ def register() -> None:
 @entry(CONSTRUCTOR, "void()")
 def load() -> None:
     """Register the plugins when the library is loaded."""
+    if not _find_functions():
+        return
     if _set_offsets():
         register()
     else:

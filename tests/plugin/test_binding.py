@@ -10,7 +10,7 @@ import pytest
 from tendon_mj import add_friction, add_sites, add_tendon, view_sheath
 from tendon_mj.plugin import sheaths
 from tendon_mj.plugin.abi.checks import Draft
-from tendon_mj.plugin.sheath_plugin.state import STATE, Bound
+from tendon_mj.plugin.sheath_plugin.state import STATE, Bound, view
 from tests.rigs import driven, instance, plugin, rope, shown, simulated, spatial
 
 SHEATHS = (("s1", "one"), ("s2", "two"))
@@ -124,6 +124,49 @@ def test_a_model_that_takes_the_place_of_another_of_equal_sizes_is_noticed():
         np.testing.assert_array_equal(data.qpos, fresh.qpos)
         np.testing.assert_array_equal(data.plugin_state, fresh.plugin_state)
     assert not np.array_equal(data.plugin_state, start)
+
+
+def test_instances_in_another_order_do_not_take_each_other_s_bindings():
+    one, other = (TWINS.replace(shown("s1") + shown("s2"), order) for order in ("", ""))
+    first = (
+        '<plugin plugin="tendon_mj.sheath"><instance name="k"><config key="sensor" value="slip"/>'
+    )
+    sensor = first + '<config key="tendon" value="one"/></instance></plugin>'
+    one = one.replace("<extension>", f"<extension>{sensor}")
+    other = other.replace("</extension>", f"{sensor}</extension>")
+    models = [mujoco.MjModel.from_xml_string(text) for text in (one, other)]
+    data = mujoco.MjData(models[0])
+    for model in (*models, *models):
+        mujoco.mj_resetData(model, data)
+        fresh = mujoco.MjData(model)
+        data.ctrl[:] = fresh.ctrl[:] = -1.0, -2.0
+        mujoco.mj_step(model, data, 3)
+        mujoco.mj_step(model, fresh, 3)
+        np.testing.assert_array_equal(data.qpos, fresh.qpos)
+
+
+def test_a_model_in_the_memory_of_another_is_noticed():
+    data = mujoco.MjData(mujoco.MjModel.from_xml_string(TWINS))
+    for friction in (0.2, 0.6, 0.4, 0.2, 0.6) * 10:
+        model = mujoco.MjModel.from_xml_string(TWINS.replace('"0.2"', f'"{friction}"'))
+        fresh = mujoco.MjData(model)
+        for simulation in (data, fresh):
+            mujoco.mj_resetData(model, simulation)
+            simulation.ctrl[:] = -1.0, -2.0
+            mujoco.mj_step(model, simulation, 2)
+        np.testing.assert_array_equal(data.qpos, fresh.qpos)
+        del model
+
+
+def test_no_number_of_a_segment_is_used_as_an_index():
+    model = mujoco.MjModel.from_xml_string(TWINS)
+    for garbage in (1e9, -1e9, np.nan, 1e300, -0.5):
+        data = simulated(model, 1, ctrl=(-1.0, -2.0))
+        mujoco.mj_forward(model, data)
+        for sheath in sheaths(model).values():
+            view(data.plugin_state, sheath.state).segments["point"][:] = garbage
+        mujoco.mj_rnePostConstraint(model, data)
+        mujoco.mj_sensorAcc(model, data)
 
 
 @pytest.mark.parametrize(("array", "rows"), [("actuator_trnid", (0, 1)), ("wrap_objid", (2, 5))])

@@ -11,7 +11,7 @@ from pathlib import Path
 import mujoco
 
 from tendon_mj.errors import EngineError
-from tendon_mj.native import External, LocalDoubles, apart, compiled
+from tendon_mj.native import EngineFunction, External, LocalDoubles, apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.memory import (
     byte,
@@ -20,6 +20,7 @@ from tendon_mj.plugin.abi.memory import (
     integer,
     pointer,
     set_byte,
+    set_pointer,
 )
 
 
@@ -32,7 +33,7 @@ def _find() -> Path:
 
 
 PATH = _find()
-C = ctypes.CDLL(str(PATH), ctypes.RTLD_GLOBAL)  # whose functions the plugins call
+C = ctypes.CDLL(str(PATH))
 C.mj_getPluginConfig.restype = ctypes.c_char_p
 C.mj_getPluginConfig.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]
 C.mj_id2name.restype = ctypes.c_char_p
@@ -41,9 +42,8 @@ C.mj_deleteData.restype = None
 C.mj_deleteData.argtypes = [ctypes.c_void_p]
 C.mj_name2id.restype = ctypes.c_int
 C.mj_name2id.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]
-C.strtod.restype = ctypes.c_double
-C.strtod.argtypes = [ctypes.c_char_p, ctypes.c_void_p]
-C.mjp_registerPlugin.restype = ctypes.c_int
+C.mjp_getPlugin.restype = ctypes.c_void_p
+C.mjp_getPlugin.argtypes = [ctypes.c_char_p, ctypes.c_void_p]
 
 
 class _PluginHead(ctypes.Structure):
@@ -56,27 +56,50 @@ C.mjp_getPluginAtSlot.restype = ctypes.POINTER(_PluginHead)
 C.mjp_getPluginAtSlot.argtypes = [ctypes.c_int]
 
 # for compiled code
-mj_id2name = External("mj_id2name", "ptr(ptr, i32, i32)")
-mj_name2id = External("mj_name2id", "i32(ptr, i32, ptr)")
-mjp_getPluginAtSlot = External("mjp_getPluginAtSlot", "ptr(i32)")
-mj_markStack = External("mj_markStack", "void(ptr)")
-mj_freeStack = External("mj_freeStack", "void(ptr)")
-mj_stackAllocNum = External("mj_stackAllocNum", "ptr(ptr, i64)")
-mj_fwdActuation = External("mj_fwdActuation", "void(ptr, ptr)")
-mj_actuatorDamping = External("mj_actuatorDamping", "f64(ptr, i32, i32, ptr)")
-mju_polyForce = External("mju_polyForce", "f64(f64, ptr, f64, i32, i32)")
-mju_transformSpatial = External("mju_transformSpatial", "void(ptr, ptr, i32, ptr, ptr, ptr)")
-mjv_initGeom = External("mjv_initGeom", "void(ptr, i32, ptr, ptr, ptr, ptr)")
-mjv_connector = External("mjv_connector", "void(ptr, i32, f64, ptr, ptr)")
+mj_id2name = EngineFunction("mj_id2name", "ptr(ptr, i32, i32)")
+mj_name2id = EngineFunction("mj_name2id", "i32(ptr, i32, ptr)")
+mjp_getPluginAtSlot = EngineFunction("mjp_getPluginAtSlot", "ptr(i32)")
+mj_markStack = EngineFunction("mj_markStack", "void(ptr)")
+mj_freeStack = EngineFunction("mj_freeStack", "void(ptr)")
+mj_stackAllocNum = EngineFunction("mj_stackAllocNum", "ptr(ptr, i64)")
+mj_fwdActuation = EngineFunction("mj_fwdActuation", "void(ptr, ptr)")
+mj_actuatorDamping = EngineFunction("mj_actuatorDamping", "f64(ptr, i32, i32, ptr)")
+mju_polyForce = EngineFunction("mju_polyForce", "f64(f64, ptr, f64, i32, i32)")
+mju_transformSpatial = EngineFunction("mju_transformSpatial", "void(ptr, ptr, i32, ptr, ptr, ptr)")
+mjv_initGeom = EngineFunction("mjv_initGeom", "void(ptr, i32, ptr, ptr, ptr, ptr)")
+mjv_connector = EngineFunction("mjv_connector", "void(ptr, i32, f64, ptr, ptr)")
 # both take a format and values; a format without a percent sign has no values
-mju_warning = External("mju_warning", "void(ptr)")
-mju_error = External("mju_error", "void(ptr)")
+mju_warning = EngineFunction("mju_warning", "void(ptr)")
+mju_error = EngineFunction("mju_error", "void(ptr)")
 malloc = External("malloc", "ptr(i64)")
 free = External("free", "void(ptr)")
-mj_version = External("mj_version", "i32()")
-mjp_getPlugin = External("mjp_getPlugin", "ptr(ptr, ptr)")
-mjp_registerPlugin = External("mjp_registerPlugin", "i32(ptr)")
-strtod = External("strtod", "f64(ptr, ptr)")
+mj_version = EngineFunction("mj_version", "i32()")
+mjp_getPlugin = EngineFunction("mjp_getPlugin", "ptr(ptr, ptr)")
+mjp_registerPlugin = EngineFunction("mjp_registerPlugin", "i32(ptr)")
+mj_deleteData = EngineFunction("mj_deleteData", "void(ptr)")
+_strtod = External("strtod", "f64(ptr, ptr)")
+_localeconv = External("localeconv", "ptr()")
+_POINT = 46  # "."
+_LONGEST = 120  # bytes of a number, where its decimal point has to be replaced
+_copy = LocalDoubles(_LONGEST // 8 + 1)
+
+
+@apart
+def read_number(text: int, end: int) -> float:
+    """Number at the beginning of a text, whatever the locale; ``end`` receives where it ends."""
+    point = byte(pointer(_localeconv()), 0)
+    if point == _POINT:
+        return _strtod(text, end)
+    copy, count = _copy(), 0
+    letter = byte(text, 0)
+    while letter != 0 and letter != point and count < _LONGEST:
+        set_byte(copy + count, point if letter == _POINT else letter)
+        count += 1
+        letter = byte(text, count)
+    set_byte(copy + count, 0)
+    value = _strtod(copy, end)
+    set_pointer(end, text + pointer(end) - copy)
+    return value
 
 
 @compiled

@@ -22,8 +22,8 @@ from tendon_mj.plugin.sheath_plugin.bind import (
 )
 from tendon_mj.plugin.sheath_plugin.names import resolve, resolve_from
 from tendon_mj.plugin.sheath_plugin.signature import pair_signature
+from tendon_mj.plugin.sheath_plugin.state import SERVO, SHEATH, binding_of, state_of, state_size_of
 from tendon_mj.plugin.sheath_plugin.state import binding_at as sheath_binding_at
-from tendon_mj.plugin.sheath_plugin.state import binding_of, state_of, state_size_of
 
 _JOINT, _TENDON = 3, 18  # mjtObj
 _BINDING_COUNT = sv.BINDING.itemsize // 8
@@ -85,9 +85,9 @@ def _bind(m: int, instance: int, address: int, signature: float) -> None:
 def _present(d: int, binding: int) -> float:
     """Signature of the model as its first sheath has seen it last, 0 without a sheath."""
     sheath = int(sv.binding_at(binding).instance)
-    if sheath < 0 or binding_of(d, sheath) == 0:
+    if sheath < 0 or binding_of(d, sheath, SHEATH) == 0:
         return 0.0
-    return present_signature(d, sheath_binding_at(binding_of(d, sheath)))
+    return present_signature(d, sheath_binding_at(binding_of(d, sheath, SHEATH)))
 
 
 @apart
@@ -124,7 +124,7 @@ def _is_bound(m: int, d: int, instance: int) -> bool:
 
     The indices in its state are then those of the binding.
     """
-    binding, address = binding_of(d, instance), state_of(m, d, instance)
+    binding, address = binding_of(d, instance, SERVO), state_of(m, d, instance)
     if binding == 0:
         return False
     bound, state = sv.binding_at(binding), sv.state_at(address)
@@ -141,9 +141,9 @@ def _is_bound(m: int, d: int, instance: int) -> bool:
 @apart
 def _rebind(m: int, d: int, instance: int) -> None:
     """Bind a servo again, and begin as after a reset where its state is not one of it."""
-    binding, address = binding_of(d, instance), state_of(m, d, instance)
+    binding, address = binding_of(d, instance, SERVO), state_of(m, d, instance)
     if binding == 0:
-        binding = new_binding(d, instance, _BINDING_COUNT)
+        binding = new_binding(d, instance, SERVO, _BINDING_COUNT)
     _bind(m, instance, binding, 0.0)
     sv.binding_at(binding).signature = _present(d, binding)
     if not _is_bound(m, d, instance):
@@ -174,8 +174,9 @@ def destroy(d: int, instance: int) -> None:
 
 
 @entry("tendon_mj_servo_reset", "void(ptr, ptr, ptr, i32)")
-def reset(m: int, state: int, binding: int, instance: int) -> None:
+def reset(m: int, state: int, block: int, instance: int) -> None:
     """`reset` of `mjpPlugin`."""
+    binding = block + 8 if block != 0 and pointer(block) == SERVO else 0
     _reset(m, state, binding, instance)
 
 

@@ -12,9 +12,9 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_mj.native import compiled
+from tendon_mj.native import LocalDoubles, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import strtod
+from tendon_mj.plugin.abi.library import read_number
 from tendon_mj.plugin.abi.memory import byte, integer, pointer
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS
 
@@ -115,6 +115,7 @@ def as_rows(known: Iterable[str], width: int = 32) -> NDArray[np.uint8]:
     return np.frombuffer(b"".join(rows), np.uint8).reshape(-1, width)
 
 
+_end = LocalDoubles(1)
 KIND_NAMES = as_rows(KINDS)
 END_NAMES = as_rows(INPUT_ENDS)
 SPRING_NAMES = as_rows(SPRINGS)
@@ -154,7 +155,7 @@ def is_sheath(m: int, other: int, instance: int) -> bool:
 @compiled
 def number_at(address: int) -> float:
     """Number that a string holds, 0 for an empty one."""
-    return 0.0 if byte(address, 0) == 0 else strtod(address, 0)
+    return 0.0 if byte(address, 0) == 0 else read_number(address, _end())
 
 
 @compiled

@@ -39,6 +39,8 @@ from tendon_mj.plugin.sheath_plugin.signature import (
 )
 from tendon_mj.plugin.sheath_plugin.state import (
     BINDING,
+    SERVO,
+    SHEATH,
     Binding,
     adopt_binding,
     binding_at,
@@ -171,12 +173,14 @@ def _bind(m: int, instance: int, address: int, signature: float) -> None:
 
 
 @apart
-def new_binding(d: int, instance: int, count: int) -> int:
+def new_binding(d: int, instance: int, kind: int, count: int) -> int:
     """Memory for so many numbers, all 0, in `mjData.plugin_data`; its address."""
-    address = malloc(8 * count)
-    doubles(address, count)[:] = 0.0
-    set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, address)
-    return address
+    release(d, instance)
+    block = malloc(8 * (count + 1))
+    set_pointer(block, kind)
+    doubles(block + 8, count)[:] = 0.0
+    set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, block)
+    return block + 8
 
 
 @apart
@@ -206,11 +210,11 @@ def reset_sheath(m: int, address: int, binding: int, instance: int) -> None:
 
 
 @apart
-def check_bindable(m: int, instance: int) -> None:
+def check_bindable(m: int, d: int, instance: int) -> None:
     """Refuse a sheath that cannot act on its tendon."""
     passing = _passing()
     _bind(m, instance, passing, 0.0)
-    check_bound(m, instance, binding_at(passing))
+    check_bound(m, d, instance, binding_at(passing))
 
 
 @compiled
@@ -241,16 +245,16 @@ def is_bound(m: int, d: int, instance: int) -> bool:
     """
     if not has_own_state(m, d, instance):
         return False
-    adopt_binding(state_of(m, d, instance), binding_of(d, instance))
+    adopt_binding(state_of(m, d, instance), binding_of(d, instance, SHEATH))
     return True
 
 
 @compiled
 def has_own_state(m: int, d: int, instance: int) -> bool:
     """As ``is_bound``; of the indices in the state only the counts of the path are looked at."""
-    if binding_of(d, instance) == 0:
+    if binding_of(d, instance, SHEATH) == 0:
         _rebind(m, d, instance)
-    binding = binding_of(d, instance)
+    binding = binding_of(d, instance, SHEATH)
     bound, address = binding_at(binding), state_of(m, d, instance)
     if bound.tendon < 0.0 or bound.signature != present_signature(d, bound):
         return False
@@ -260,7 +264,8 @@ def has_own_state(m: int, d: int, instance: int) -> bool:
 @compiled
 def present_signature(d: int, bound: Binding) -> float:
     """Signature of the model as the first sheath has seen it last."""
-    return binding_at(binding_of(d, int(bound.first_sheath))).present
+    first = binding_of(d, int(bound.first_sheath), SHEATH)
+    return binding_at(first).present if first != 0 else 0.0
 
 
 @compiled
@@ -272,7 +277,7 @@ def _count(number: float) -> float:
 @apart
 def _take_over(m: int, d: int, instance: int) -> bool:
     """Make a state that is not one of this sheath, as it is bound, one of it."""
-    binding, address = binding_of(d, instance), state_of(m, d, instance)
+    binding, address = binding_of(d, instance, SHEATH), state_of(m, d, instance)
     state, bound = state_at(address), binding_at(binding)
     if bound.tendon < 0.0:
         state.unsolved = _count(state.unsolved) + 1.0
@@ -294,7 +299,7 @@ def _take_over(m: int, d: int, instance: int) -> bool:
 @compiled
 def ensure_bound(m: int, d: int, instance: int) -> bool:
     """Bind a sheath to the model, and its state to the sheath; return whether they are."""
-    binding = binding_of(d, instance)
+    binding = binding_of(d, instance, SHEATH)
     if binding != 0:
         bound = binding_at(binding)
         if bound.first_sheath == instance:
@@ -310,18 +315,20 @@ def ensure_bound(m: int, d: int, instance: int) -> bool:
 def _rebind(m: int, d: int, instance: int) -> None:
     """Look up what a sheath is attached to, for the first time or again."""
     first = first_sheath(m, instance)
-    if binding_of(d, first) == 0:
-        new_binding(d, first, _COUNT)
-    if binding_of(d, instance) == 0:
-        new_binding(d, instance, _COUNT)
-    leader = binding_at(binding_of(d, first))
+    if binding_of(d, first, SHEATH) == 0:
+        new_binding(d, first, SHEATH, _COUNT)
+    if binding_of(d, instance, SHEATH) == 0:
+        new_binding(d, instance, SHEATH, _COUNT)
+    leader = binding_at(binding_of(d, first, SHEATH))
     leader.present = model_signature(m)
-    _bind(m, instance, binding_of(d, instance), leader.present)
+    _bind(m, instance, binding_of(d, instance, SHEATH), leader.present)
 
 
 @compiled
 def release(d: int, instance: int) -> None:
     """Free what an instance is bound to."""
     place = pointer(d + LAYOUT.d_plugin_data) + 8 * instance
-    free(pointer(place))
-    set_pointer(place, 0)
+    block = pointer(place)
+    if block != 0 and SHEATH <= pointer(block) <= SERVO:
+        free(block)
+        set_pointer(place, 0)

@@ -36,6 +36,7 @@ from tendon_mj.plugin.sheath_plugin.input_force import follow_constraint
 from tendon_mj.plugin.sheath_plugin.names import own_name
 from tendon_mj.plugin.sheath_plugin.sensors import show, show_ends
 from tendon_mj.plugin.sheath_plugin.state import (
+    SHEATH,
     binding_at,
     binding_of,
     state_at,
@@ -95,8 +96,9 @@ def advance(m: int, d: int, instance: int) -> None:
 
 
 @entry("tendon_mj_sheath_reset", "void(ptr, ptr, ptr, i32)")
-def reset(m: int, state: int, binding: int, instance: int) -> None:
+def reset(m: int, state: int, block: int, instance: int) -> None:
     """`reset` of `mjpPlugin`."""
+    binding = block + 8 if block != 0 and pointer(block) == SHEATH else 0
     if is_sensor(m, instance):
         doubles(state, state_size_of(m, instance))[:] = 0.0
     else:
@@ -125,7 +127,7 @@ def init(m: int, d: int, instance: int) -> int:
     if asks(SHEATH_INIT):
         ask_complete(SHEATH_INIT, m, d, instance)
     elif not is_sensor(m, instance):
-        check_bindable(m, instance)
+        check_bindable(m, d, instance)
     set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, 0)
     return 0
 
@@ -155,7 +157,7 @@ def compute(m: int, d: int, instance: int, capability: int) -> None:
         show(m, d, instance)
     elif capability == _SENSOR:
         show_ends(m, d, instance)
-        binding = binding_of(d, instance)
+        binding = binding_of(d, instance, SHEATH)
         if binding != 0 and binding_at(binding).first_sheath == instance:
             add_reactions(m, d, instance, _is_skipped(m))
     elif capability == _ACTUATOR and not sensor:

@@ -228,7 +228,10 @@ def _common_body(m: int, one: int, other: int) -> int:
 def _add_span(m: int, d: int, state: State, segment: Segment, tension: float) -> int:
     """Add the wrenches of a span under a tension [N]; return an index that was added to, or −1."""
     near, far, bodies = int(segment.near_body), int(segment.far_body), size(m + LAYOUT.m_nbody)
-    if segment.point < 0.0 or near == far or not (0 <= near < bodies and 0 <= far < bodies):
+    spans = integer(pointer(d + LAYOUT.d_ten_wrapnum), int(state.tendon)) - 1
+    if not 0.0 <= segment.point < spans or near == far:
+        return -1
+    if not (0 <= near < bodies and 0 <= far < bodies):
         return -1
     k, u, length = _span(d, state, segment)
     if length == 0.0:

@@ -29,10 +29,11 @@ from tendon_mj.plugin.sheath_plugin.bind import (
     has_own_state,
     new_binding,
     range_of,
-    release,
 )
 from tendon_mj.plugin.sheath_plugin.names import resolve
 from tendon_mj.plugin.sheath_plugin.state import (
+    SENSORS,
+    SHEATH,
     binding_at,
     binding_of,
     state_at,
@@ -99,20 +100,19 @@ def _shown_at(binding: int) -> FloatArray:
 @compiled
 def _present(d: int, instance: int) -> float:
     """Signature of the model as its first sheath has seen it last, 0 without a sheath."""
-    first = int(_binding_at(binding_of(d, instance)).first_sheath)
-    if first < 0 or binding_of(d, first) == 0:
+    first = int(_binding_at(binding_of(d, instance, SENSORS)).first_sheath)
+    if first < 0 or binding_of(d, first, SHEATH) == 0:
         return 0.0
-    return binding_at(binding_of(d, first)).present
+    return binding_at(binding_of(d, first, SHEATH)).present
 
 
 @apart
 def _find_shown(m: int, d: int, instance: int) -> None:
     """Find the sheath that each sensor of the instance shows."""
     sensors = size(m + LAYOUT.m_nsensor)
-    address = binding_of(d, instance)
+    address = binding_of(d, instance, SENSORS)
     if address == 0 or sensors > _binding_at(address).capacity:
-        release(d, instance)
-        address = new_binding(d, instance, _COUNT + sensors + 1)
+        address = new_binding(d, instance, SENSORS, _COUNT + sensors + 1)
         _binding_at(address).capacity = sensors
     bound, shown = _binding_at(address), _shown_at(address)
     owners, objects = pointer(m + LAYOUT.m_sensor_plugin), pointer(m + LAYOUT.m_sensor_objid)
@@ -128,9 +128,9 @@ def _find_shown(m: int, d: int, instance: int) -> None:
     for other in range(size(m + LAYOUT.m_nplugin)):
         if not at.is_sheath(m, other, instance):
             continue
-        if binding_of(d, other) == 0:
+        if binding_of(d, other, SHEATH) == 0:
             continue
-        runs = binding_at(binding_of(d, other)).tendon
+        runs = binding_at(binding_of(d, other, SHEATH)).tendon
         if bound.is_of_one != 0.0:
             if runs == tendon:
                 shown[0] = other
@@ -144,10 +144,10 @@ def _find_shown(m: int, d: int, instance: int) -> None:
 @compiled
 def show(m: int, d: int, instance: int) -> None:
     """Fill the sensors of an instance with `sensor`."""
-    address = binding_of(d, instance)
+    address = binding_of(d, instance, SENSORS)
     if address == 0 or _binding_at(address).signature != _present(d, instance):
         _find_shown(m, d, instance)
-        address = binding_of(d, instance)
+        address = binding_of(d, instance, SENSORS)
     bound, shown = _binding_at(address), _shown_at(address)
     owners, widths = pointer(m + LAYOUT.m_sensor_plugin), pointer(m + LAYOUT.m_sensor_dim)
     kind = int(bound.kind)
@@ -170,7 +170,7 @@ def show_ends(m: int, d: int, instance: int) -> None:
     if not has_own_state(m, d, instance):
         return
     sheath = state_of(m, d, instance)
-    state, bound = state_at(sheath), binding_at(binding_of(d, instance))
+    state, bound = state_at(sheath), binding_at(binding_of(d, instance, SHEATH))
     first, last = bound.first_sensor, bound.last_sensor
     segments, _, _ = unpack(sheath)
     ea = state.law.axial_stiffness

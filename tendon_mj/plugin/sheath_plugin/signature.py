@@ -107,13 +107,21 @@ def pair_signature(m: int, instance: int, other: int) -> float:
 def model_signature(m: int) -> float:
     """Signature of what decides, in a model, on what its sheaths, sensors and servos act.
 
-    That is the model itself, by its place in memory, and the numbers of it that programs may write
-    while it is simulated: which site or geom a tendon runs over, what acts on it, what is shown.
+    That is its configurations and names, as another model may take its place in memory, and the
+    numbers of it that programs may write while it is simulated: which site or geom a tendon runs
+    over, what acts on it, what is shown.
     """
     tendons, equalities = size(m + LAYOUT.m_ntendon), size(m + LAYOUT.m_neq)
     actuators = size(m + LAYOUT.m_nactuator)
-    h = mixed(mixed(m, pointer(m + LAYOUT.m_names)), pointer(m + LAYOUT.m_plugin_attr))
+    names = pointer(m + LAYOUT.m_names)
+    first = integer(pointer(m + LAYOUT.m_name_tendonadr), 0)
+    h = mixed(m, hashed(names + first, size(m + LAYOUT.m_nnames) - first))
+    if size(m + LAYOUT.m_njnt) > 0:
+        first = integer(pointer(m + LAYOUT.m_name_jntadr), 0)
+        last = integer(pointer(m + LAYOUT.m_name_jntadr), size(m + LAYOUT.m_njnt) - 1)
+        h = mixed(h, hashed(names + first, last - first + 1))
     for start, count in (
+        (m + LAYOUT.m_plugin_attr, size(m + LAYOUT.m_npluginattr)),
         (m + LAYOUT.m_wrap_objid, 4 * size(m + LAYOUT.m_nwrap)),
         (m + LAYOUT.m_tendon_limited, tendons),
         (m + LAYOUT.m_eq_obj1id, 4 * equalities),

@@ -267,10 +267,17 @@ def state_of(m: int, d: int, instance: int) -> int:
     return pointer(d + LAYOUT.d_plugin_state) + 8 * start
 
 
+SHEATH, SENSORS, SERVO = (0x74656E646F6E0001 + k for k in range(3))  # kinds of what is bound
+
+
 @compiled
-def binding_of(d: int, instance: int) -> int:
-    """Address of what an instance is bound to."""
-    return pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance)
+def binding_of(d: int, instance: int, kind: int) -> int:
+    """Address of what an instance of a kind is bound to; 0 where nothing of this kind is there.
+
+    With a model whose instances come in another order an instance meets what another was bound to.
+    """
+    block = pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance)
+    return block + 8 if block != 0 and pointer(block) == kind else 0
 
 
 @compiled

@@ -13,7 +13,6 @@ import mujoco
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin.abi.checks import Draft, find, read_number
-from tendon_mj.plugin.abi.library import C
 from tendon_mj.plugin.sheath_plugin.attributes import (
     ATTRIBUTES,
     ENDS,
@@ -219,8 +218,6 @@ def _check_instance(
     for end in ("reel", "output"):
         if config[f"{end}_joint"]:
             _find_spool(model, config[f"{end}_joint"], f"{where}: {end}_joint")
-    if C.strtod(b"0.5", None) != 0.5:
-        raise InvalidValueError(f"{where}: the process's LC_NUMERIC has no decimal point")
     _capacity(model, config, where)
 
 

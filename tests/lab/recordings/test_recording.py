@@ -34,7 +34,7 @@ from tests.refusals import refusing
 CELLS = st.floats(-LARGEST, LARGEST)
 POSITIVE = st.floats(SMALLEST, LARGEST)
 SIZES = st.just(0.0) | POSITIVE | st.floats(-LARGEST, -SMALLEST)
-TEXT = st.text(st.characters(exclude_categories=["Cs"]), min_size=1).filter(str.strip)
+TEXT = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=60).filter(str.strip)
 WORD = st.from_regex(r"[a-z]{3,8}[0-9]?", fullmatch=True)
 PARAMETER = st.builds("{}.{}".format, TEXT, WORD).filter(
     lambda name: all(part.strip() for part in name.split("."))
