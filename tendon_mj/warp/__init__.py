@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from tendon_mj.errors import MissingPackageError
 
-_OLDEST = (
-    3,
-    15,
-)  # MuJoCo Warp; 3.14 moves some tendons otherwise than MuJoCo, older ones lack hooks
+_OLDEST = (3, 11)
 
 try:
     import mujoco_warp as _mujoco_warp

@@ -135,13 +135,17 @@ def _show(d: Any, layout: SheathLayouts, shown: Any) -> None:
     wp.launch(measure, dim=(shown.shape[0], d.nworld), inputs=inputs, device=d.qpos.device)
 
 
+_FORMER_NAMES = {"nactuator": "nu"}  # of MuJoCo Warp while an actuator had one input
+
+
 def _filled(struct: Any, *sources: Any) -> Any:
     """A struct with each field from the first of the sources that has it."""
     made = struct()
-    for name in struct.vars:
-        for source in sources:
-            if hasattr(source, name):
-                setattr(made, name, getattr(source, name))
+    for field in struct.vars:
+        for name in (field, _FORMER_NAMES.get(field, field)):
+            source = next((source for source in sources if hasattr(source, name)), None)
+            if source is not None:
+                setattr(made, field, getattr(source, name))
                 break
     return made
 
@@ -198,7 +202,7 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
             return
         if constrained:
             note(m, d, layout)
-        if m.sensor_rne_postconstraint or m.opt.run_rne_postconstraint:
+        if m.sensor_rne_postconstraint or getattr(m.opt, "run_rne_postconstraint", False):
             react(m, d, layout, behind, cells)
         if shown.shape[0]:
             _show(d, layout, shown)

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
 import mujoco
+import mujoco_warp as mjw
 import numpy as np
 
 from tendon_mj.errors import NoPluginsError
@@ -81,6 +82,9 @@ def state_field(simulated: dict[str, Simulated], field: str) -> np.ndarray[Any, 
     return np.array([float(sheath.state[field]) for sheath in simulated.values()])
 
 
+COUNTS_TENDONS = tuple(int(part) for part in mjw.__version__.split(".")[:2]) >= (3, 14)
+
+
 def check_supported(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> None:
     """Refuse a model with features that are not supported.
 
@@ -102,6 +106,8 @@ def check_supported(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> 
         name = f"sensor {model.sensor(sensor).name!r}"
         if sensor_kind(model, sensor) == "friction_work":
             _refuse(f"{name} of friction_work", "remove it")
+        if model.sensor_type[sensor] in (FORCE, TORQUE) and not COUNTS_TENDONS:
+            _refuse(f"{name}, in which MuJoCo Warp before 3.14 counts no tendon", "upgrade it")
         if model.sensor_type[sensor] in (FORCE, TORQUE) and model.sensor_history[sensor, 0] > 0:
             _refuse(f"{name} with a history", "delay its reading yourself")
     check_sheaths(model, sheaths)

@@ -8,7 +8,7 @@ from tendon_mj import remove_friction
 from tendon_mj.plugin import segment_tensions
 from tests.plugin.test_reactions import simulate
 from tests.rigs import GIVEN, sheathed
-from tests.warp.models import controls, fingers, fingers_xml, mjw, put, step, tensions, tw
+from tests.warp.models import agrees, controls, fingers, fingers_xml, mjw, put, step, tensions, tw
 
 STEPS = 80
 OF_RANGE = 1e-3  # largest difference of a tension over the range of all
@@ -42,6 +42,7 @@ def all_kinds():
     return model, data, m, d, side_by_side(model, d, m, data, STEPS)
 
 
+@agrees
 def test_every_kind_of_sheath_has_the_plugin_s_tensions(all_kinds):
     _, data, _, d, (plugin, warp, apart) = all_kinds
     for name, rows in tw.sheaths_of(d).segments.items():
@@ -53,6 +54,7 @@ def test_every_kind_of_sheath_has_the_plugin_s_tensions(all_kinds):
     assert np.ptp(data.qpos) > 0.05
 
 
+@agrees
 def test_sensors_show_what_the_plugin_s_show(all_kinds):
     model, data, _, d, _ = all_kinds
     shown = d.sensordata.numpy()[0]
@@ -67,6 +69,7 @@ def test_sensors_show_what_the_plugin_s_show(all_kinds):
         np.testing.assert_allclose(getattr(d, name).numpy()[0], getattr(data, name), atol=0.01)
 
 
+@agrees
 def test_a_simulation_goes_on_where_the_plugin_s_was(all_kinds):
     model, data, m, _, _ = all_kinds
     mujoco.mj_forward(model, data)
@@ -149,6 +152,7 @@ def test_what_is_written_to_a_cable_s_spring_acts_and_stays_after_a_reset():
     assert apart < 1e-4
 
 
+@agrees
 def test_a_second_look_at_the_sensors_changes_nothing():
     model = fingers(kinds=("cable",))
     m, d = put(model)
@@ -164,6 +168,7 @@ def test_a_second_look_at_the_sensors_changes_nothing():
     np.testing.assert_array_equal(d.sensordata.numpy(), before)
 
 
+@agrees
 @pytest.mark.parametrize(
     ("seed", "path", "drive"),
     [

@@ -29,7 +29,10 @@ def disabled(model):
 
 def late():
     """A model in which a sensor shows the force of a while ago."""
-    spec = mujoco.MjSpec.from_string(fingers_xml(kinds=("reel",)))
+    text = fingers_xml(kinds=("reel",))
+    if "reel_force" not in text:
+        pytest.skip("MuJoCo Warp before 3.14 takes no sensors of force")
+    spec = mujoco.MjSpec.from_string(text)
     spec.sensor("reel_force").nsample, spec.sensor("reel_force").delay = 5, 0.002
     return spec.compile()
 
