@@ -217,18 +217,7 @@ def sheath_state(m: int, instance: int) -> int:
     if at.is_sensor(m, instance):
         return 1
     for k in range(len(_SHEATH_BOUNDS)):
-        attribute = at.FIRST_PARAMETER + k
-        text = at.text_at(m, instance, attribute)
-        if byte(text, 0) == 0:
-            if _SHEATH_BOUNDS[k, 3] != 0.0 and attribute != at.AXIAL_STIFFNESS:
-                _refuse_of_sheath(m, instance, attribute, _missing())
-        elif not _is_number(text):
-            _refuse_of_sheath(m, instance, attribute, _no_number())
-        elif not _is_admitted(_SHEATH_BOUNDS, k, at.number_at(text)):
-            _refuse_of_sheath(m, instance, attribute, _row(_SHEATH_REASONS, k))
-        scaled = _SCALES[k] >= 0 and at.number_at(text) != 0.0
-        if scaled and at.number(m, instance, at.FIRST_PARAMETER + _SCALES[k]) == 0.0:
-            _refuse_of_sheath(m, instance, attribute, _no_scale())
+        _check_parameter(m, instance, k)
     friction, static = at.number(m, instance, _FRICTION), at.number(m, instance, _STATIC)
     if at.is_given(m, instance, _STATIC) and static < friction:
         _refuse_of_sheath(m, instance, _STATIC, _slips())
@@ -236,6 +225,30 @@ def sheath_state(m: int, instance: int) -> int:
     _check_word(m, instance, at.SPRING, at.SPRING_NAMES)
     _check_spool(m, instance, at.REEL_JOINT, _REEL_RADIUS)
     _check_spool(m, instance, at.OUTPUT_JOINT, _OUTPUT_RADIUS)
+    return _state_size(m, instance)
+
+
+@apart
+def _check_parameter(m: int, instance: int, k: int) -> None:
+    """Refuse a number of a sheath that is missing, none, out of range, or without its scale."""
+    attribute = at.FIRST_PARAMETER + k
+    text = at.text_at(m, instance, attribute)
+    if byte(text, 0) == 0:
+        if _SHEATH_BOUNDS[k, 3] != 0.0 and attribute != at.AXIAL_STIFFNESS:
+            _refuse_of_sheath(m, instance, attribute, _missing())
+        return
+    if not _is_number(text):
+        _refuse_of_sheath(m, instance, attribute, _no_number())
+    if not _is_admitted(_SHEATH_BOUNDS, k, at.number_at(text)):
+        _refuse_of_sheath(m, instance, attribute, _row(_SHEATH_REASONS, k))
+    scaled = _SCALES[k] >= 0 and at.number_at(text) != 0.0
+    if scaled and at.number(m, instance, at.FIRST_PARAMETER + _SCALES[k]) == 0.0:
+        _refuse_of_sheath(m, instance, attribute, _no_scale())
+
+
+@apart
+def _state_size(m: int, instance: int) -> int:
+    """Numbers of state of a sheath, before MuJoCo has the paths of its tendons."""
     points = max(0, size(m + LAYOUT.m_nwrap) - size(m + LAYOUT.m_ntendon) - 1)
     each, inner = _count(m, instance, at.ARC_GUIDES, 1), _count(m, instance, at.INNER_GUIDES, 0)
     if each < 1:
@@ -257,6 +270,16 @@ def check_bound(m: int, d: int, instance: int, bound: Bound) -> None:
     first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
     if integer(pointer(m + LAYOUT.m_wrap_type), first) == _FIXED:
         _refuse_of_sheath(m, instance, at.TENDON, _not_spatial(), d)
+    for other in range(instance):
+        if at.is_sheath(m, other, instance) and resolve(m, other, at.TENDON, _TENDON) == tendon:
+            _refuse_of_sheath(m, instance, at.TENDON, _second(), d)
+    _check_path(m, d, instance, bound)
+    _check_pull(m, d, instance, bound, tendon)
+
+
+@apart
+def _check_path(m: int, d: int, instance: int, bound: Bound) -> None:
+    """Refuse counts that are not those of the path, and branches where they cannot be."""
     if bound.tendon < 0.0 or not fits(bound, state_size_of(m, instance)):
         _refuse_of_sheath(m, instance, at.GUIDES, _other_count(), d)
     if at.is_given(m, instance, at.GUIDES):
@@ -264,23 +287,26 @@ def check_bound(m: int, d: int, instance: int, bound: Bound) -> None:
             _refuse_of_sheath(m, instance, at.GUIDES, _other_count(), d)
         if bound.arcs > 0.0 and not at.is_given(m, instance, at.ARC_GUIDES):
             _refuse_of_sheath(m, instance, at.ARC_GUIDES, _missing(), d)
-    if bound.own_spring != 0.0 and not has_spring(m, tendon):
+    if bound.pulleys > 0.0 and (bound.driven == 0.0 or bound.input_at_last != 0.0):
+        _refuse_of_sheath(m, instance, at.TENDON, _branches(), d)
+
+
+@apart
+def _check_pull(m: int, d: int, instance: int, bound: Bound, tendon: int) -> None:
+    """Refuse a tendon that is pulled in two ways, or in none without a stiffness."""
+    is_cable, sprung = bound.own_spring != 0.0, has_spring(m, tendon)
+    if is_cable and not sprung:
         _refuse_of_sheath(m, instance, at.SPRING, _no_spring(), d)
-    if is_wound(bound) and bound.own_spring == 0.0 and has_spring(m, tendon):
+    if is_wound(bound) and sprung and not is_cable:
         _refuse_of_sheath(m, instance, at.TENDON, _pulled_twice(), d)
     for actuator in range(size(m + LAYOUT.m_nactuator)):
         owner = integer(pointer(m + LAYOUT.m_actuator_plugin), actuator)
         pulls = acts_on(m, actuator, tendon) and owner != instance
-        if pulls and (is_wound(bound) or bound.own_spring != 0.0):
+        if pulls and (is_wound(bound) or is_cable):
             _refuse_of_sheath(m, instance, at.TENDON, _pulled_twice(), d)
-    if bound.pulleys > 0.0 and (bound.driven == 0.0 or bound.input_at_last != 0.0):
-        _refuse_of_sheath(m, instance, at.TENDON, _branches(), d)
-    pulled = bound.driven != 0.0 or bound.own_spring != 0.0
-    if not pulled and not at.is_given(m, instance, at.AXIAL_STIFFNESS):
+    has_stiffness = is_cable or at.is_given(m, instance, at.AXIAL_STIFFNESS)
+    if bound.driven == 0.0 and not has_stiffness:
         _refuse_of_sheath(m, instance, at.AXIAL_STIFFNESS, _no_stiffness(), d)
-    for other in range(instance):
-        if at.is_sheath(m, other, instance) and resolve(m, other, at.TENDON, _TENDON) == tendon:
-            _refuse_of_sheath(m, instance, at.TENDON, _second(), d)
 
 
 @apart

@@ -141,24 +141,33 @@ def destroy(d: int, instance: int) -> None:
 @entry("tendon_mj_sheath_compute", "void(ptr, ptr, i32, i32)")
 def compute(m: int, d: int, instance: int, capability: int) -> None:
     """`compute` of `mjpPlugin`."""
-    sensor = is_sensor(m, instance)
-    # where MuJoCo leaves passive forces out, a sheath acts after the actuators
-    late = capability == _ACTUATOR and not sensor and _is_skipped(m)
-    if (late or (capability == _PASSIVE and not sensor)) and (ensure_bound(m, d, instance)):
-        address = state_of(m, d, instance)
-        # one that is driven needs the forces of all actuators, which are not there yet
-        state = state_at(address)
-        if not late or state.driven == 0.0:
-            before = state.unsolved
-            evaluate(m, d, address)
-            if before == 0.0 and state.unsolved > 0.0:
-                _warn(m, instance)
-    if capability == _SENSOR and sensor:
-        show(m, d, instance)
+    if is_sensor(m, instance):
+        if capability == _SENSOR:
+            show(m, d, instance)
+        return
+    if capability == _PASSIVE:
+        _evaluate(m, d, instance, False)
+    elif capability == _ACTUATOR:
+        if _is_skipped(m):  # a sheath acts after the actuators then
+            _evaluate(m, d, instance, True)
+        _quiet_reel(m, d, instance)
     elif capability == _SENSOR:
         show_ends(m, d, instance)
         binding = binding_of(d, instance, SHEATH)
         if binding != 0 and binding_at(binding).first_sheath == instance:
             add_reactions(m, d, instance, _is_skipped(m))
-    elif capability == _ACTUATOR and not sensor:
-        _quiet_reel(m, d, instance)
+
+
+@compiled
+def _evaluate(m: int, d: int, instance: int, late: bool) -> None:
+    """Evaluate a sheath; warn of the first evaluation since the reset that was not solved."""
+    if not ensure_bound(m, d, instance):
+        return
+    address = state_of(m, d, instance)
+    state = state_at(address)
+    if late and state.driven != 0.0:  # it needs the forces of all actuators: not there yet
+        return
+    before = state.unsolved
+    evaluate(m, d, address)
+    if before == 0.0 and state.unsolved > 0.0:
+        _warn(m, instance)
