@@ -86,8 +86,11 @@ def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
     signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
     with tempfile.TemporaryDirectory() as whole_files, contextlib.chdir("/"):
         _fill(Path(whole_files))
-        for command in COMMANDS:  # an import that was cut off fails later
-            load_command(command)
+        with contextlib.redirect_stdout(io.StringIO()):
+            for command in COMMANDS:  # an import that was cut off fails later
+                load_command(command)
+                with contextlib.suppress(SystemExit):
+                    main([command, "--help"])
         for _ in range(count):
             typed = _mistyped(draw.choice(_TYPED).split(" "), draw)
             with tempfile.TemporaryDirectory() as parent:
