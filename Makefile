@@ -87,10 +87,10 @@ test-mujocos: test-mujoco-3.11 test-mujoco-3.17 test-mujoco-4.0
 
 test-mujoco-%:
 	$(PYTHON) -m venv --clear .venv-mujoco-$*
-	.venv-mujoco-$*/bin/python $(PIP) install 'mujoco~=$*.0' 'mujoco-warp~=$*.0' -e . $(TESTED_WITH)
+	.venv-mujoco-$*/bin/python $(PIP) install 'mujoco~=$*.0' 'mujoco-warp~=$*.0' -e '.[lab]' $(TESTED_WITH)
 	.venv-mujoco-$*/bin/pytest -n auto --dist worksteal -o filterwarnings=default tests/plugin tests/attach tests/sheath tests/theory tests/warp tests/test_native.py
 
-TESTED_WITH := numba pytest pytest-xdist hypothesis scipy
+TESTED_WITH := numba pytest pytest-xdist hypothesis hatchling
 
 # The suite with the oldest and with the newest release of every requirement, as pyproject.toml bounds them.
 test-oldest test-newest: test-%: .venv-%/.ready
