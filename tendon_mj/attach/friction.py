@@ -324,12 +324,7 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
             or another element needs a part that would go.
     """
     check_spec(spec)
-    sheaths = sheaths_by_tendon(spec)
-    chosen = choose_tendons(spec, tendon)
-    for element in chosen:
-        if element.by_name and element.name not in sheaths:
-            raise InvalidValueError(f"tendon {element.name!r} runs in no sheath")
-    removed = {element.name for element in chosen} & set(sheaths)
+    removed = _sheathed(spec, tendon)
     configs = {plugin.name: config for plugin, config in instances(spec) if plugin.name}
     actuators, sensors = (
         [holder for holder in holders if _is_on(holder, removed, configs)]
@@ -348,6 +343,15 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
     if keys:
         restore_keyframes(spec, keys)
     return spec
+
+
+def _sheathed(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> set[str]:
+    """Tendons with a sheath among those that are chosen."""
+    sheaths, chosen = sheaths_by_tendon(spec), choose_tendons(spec, tendon)
+    for element in chosen:
+        if element.by_name and element.name not in sheaths:
+            raise InvalidValueError(f"tendon {element.name!r} runs in no sheath")
+    return {element.name for element in chosen} & set(sheaths)
 
 
 def _delete_instances(

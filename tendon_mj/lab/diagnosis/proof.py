@@ -413,8 +413,7 @@ def fitted_values(
             continue
         values = calibrated if k < len(fit.calibrated) else of_effects
         at_end = bool(near[k])
-        narrower = bool(ranges[k, 0] > term.low or ranges[k, 1] < term.high)
-        determined = bool(fit.free[k]) and narrower and not at_end
+        determined = bool(fit.free[k] and not at_end and _is_narrower(ranges[k], term))
         span = ranges[k] if determined else (term.low, term.high)
         written = [term.write(float(end), others) for end in span for others in around]
         for name in term.targets:
@@ -427,6 +426,11 @@ def fitted_values(
             unit, before = parameters[parameter_of(name)].unit, value_in(base, name)
             values[name] = Value(value, low, high, unit, before)
     return calibrated, of_effects
+
+
+def _is_narrower(interval: FloatArray, term: Term) -> bool:
+    """Whether an interval excludes a part of the range of a term."""
+    return bool(interval[0] > term.low or interval[1] < term.high)
 
 
 def parameters_beyond_range(problem: Problem, fit: Fit) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
@@ -262,9 +262,31 @@ def _compared(
     """Compare the fitted numbers between rigs; ``other_kinds``: see `unlike`."""
     units = {n.name: n.unit for observation in seen.values() for n in observation.fitted}
     fitted = [rig for rig in rigs if not rig.error]
+    spreads, outliers = _outliers(fitted, units)
+    usual = float(np.median([rig.left for rig in fitted])) if fitted else 0.0
+
+    def judged(rig: RigResult) -> RigResult:
+        differences = outliers[rig.name]
+        known = any(one.name == MISFIT for one in differences)  # reported already
+        remarks = (
+            *rig.remarks,
+            other_kind(other_kinds.get(rig.name, ())),
+            remaining(rig.left, usual) if rig.change and not known else "",
+            odd_day(rig.dates, rig.square, usual),
+        )
+        kept = list(filter(None, remarks))
+        return replace(rig, differences=differences, compared=len(fitted), remarks=kept)
+
+    return FleetResult([rig if rig.error else judged(rig) for rig in rigs], spreads, units)
+
+
+def _outliers(
+    fitted: Sequence[RigResult], names: Iterable[str]
+) -> tuple[dict[str, FleetSpread], dict[str, list[RigDifference]]]:
+    """Spread of each number between rigs, and in what each rig differs from the others."""
     spreads = dict[str, FleetSpread]()
     outliers: dict[str, list[RigDifference]] = {rig.name: [] for rig in fitted}
-    for name in units:
+    for name in names:
         having = [rig for rig in fitted if name in rig.values]
         values = {rig.name: rig.values[name] for rig in having}
         errors = {rig.name: rig.errors[name] for rig in having}
@@ -272,31 +294,11 @@ def _compared(
         others = {rig.name: rig.one_out.get(name, ()) for rig in fitted}
         for other, one in rig_differences(name, values, errors, spreads[name], others).items():
             outliers[other].append(one)
-    usual = 0.0
     if fitted:
-        usual = float(np.median([rig.left for rig in fitted]))
         others = {rig.name: rig.one_out.get(MISFIT, ()) for rig in fitted}
         for other, one in larger_misfits({rig.name: rig.left for rig in fitted}, others).items():
             outliers[other].append(one)
-    compared = []
-    for rig in rigs:
-        if not rig.error:
-            differences = outliers[rig.name]
-            known = any(one.name == MISFIT for one in differences)  # reported already
-            remarks = (
-                *rig.remarks,
-                other_kind(other_kinds.get(rig.name, ())),
-                remaining(rig.left, usual) if rig.change and not known else "",
-                odd_day(rig.dates, rig.square, usual),
-            )
-            rig = replace(
-                rig,
-                differences=differences,
-                compared=len(fitted),
-                remarks=list(filter(None, remarks)),
-            )
-        compared.append(rig)
-    return FleetResult(compared, spreads, units)
+    return spreads, outliers
 
 
 def _rms(square: FloatArray) -> float:
