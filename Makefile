@@ -76,7 +76,7 @@ test-wheel: $(STAMP)
 	rm -rf dist
 	$(BIN)/python -m hatchling build -t wheel
 	$(BIN)/python -m venv --clear .venv-wheel
-	.venv-wheel/bin/python $(PIP) install -c constraints.txt pytest dist/*.whl
+	.venv-wheel/bin/python $(PIP) install -c constraints.txt pytest hypothesis dist/*.whl
 	.venv-wheel/bin/pytest --import-mode=importlib tests/test_snippets.py -k readme
 	.venv-wheel/bin/python $(PIP) install -c constraints.txt "$$(echo dist/*.whl)[lab]"
 	cd "$$(mktemp -d)" && $(CURDIR)/.venv-wheel/bin/tendon-mj demo
