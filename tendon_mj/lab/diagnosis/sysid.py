@@ -20,7 +20,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from mujoco import sysid
+
+try:
+    from mujoco import sysid
+except ModuleNotFoundError:  # before MuJoCo 3.17 without its dependencies
+    sysid = None
 
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis.criteria import measure_errors
@@ -74,7 +78,7 @@ class SysidResult:
 
 
 def sysid_is_there() -> bool:
-    """Whether `mujoco.sysid` can be used; without its dependencies it imports, but is empty."""
+    """Whether `mujoco.sysid` can be used; without its dependencies it is empty, or none."""
     return hasattr(sysid, "optimize")
 
 
