@@ -246,16 +246,27 @@ def _check_parameter(m: int, instance: int, k: int) -> None:
         _refuse_of_sheath(m, instance, attribute, _no_scale())
 
 
+@compiled
+def _most_points(m: int) -> int:
+    """Points that the path of one tendon can have between its ends."""
+    return max(0, size(m + LAYOUT.m_nwrap) - size(m + LAYOUT.m_ntendon) - 1)
+
+
+@apart
+def _guides(m: int, instance: int) -> int:
+    """Guides of a sheath, as given or the most that its path can have."""
+    each, inner = _count(m, instance, at.ARC_GUIDES, 1), _count(m, instance, at.INNER_GUIDES, 0)
+    return _count(m, instance, at.GUIDES, _most_points(m) * each + inner)
+
+
 @apart
 def _state_size(m: int, instance: int) -> int:
     """Numbers of state of a sheath, before MuJoCo has the paths of its tendons."""
-    points = max(0, size(m + LAYOUT.m_nwrap) - size(m + LAYOUT.m_ntendon) - 1)
-    each, inner = _count(m, instance, at.ARC_GUIDES, 1), _count(m, instance, at.INNER_GUIDES, 0)
+    each = _count(m, instance, at.ARC_GUIDES, 1)
     if each < 1:
         _refuse_of_sheath(m, instance, at.ARC_GUIDES, _no_count())
-    guides, arcs = points * each + inner, points
+    guides, arcs = _guides(m, instance), _most_points(m)
     if at.is_given(m, instance, at.GUIDES):
-        guides = _count(m, instance, at.GUIDES, 0)
         arcs = guides // each if at.is_given(m, instance, at.ARC_GUIDES) else 0
     numbers = size_of(guides, arcs)
     if numbers > _MOST_STATE:
@@ -317,9 +328,7 @@ def sensor_width(m: int, instance: int) -> int:
     kind, tendon = at.sensor_kind(m, instance), resolve(m, instance, at.TENDON, _TENDON)
     for other in range(size(m + LAYOUT.m_nplugin)):
         if at.is_sheath(m, other, instance) and resolve(m, other, at.TENDON, _TENDON) == tendon:
-            points = max(0, size(m + LAYOUT.m_nwrap) - size(m + LAYOUT.m_ntendon) - 1)
-            each, inner = _count(m, other, at.ARC_GUIDES, 1), _count(m, other, at.INNER_GUIDES, 0)
-            return at.numbers_of(kind, _count(m, other, at.GUIDES, points * each + inner))
+            return at.numbers_of(kind, _guides(m, other))
     return 1
 
 

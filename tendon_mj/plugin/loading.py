@@ -12,7 +12,7 @@ import mujoco
 
 from tendon_mj.errors import EngineError
 from tendon_mj.native import ENGINE, ENGINE_ARRAY, Library, load
-from tendon_mj.plugin import registration  # noqa: F401, with all that the library has
+from tendon_mj.plugin import registration  # with all that the library has
 from tendon_mj.plugin.abi.checks import Draft, asking
 from tendon_mj.plugin.abi.layout import (
     LAYOUT,
@@ -157,7 +157,7 @@ def _verify_registered(library: Library) -> None:
         EngineError: the program has loaded one before.
     """
     struct = C.mjp_getPlugin(NAMES[0].encode(), ctypes.byref(ctypes.c_int()))
-    nstate = ctypes.c_void_p.from_address(struct + 32).value
+    nstate = ctypes.c_void_p.from_address(struct + registration.NSTATE).value
     if nstate != library.address("tendon_mj_sheath_nstate"):
         raise EngineError(
             f"another copy of the library has registered the plugin {NAMES[0]}: import tendon_mj "

@@ -74,7 +74,7 @@ _strstr = External("strstr", "ptr(ptr, ptr)")
 
 # where the members of mjpPlugin are [bytes]
 _NAME, _ATTRIBUTE_COUNT, _ATTRIBUTES, _CAPABILITIES, _NEEDSTAGE = 0, 8, 16, 24, 28
-_NSTATE, _NSENSORDATA, _INIT, _DESTROY, _COPY, _RESET, _COMPUTE, _ADVANCE, _VISUALIZE = range(
+NSTATE, _NSENSORDATA, _INIT, _DESTROY, _COPY, _RESET, _COMPUTE, _ADVANCE, _VISUALIZE = range(
     32, 104, 8
 )
 
@@ -163,7 +163,7 @@ def register() -> None:
     if not _is_registered(_sheath()):
         names, count = _SHEATH_NAMES.ctypes.data, len(_SHEATH_NAMES)
         struct = _begin(_sheath(), names, count, _ACTUATOR | _SENSOR | _PASSIVE)
-        set_pointer(struct + _NSTATE, _sheath_nstate())
+        set_pointer(struct + NSTATE, _sheath_nstate())
         set_pointer(struct + _NSENSORDATA, _sheath_nsensordata())
         set_pointer(struct + _INIT, _sheath_init())
         set_pointer(struct + _DESTROY, _sheath_destroy())
@@ -174,7 +174,7 @@ def register() -> None:
         mjp_registerPlugin(struct)
     if not _is_registered(_servo()):
         struct = _begin(_servo(), _SERVO_NAMES.ctypes.data, len(_SERVO_NAMES), _ACTUATOR)
-        set_pointer(struct + _NSTATE, _servo_nstate())
+        set_pointer(struct + NSTATE, _servo_nstate())
         set_pointer(struct + _INIT, _servo_init())
         set_pointer(struct + _DESTROY, _servo_destroy())
         set_pointer(struct + _RESET, _servo_reset())

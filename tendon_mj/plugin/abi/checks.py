@@ -1,6 +1,6 @@
 """Checks in Python of a model while MuJoCo compiles it.
 
-`Draft` reads the model through its C structure. `Check` makes a C function of a check.
+`Draft` reads the model through its C structure. `asking` makes a C function of a check.
 
 MuJoCo leaves a failed check by a long jump, which must not cross a Python frame: the check leaves a
 count or a message in memory of the C function, which raises it after Python has returned. Where

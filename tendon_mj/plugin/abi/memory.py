@@ -56,3 +56,11 @@ def set_byte(address: int, value: int) -> None:
 def set_pointer(address: int, value: int) -> None:
     """Write the pointer at ``address``."""
     _set_int64(address, 0, value)
+
+
+@compiled
+def copy_doubles(target: int, source: int, count: int) -> None:
+    """Copy ``count`` mjtNum from one address to another."""
+    copied, kept = doubles(target, count), doubles(source, count)
+    for k in range(count):
+        copied[k] = kept[k]

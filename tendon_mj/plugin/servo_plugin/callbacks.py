@@ -84,10 +84,9 @@ def _bind(m: int, instance: int, address: int, signature: float) -> None:
 @compiled
 def _present(d: int, binding: int) -> float:
     """Signature of the model as its first sheath has seen it last, 0 without a sheath."""
-    sheath = int(sv.binding_at(binding).instance)
-    if sheath < 0 or binding_of(d, sheath, SHEATH) == 0:
-        return 0.0
-    return present_signature(d, sheath_binding_at(binding_of(d, sheath, SHEATH)))
+    instance = int(sv.binding_at(binding).instance)
+    sheath = binding_of(d, instance, SHEATH) if instance >= 0 else 0
+    return present_signature(d, sheath_binding_at(sheath)) if sheath != 0 else 0.0
 
 
 @apart

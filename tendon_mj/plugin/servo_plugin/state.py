@@ -14,7 +14,7 @@ from typing import Any, Final, Protocol, SupportsFloat, TypedDict, get_type_hint
 import numpy as np
 
 from tendon_mj.native import Array, LocalDoubles, Record, compiled
-from tendon_mj.plugin.abi.memory import doubles
+from tendon_mj.plugin.abi.memory import copy_doubles, doubles
 from tendon_mj.sheath import (
     POSITIVE,
     Parameter,
@@ -245,9 +245,7 @@ def commands_at(address: int) -> Commands:
 @compiled
 def adopt_binding(address: int, binding: int) -> None:
     """Copy what a servo is attached to into its state."""
-    copied, kept = doubles(address + _BOUND, _BOUND_COUNT), doubles(binding, _BOUND_COUNT)
-    for k in range(_BOUND_COUNT):
-        copied[k] = kept[k]
+    copy_doubles(address + _BOUND, binding, _BOUND_COUNT)
 
 
 @compiled
@@ -268,9 +266,7 @@ scratch_memory: Callable[[], int] = LocalDoubles(_MEMORY_COUNT)
 @compiled
 def copied_memory(address: int, place: int) -> Memories:
     """A copy of the memory on trial, at a place of its own, for what must leave no trace."""
-    original, copied = doubles(address + 8 * _TRIAL, _MEMORY_COUNT), doubles(place, _MEMORY_COUNT)
-    for k in range(_MEMORY_COUNT):
-        copied[k] = original[k]
+    copy_doubles(place, address + 8 * _TRIAL, _MEMORY_COUNT)
     return _memories_at(place, 1)
 
 

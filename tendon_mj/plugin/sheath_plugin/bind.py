@@ -252,9 +252,10 @@ def is_bound(m: int, d: int, instance: int) -> bool:
 @compiled
 def has_own_state(m: int, d: int, instance: int) -> bool:
     """As ``is_bound``; of the indices in the state only the counts of the path are looked at."""
-    if binding_of(d, instance, SHEATH) == 0:
-        _rebind(m, d, instance)
     binding = binding_of(d, instance, SHEATH)
+    if binding == 0:
+        _rebind(m, d, instance)
+        binding = binding_of(d, instance, SHEATH)
     bound, address = binding_at(binding), state_of(m, d, instance)
     if bound.tendon < 0.0 or bound.signature != present_signature(d, bound):
         return False

@@ -101,9 +101,8 @@ def _shown_at(binding: int) -> FloatArray:
 def _present(d: int, instance: int) -> float:
     """Signature of the model as its first sheath has seen it last, 0 without a sheath."""
     first = int(_binding_at(binding_of(d, instance, SENSORS)).first_sheath)
-    if first < 0 or binding_of(d, first, SHEATH) == 0:
-        return 0.0
-    return binding_at(binding_of(d, first, SHEATH)).present
+    sheath = binding_of(d, first, SHEATH) if first >= 0 else 0
+    return binding_at(sheath).present if sheath != 0 else 0.0
 
 
 @apart
@@ -128,9 +127,10 @@ def _find_shown(m: int, d: int, instance: int) -> None:
     for other in range(size(m + LAYOUT.m_nplugin)):
         if not at.is_sheath(m, other, instance):
             continue
-        if binding_of(d, other, SHEATH) == 0:
+        sheath = binding_of(d, other, SHEATH)
+        if sheath == 0:
             continue
-        runs = binding_at(binding_of(d, other, SHEATH)).tendon
+        runs = binding_at(sheath).tendon
         if bound.is_of_one != 0.0:
             if runs == tendon:
                 shown[0] = other

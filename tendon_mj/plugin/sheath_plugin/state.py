@@ -16,7 +16,7 @@ import numpy as np
 
 from tendon_mj.native import Array, Record, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.memory import doubles, integer, pointer
+from tendon_mj.plugin.abi.memory import copy_doubles, doubles, integer, pointer
 from tendon_mj.sheath import (
     ANY,
     ARC,
@@ -220,8 +220,7 @@ def keep_ratio_law(address: int) -> bool:
     for k in range(_LAW_COUNT):
         same &= kept[k] == law[k]
     if not same:
-        for k in range(_LAW_COUNT):
-            kept[k] = law[k]
+        copy_doubles(address + 8 * _RATIO_LAW, address, _LAW_COUNT)
     return same
 
 
@@ -255,9 +254,7 @@ def counted_strain(state: State) -> float:
 @compiled
 def adopt_binding(address: int, binding: int) -> None:
     """Copy what a sheath is bound to into its state."""
-    copied, kept = doubles(address + _BOUND, _BOUND_COUNT), doubles(binding, _BOUND_COUNT)
-    for k in range(_BOUND_COUNT):
-        copied[k] = kept[k]
+    copy_doubles(address + _BOUND, binding, _BOUND_COUNT)
 
 
 @compiled
