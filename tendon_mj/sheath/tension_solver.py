@@ -15,6 +15,7 @@ import math
 from tendon_mj.native import Array, apart, compiled, entry
 from tendon_mj.sheath.records import GUIDE, ROUNDING, SEGMENT, Guides, Segments
 from tendon_mj.sheath.tension_by_slip_pattern import guess_from_motion, try_pattern
+from tendon_mj.sheath.tension_by_breakpoints import balance
 from tendon_mj.sheath.tension_by_sweep import sweep
 from tendon_mj.sheath.tension_with_drag import balance_dragged
 
@@ -130,3 +131,8 @@ def _solve_flow_at(segments: int, guides: int, n: int, dragged: bool, given: boo
 def _sweep_at(segments: int, guides: int, n: int, given: bool) -> bool:
     """``sweep`` of records at two addresses."""
     return sweep(_segments_at(segments, n + 1), _guides_at(guides, n), given)
+
+
+@entry("tendon_mj_breakpoints", "bool(ptr, ptr, i64, bool)")
+def _breakpoints_at(segments: int, guides: int, n: int, given: bool) -> bool:
+    return balance(_segments_at(segments, n + 1), _guides_at(guides, n), given)
