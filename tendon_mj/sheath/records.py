@@ -32,7 +32,7 @@ class Segment:
     strain_slope: float  # a, strain that comes with unit τ; 1 for a purely elastic tendon [-]
     stored: float  # s⁻, unstretched length before the step [m]
     tension: float  # τ, a guess on entry, the result on return [-]
-    prefix_tension: float  # τ* of the tendon cut behind the segment: work space of the sweep [-]
+    prefix_tension: float  # τ* of the tendon cut behind the segment: work space of the solver [-]
     strain: float  # elastic strain [-]
     new_strain: float  # that of the evaluation at hand [-]
     trial_strain: float  # that of the step on trial [-]

@@ -1,26 +1,26 @@
-"""The flow problem of the whole tendon, in a number of operations that the guides bound.
+"""The flow problem of a whole tendon, in a number of operations that its guides bound.
 
-Cut the tendon behind segment j. G_j(τ) is the length that segments 0 to j lack when segment j has
-tension τ. It falls with τ, and its root τ*_j is the tension that the segment would take alone. Guide
-j − 1 keeps the tension before it between ``lowest`` and ``highest`` of the one behind it, so that
+Cut the tendon behind segment j: G_j(τ) is the length that segments 0 to j lack when segment j has
+tension τ. It falls with τ, and its root τ*_j is the tension that segment j would take alone. Guide
+j − 1 keeps the tension before it between two bounds, `lowest` and `highest`, so that
 
     G_j(τ) = h_j(τ) − s_j + G_{j−1}(clip(τ*_{j−1}, lowest(τ), highest(τ)))
 
-with the length h_j(τ) that segment j holds and s_j that it has. A walk forward finds every τ*_j, a
-walk back the tensions, τ_j = clip(τ*_j, lowest(τ_{j+1}), highest(τ_{j+1})).
+where h_j(τ) is the length that segment j holds and s_j what it has stored. A walk forward finds
+every τ*_j; a walk back the tensions, τ_j = clip(τ*_j, lowest(τ_{j+1}), highest(τ_{j+1})).
 
-**Breakpoints.** With the tangent of h_j in its place G_j is piecewise linear. Its breakpoints lie on
-two stacks, those left and those right of its root. Past a guide all on the left move from p to
-(p − C)/R_in and all on the right to R_out p + C, and a flat piece comes between: one affine map for
-each stack, applied when a breakpoint is looked at. Adding a tangent moves none. The new root is
-sought from the flat piece outwards; each breakpoint that it passes changes stacks.
+**Breakpoints.** With tangents in place of the h_j, G_j is piecewise linear. Two stacks hold its
+breakpoints, those left and those right of the root. Behind a guide those on the left move from p to
+(p − C)/R_in, those on the right to R_out p + C, and a flat piece comes between. This is one map for
+all of a stack, applied when a breakpoint is looked at. A tangent moves none. The next root is
+searched for from the flat piece outwards; breakpoints that the search passes change stacks.
 
-**Bounds.** No tension is below 0, where a segment holds any length above its own, nor outside what
-the guides allow from a given input tension. A root at such a bound, or at the tension from which
-slack tendon is drawn, lies on a jump of G_j: it is a breakpoint with a jump.
+**Jumps.** No tension is below 0, where a segment may hold any length above its own, nor outside
+what the guides allow for a given input tension. A root at such a bound lies on a jump of G_j, and
+so does one at the tension that draws slack tendon over a guide.
 
-**Tangents** to a convex function lie below it, so that after the first round no tension is too high;
-they rise from round to round to the solution, by Newton's method, at last quadratically.
+**Rounds.** Tangents to a convex function lie below it. So no tension is too high after the first
+round, and from round to round they rise to the solution, as those of Newton's method.
 
 Equations: docs/theory.md, section 4.
 """
@@ -29,7 +29,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,10 +37,12 @@ from tendon_mj.native import Array, External, apart, compiled
 from tendon_mj.sheath.records import ROUNDING, Guides, Segments, record_type
 from tendon_mj.sheath.segment_law import held
 
-_ROUNDS = 64  # of which a tendon under strains below 1 needs at most 5
-_SETTLED = 1e-8  # change of a tension in a round that leaves an error of its square
-_TOUCHING = 1e-12  # relative distance at which a tension counts as being at its bound
-TOLERANCE = 8 * ROUNDING  # beyond a bound, within which a guide rests: it would chatter otherwise
+_ROUNDS = 64  # of which strains below 1 need about 4; each at least doubles a strain that is above
+_FARTHEST = 16.0  # scale of a map, beyond which the rounding of its shift would count
+_SETTLED = 1e-8  # change of a strain in a round that leaves an error of its square
+TOUCHING = 1e-12  # relative distance at which a tension counts as being at its bound
+TOLERANCE = 8 * ROUNDING  # of a tension beyond its bound; a guide there would chatter
+
 _malloc = External("malloc", "ptr(i64)")
 _free = External("free", "void(ptr)")
 
@@ -56,17 +58,17 @@ def lowest(guides: Guides, i: int, right: float) -> float:
     """Smallest τ that guide i holds on its input side against ``right``."""
     constant = guides[i].constant_friction
     # the rounding of a difference must not make a slack segment taut
-    if right > constant * (1.0 + _TOUCHING):
+    if right > constant * (1.0 + TOUCHING):
         return (right - constant) / guides[i].output_ratio
     return 0.0
 
 
 class Breakpoint:
-    """A point at which the slope of G_j changes, as its stack holds it: before the stack's map."""
+    """A point at which G_j changes its slope, seen from the root, before the map of its stack."""
 
-    place: float  # τ [-]
-    bend: float  # slope beyond it, seen from the root, less slope before it [m]
-    jump: float  # of G_j from before it to beyond it [m]
+    tau: float  # [-]
+    bend: float  # slope beyond it less slope before it [m]
+    jump: float  # G_j beyond it less G_j before it [m]
 
 
 BREAKPOINT = record_type(Breakpoint)
@@ -74,109 +76,137 @@ _SIZE = BREAKPOINT.itemsize
 _breakpoints_at: Callable[[int, int], Any] = Array(BREAKPOINT)
 
 
-@compiled
-def _push(stack: Any, count: int, place: float, bend: float, jump: float) -> int:
-    """Put a breakpoint on a stack; how many are there then."""
-    stack[count].place, stack[count].bend, stack[count].jump = place, bend, jump
-    return count + 1
+class Stack(NamedTuple):
+    """Breakpoints on one side of a root, the nearest on top, and their map τ → scale τ + shift."""
+
+    points: Any
+    count: int
+    scale: float
+    inverse: float  # of the scale
+    shift: float
 
 
 @compiled
-def _seek(
-    side: float,
-    bound: float,
-    at: float,
-    lacks: float,
-    slope: float,
-    near: tuple[Any, int, float, float],
-    far: tuple[Any, int, float, float],
-) -> tuple[float, float, float, float, float, int, int]:
-    """Root of G_j on the left (``side`` −1) or the right (+1) of τ ``at``, but not past ``bound``.
+def _mapped(stack: Stack, scale: float, inverse: float, shift: float) -> Stack:
+    """The stack with every τ moved to scale τ + shift; slopes shrink as distances grow."""
+    shift += scale * stack.shift
+    scale, inverse = scale * stack.scale, inverse * stack.inverse
+    if max(scale, inverse) > _FARTHEST:
+        for k in range(stack.count):
+            point = stack.points[k]
+            point.tau, point.bend = scale * point.tau + shift, point.bend * inverse
+        scale, inverse, shift = 1.0, 1.0, 0.0
+    return Stack(stack.points, stack.count, scale, inverse, shift)
 
-    ``lacks`` and ``slope`` are G_j and its slope at ``at``. The stacks ``near`` (on that side) and
-    ``far`` are breakpoints, their number, and scale and shift of their map.
 
-    Returns:
-        The root, the slope before it and beyond it, seen from ``at``, G_j there where it lies on a
-        jump and 0 elsewhere, and how many breakpoints are on either stack.
+@compiled
+def _with_count(stack: Stack, count: int) -> Stack:
+    """The first ``count`` breakpoints of the stack."""
+    return Stack(stack.points, count, stack.scale, stack.inverse, stack.shift)
+
+
+@compiled
+def _pushed(stack: Stack, tau: float, bend: float, jump: float) -> Stack:
+    """The stack with one breakpoint more."""
+    point = stack.points[stack.count]
+    point.tau = (tau - stack.shift) * stack.inverse
+    point.bend, point.jump = bend * stack.scale, jump
+    return _with_count(stack, stack.count + 1)
+
+
+class Root(NamedTuple):
+    """Root of G_j, and G_j just before and just beyond it, seen from where the search began."""
+
+    tau: float
+    slope_before: float
+    slope_beyond: float
+    value_before: float  # 0 but on a jump
+    value_beyond: float
+
+
+@compiled
+def _search(
+    side: float, bound: float, tau: float, value: float, slope: float, near: Stack, far: Stack
+) -> tuple[Root, Stack, Stack]:
+    """Root of G_j on the right of ``tau`` (``side`` +1) or on its left (−1), at most at ``bound``.
+
+    ``value`` and ``slope`` are G_j's at ``tau``; ``near`` holds the breakpoints on that side.
+    Returns the root and both stacks.
     """
-    stack, count, scale, shift = near
-    other, moved, other_scale, other_shift = far
     while True:
-        root = at - lacks / slope
-        place, bend, jump = bound, 0.0, -side * math.inf
-        if count > 0:
-            inner = scale * stack[count - 1].place + shift
-            if side * (inner - bound) < 0.0:
-                count -= 1
-                place, bend, jump = inner, stack[count].bend / scale, stack[count].jump
-        if side * (root - place) < 0.0:
-            if place != bound:
-                count += 1
-            return root, slope, slope, 0.0, 0.0, count, moved
-        lacks += slope * (place - at)
-        if not side * (lacks + jump) > 0.0:
-            return place, slope, slope + bend, lacks, lacks + jump, count, moved
-        moved = _push(
-            other, moved, (place - other_shift) / other_scale, -bend * other_scale, -jump
-        )
-        at, lacks, slope = place, lacks + jump, slope + bend
+        at, bend, jump, left = bound, 0.0, -side * math.inf, 0
+        if near.count > 0:
+            point = near.points[near.count - 1]
+            inner = near.scale * point.tau + near.shift
+            if side * (inner - bound) < -TOUCHING * abs(near.shift):
+                at, bend, jump, left = inner, point.bend * near.inverse, point.jump, near.count - 1
+        root = tau - value / slope
+        if side * (root - at) < 0.0:
+            return Root(root, slope, slope, 0.0, 0.0), near, far
+        near = _with_count(near, left)
+        value += slope * (at - tau)
+        if not side * (value + jump) > 0.0:
+            return Root(at, slope, slope + bend, value, value + jump), near, far
+        far = _pushed(far, at, -bend, -jump)
+        tau, value, slope = at, value + jump, slope + bend
 
 
 @compiled
 def _walk_forward(
-    segments: Segments, guides: Guides, given: bool, left: Any, right: Any
+    segments: Segments, guides: Guides, given: bool, left: Stack, right: Stack
 ) -> None:
-    """τ*_j of every segment, with the tangents at its tension; two stacks are the work space."""
-    lefts, rights, begin = 0, 0, 0
-    left_scale, left_shift, right_scale, right_shift = 1.0, 0.0, 1.0, 0.0
+    """τ*_j of every segment, with tangents at its tension."""
     least, most = 0.0, math.inf
     low, high = least, most
-    root, slope_left, slope_right, jump_left, jump_right = 0.0, 0.0, 0.0, 0.0, 0.0
+    root = 0.0
+    before, beyond = (0.0, 0.0), (0.0, 0.0)  # slope and value of G_j on the left and right of it
+    first = 0
     if given:
-        begin, least, most, root = 1, segments[0].tension, segments[0].tension, segments[0].tension
+        first, root = 1, segments[0].tension
+        least, most = root, root
         segments[0].prefix_tension = root
-    for j in range(begin, len(segments)):
+    for j in range(first, len(segments)):
         if j > 0:
-            ratio, back = guides[j - 1].input_ratio, guides[j - 1].output_ratio
-            constant = guides[j - 1].constant_friction
-            left_scale, left_shift = left_scale / ratio, (left_shift - constant) / ratio
-            right_scale, right_shift = right_scale * back, right_shift * back + constant
-            least, most = max(0.0, least - constant) / ratio, most * back + constant
-            low, high = (root - constant) / ratio, root * back + constant
-            if low > least:
-                place = (low - left_shift) / left_scale
-                lefts = _push(left, lefts, place, slope_left * ratio * left_scale, jump_left)
+            guide = guides[j - 1]
+            ratio, back, constant = guide.input_ratio, guide.output_ratio, guide.constant_friction
+            inverse, inverse_back = 1.0 / ratio, 1.0 / back
+            left = _mapped(left, inverse, ratio, -constant * inverse)
+            right = _mapped(right, back, inverse_back, constant)
+            least, most = max(0.0, least - constant) * inverse, most * back + constant
+            low, high = (root - constant) * inverse, root * back + constant
+            if low > least and root > constant * (1.0 + TOUCHING):
+                left = _pushed(left, low, before[0] * ratio, before[1])
             else:
-                low, lefts = least, 0
+                low, left = least, _with_count(left, 0)
             if high < most:
-                place = (high - right_shift) / right_scale
-                rights = _push(right, rights, place, slope_right / back * right_scale, jump_right)
+                right = _pushed(right, high, beyond[0] * inverse_back, beyond[1])
             else:
-                high, rights = most, 0
+                high, right = most, _with_count(right, 0)
         tau = segments[j].tension
+        if not 0.0 <= tau <= 1e100:
+            tau = 0.0
         holds, slope, _ = held(segments, j, tau)
-        lacks = holds - segments[j].stored
-        root = tau - lacks / slope
-        slope_left = slope_right = slope
-        jump_left = jump_right = 0.0
-        near, far = (left, lefts, left_scale, left_shift), (right, rights, right_scale, right_shift)
+        value = holds - segments[j].stored
+        root = tau - value / slope
+        before = beyond = (slope, 0.0)
         if root < low:
-            lacks += slope * (low - tau)
-            root, slope_right, slope_left, jump_right, jump_left, lefts, rights = _seek(
-                -1.0, least, low, lacks, slope, near, far
-            )
+            value += slope * (low - tau)
+            found, left, right = _search(-1.0, least, low, value, slope, left, right)
+            root = found.tau
+            before = (found.slope_beyond, found.value_beyond)
+            beyond = (found.slope_before, found.value_before)
         elif root > high:
-            lacks += slope * (high - tau)
-            root, slope_left, slope_right, jump_left, jump_right, rights, lefts = _seek(
-                1.0, most, high, lacks, slope, far, near
-            )
+            value += slope * (high - tau)
+            found, right, left = _search(1.0, most, high, value, slope, right, left)
+            root = found.tau
+            before = (found.slope_before, found.value_before)
+            beyond = (found.slope_beyond, found.value_beyond)
         segments[j].prefix_tension = root
 
 
 @compiled
 def _walk_back(segments: Segments, guides: Guides, given: bool) -> float:
-    """Tensions and slip that follow from the τ*_j; the largest change of a segment's tension."""
+    """Tensions and slip that follow from the τ*_j; the largest change of a tension."""
     most = 0.0
     for j in range(len(segments) - 1, -1, -1):
         tau = segments[j].prefix_tension
@@ -184,11 +214,11 @@ def _walk_back(segments: Segments, guides: Guides, given: bool) -> float:
             right = segments[j + 1].tension
             low, high = lowest(guides, j, right), highest(guides, j, right)
             guides[j].slip = 0.0
-            if tau > high + TOLERANCE * high:
+            if tau > high + TOLERANCE:
                 tau, guides[j].slip = high, 1.0
-            elif tau < low - TOLERANCE * low:
+            elif tau < low - TOLERANCE:
                 tau, guides[j].slip = low, -1.0
-        if j == 0 and given:
+        if j == 0 and given:  # rounding apart, the walk has left it
             break
         change = abs(tau - segments[j].tension)
         if not change <= most:  # nor where it is not a number
@@ -198,10 +228,10 @@ def _walk_back(segments: Segments, guides: Guides, given: bool) -> float:
 
 
 @compiled
-def _drawn(segments: Segments, guides: Guides, i: int, first: int) -> float:
-    """What the run of sliding guides that ends with guide i lacks before it [m]."""
+def _lacking(segments: Segments, guides: Guides, j: int, first: int) -> float:
+    """What the sliding run that ends with segment j lacks [m]."""
     total = 0.0
-    for k in range(i, first - 1, -1):
+    for k in range(j, first - 1, -1):
         total += held(segments, k, segments[k].tension)[0] - segments[k].stored
         if k == 0 or guides[k - 1].slip == 0.0:
             break
@@ -212,50 +242,49 @@ def _drawn(segments: Segments, guides: Guides, i: int, first: int) -> float:
 def _slip_at_bound(segments: Segments, guides: Guides, i: int, passed: float) -> float:
     """Direction in which guide i lets ``passed`` through; 0 where its tensions do not.
 
-    Its own τ* is at the bound where the flow is the part of a jump.
+    Where τ* is at the bound itself, on a jump, the flow is what is needed of that.
     """
     left, right = segments[i].tension, segments[i + 1].tension
-    if passed > 0.0 and left >= highest(guides, i, right) * (1.0 - _TOUCHING):
+    if passed > 0.0 and left >= highest(guides, i, right) * (1.0 - TOUCHING):
         return 1.0
-    if passed < 0.0 and left <= lowest(guides, i, right) * (1.0 + _TOUCHING):
+    if passed < 0.0 and left <= lowest(guides, i, right) * (1.0 + TOUCHING):
         return -1.0
     return 0.0
 
 
 @compiled
 def _set_flows(segments: Segments, guides: Guides, given: bool) -> bool:
-    """Flows over the guides; whether every segment has the length of its tension.
+    """Flows over the guides; whether every segment ends with the length of its tension.
 
-    A slack one keeps what it has unless a neighbour needs it, and may have more.
+    A slack segment may end with more. It keeps what it has unless a neighbour needs it.
     """
     first = 1 if given else 0
-    beyond, rounded, solved = 0.0, 0.0, True
+    beyond, rounded, holds = 0.0, 0.0, True
     for j in range(len(segments)):
         rounded += TOLERANCE * abs(segments[j].stored)
     for j in range(len(segments) - 1, first - 1, -1):
         slip = guides[j - 1].slip if j > 0 else 0.0
         tau = segments[j].tension
-        holds, slope, _ = held(segments, j, tau)
-        passed = segments[j].stored + beyond - holds
-        if tau == 0.0 and slip > 0.0:
-            passed = _drawn(segments, guides, j - 1, first)
-        elif tau == 0.0:
-            passed = min(0.0, passed)
+        length, slope, _ = held(segments, j, tau)
+        passed = segments[j].stored + beyond - length
+        if tau == 0.0:
+            needed = _lacking(segments, guides, j - 1, first) if slip > 0.0 else 0.0
+            passed = min(needed, passed)
         tolerance = rounded - TOLERANCE * slope + TOLERANCE * abs(beyond)
         if slip == 0.0 and j > 0 and abs(passed) > tolerance:
             slip = _slip_at_bound(segments, guides, j - 1, passed)
-        if passed * slip <= 0.0:
-            solved &= abs(passed) <= tolerance
+        if not passed * slip > 0.0:
+            holds &= abs(passed) <= tolerance
             passed = slip = 0.0
         if j > 0:
             guides[j - 1].flow, guides[j - 1].slip = passed, slip
         beyond = passed
-    return solved
+    return holds
 
 
 @compiled
 def _lie_slack(segments: Segments, guides: Guides) -> bool:
-    """Spread a tendon longer than its path evenly along it; return False for a taut one."""
+    """Spread a tendon longer than its path evenly along it; False for a taut one."""
     path, total = 0.0, 0.0
     for k in range(len(segments)):
         path += segments[k].length / (1.0 + segments[k].strain_offset)
@@ -271,28 +300,48 @@ def _lie_slack(segments: Segments, guides: Guides) -> bool:
     return True
 
 
+@compiled
+def _has_tendon(segments: Segments) -> bool:
+    """Whether any is left between the ends."""
+    total = 0.0
+    for j in range(len(segments)):
+        total += segments[j].stored
+    return total > 0.0
+
+
+@compiled
+def _settle(segments: Segments, guides: Guides, given: bool, work: int) -> bool:
+    """Rounds until the tensions stand still; ``work`` is space for 4 n breakpoints."""
+    most = 2 * len(guides)
+    left = Stack(_breakpoints_at(work, most), 0, 1.0, 1.0, 0.0)
+    right = Stack(_breakpoints_at(work + most * _SIZE, most), 0, 1.0, 1.0, 0.0)
+    for _ in range(_ROUNDS):
+        _walk_forward(segments, guides, given, left, right)
+        if _walk_back(segments, guides, given) <= _SETTLED:
+            return True
+    return False
+
+
 @apart
 def balance(segments: Segments, guides: Guides, given: bool) -> bool:
     """Tensions, flows and slip for given holding ratios.
 
     Args:
-        segments, guides: see ``records``; the tangents begin at ``tension``.
+        segments, guides: see ``records``; the first tangents are at ``tension``.
         given: whether the tension of the first segment is, which may then have any length.
 
     Returns:
-        False without a solution: no tendon is left between the ends.
+        False without a solution: no tendon is left between the ends. The tensions are inf then.
     """
     if not given and _lie_slack(segments, guides):
         return True
-    most = 2 * len(guides)
-    work = _malloc(2 * most * _SIZE)
-    left = _breakpoints_at(work, most)
-    right = _breakpoints_at(work + most * _SIZE, most)
-    settled = False
-    for _ in range(_ROUNDS):
-        _walk_forward(segments, guides, given, left, right)
-        settled = _walk_back(segments, guides, given) <= _SETTLED
-        if settled:
-            break
-    _free(work)
-    return settled and _set_flows(segments, guides, given)
+    settled = given or _has_tendon(segments)
+    if settled:
+        work = _malloc(4 * len(guides) * _SIZE)
+        settled = work != 0 and _settle(segments, guides, given, work)
+        _free(work)
+    if settled:
+        return _set_flows(segments, guides, given)
+    for j in range(len(segments)):
+        segments[j].tension, segments[j].prefix_tension = math.inf, 0.0
+    return False

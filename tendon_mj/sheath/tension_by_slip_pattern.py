@@ -1,9 +1,8 @@
 """The flow problem when it is known which guides slide: one scalar equation per sliding run.
 
 Guides that slide in a row tie the tensions of their segments to each other, and the run as a whole
-conserves its tendon: one unknown, solved by Halley's method. The solution shows which guides were
-wrongly assumed to slide or to rest; the next pass corrects them. From the pattern of the step
-before this takes one or two passes, each linear in the guides.
+conserves its tendon: one unknown, solved by Halley's method. Most steps slide as the step before
+did, and then this is the quickest way; the solution shows whether it did.
 
 Where the input tension is given, the run that begins at the input has no unknown: its tensions
 follow from one end, the flows from the other, and what it lacks comes in at the input.
@@ -14,13 +13,11 @@ Equations: docs/theory.md, section 4.
 from __future__ import annotations
 
 from tendon_mj.native import compiled
-from tendon_mj.sheath.records import ROUNDING, Guide, Guides, Segments
+from tendon_mj.sheath.records import Guide, Guides, Segments
 from tendon_mj.sheath.segment_law import held, tension_of
-from tendon_mj.sheath.tension_by_sweep import highest, lowest
+from tendon_mj.sheath.tension_by_breakpoints import TOLERANCE, highest, lowest
 
-_STEPS = 30
-_TOLERANCE = 8 * ROUNDING
-UNSOLVED = -1
+_STEPS = 4
 
 
 @compiled
@@ -97,56 +94,32 @@ def _follow_input(segments: Segments, guides: Guides, last: int) -> bool:
 
 
 @compiled
-def guess_from_motion(segments: Segments, guides: Guides) -> None:
-    """Let every guide slide as the motion takes the tendon over it, where the input is given.
-
-    A stiff tendon whose path changes by more than it can stretch slides wherever it rubs. Segments
-    have the tensions of the step before.
-    """
-    passed = 0.0
-    for k in range(len(guides) - 1, -1, -1):
-        segment = segments[k + 1]
-        passed += segment.stored - held(segments, k + 1, segment.tension)[0]
-        ratio = max(guides[k].input_ratio, guides[k].output_ratio)
-        yields = segment.length + segment.support_compliance
-        if abs(passed) > 4.0 * (ratio - 1.0) * segment.tension * yields:
-            guides[k].slip = 1.0 if passed > 0.0 else -1.0
-
-
-@compiled
-def _correct(segments: Segments, guides: Guides) -> int:
-    """Count and correct the guides whose slip the solution contradicts by more than rounding.
-
-    A tendon at rest on the verge of sliding would otherwise chatter.
-    """
-    changed = 0
+def _agrees(segments: Segments, guides: Guides) -> bool:
+    """Whether the solution agrees, to rounding, with the slip from which it follows."""
     for i in range(len(guides)):
-        if guides[i].slip == 0.0:
-            guides[i].flow = 0.0
+        guide = guides[i]
+        if guide.slip == 0.0:
+            guide.flow = 0.0
             left, right = segments[i].tension, segments[i + 1].tension
-            if left > highest(guides, i, right) + _TOLERANCE:
-                guides[i].slip = 1.0
-                changed += 1
-            elif left < lowest(guides, i, right) - _TOLERANCE:
-                guides[i].slip = -1.0
-                changed += 1
-        elif guides[i].flow * guides[i].slip < 0.0:
-            if is_frictionless(guides[i]):
-                guides[i].slip = -guides[i].slip  # nothing rubs: either direction will do
-            elif abs(guides[i].flow) < _TOLERANCE * segments[i].length:
-                guides[i].flow = 0.0
+            if left > highest(guides, i, right) + TOLERANCE:
+                return False
+            if left < lowest(guides, i, right) - TOLERANCE:
+                return False
+        elif guide.flow * guide.slip < 0.0:
+            if is_frictionless(guide):
+                guide.slip = -guide.slip  # nothing rubs: either direction will do
+            elif abs(guide.flow) < TOLERANCE * segments[i].length:
+                guide.flow = 0.0
             else:
-                guides[i].slip = 0.0
-                changed += 1
-    return changed
+                return False
+    return True
 
 
 @compiled
-def try_pattern(segments: Segments, guides: Guides, given: bool = False) -> int:
-    """Solve with the guides' slip as the pattern, and correct it where the solution contradicts it.
+def follow_pattern(segments: Segments, guides: Guides, given: bool) -> bool:
+    """Tensions and flows for the guides' slip; whether they are the solution.
 
-    ``given``: whether the tension of the first segment is. Returns how many guides changed (0:
-    solved), or UNSOLVED where a tension would not be positive.
+    ``given``: whether the tension of the first segment is.
     """
     last_guide = len(guides)
     first = 0
@@ -156,14 +129,14 @@ def try_pattern(segments: Segments, guides: Guides, given: bool = False) -> int:
             last += 1
         if given and first == 0:
             if not _follow_input(segments, guides, last):
-                return UNSOLVED
+                return False
         elif last == first:
             segments[first].tension = tension_of(segments, first)
         elif not _solve_run(segments, guides, first, last):
-            return UNSOLVED
+            return False
         tau = segments[last].tension
         # a slack segment between guides that hold is right where the input is given
         if not (0.0 < tau < 1e300 or (given and tau == 0.0)):
-            return UNSOLVED
+            return False
         first = last + 1
-    return _correct(segments, guides)
+    return _agrees(segments, guides)

@@ -12,47 +12,19 @@ from __future__ import annotations
 
 import math
 
-from tendon_mj.native import Array, apart, compiled, entry
-from tendon_mj.sheath.records import GUIDE, ROUNDING, SEGMENT, Guides, Segments
-from tendon_mj.sheath.tension_by_slip_pattern import guess_from_motion, try_pattern
+from tendon_mj.native import Array, compiled, entry
+from tendon_mj.sheath.records import GUIDE, SEGMENT, Guides, Segments
 from tendon_mj.sheath.tension_by_breakpoints import balance
-from tendon_mj.sheath.tension_by_sweep import sweep
+from tendon_mj.sheath.tension_by_slip_pattern import follow_pattern
 from tendon_mj.sheath.tension_with_drag import balance_dragged
-
-# Pattern corrections before the sweep, which needs none, takes over: this and one a guide.
-_PASSES = 16
-
-
-@apart
-def _make_sluggish(segments: Segments, guides: Guides) -> bool:
-    """Give the guides a drag that takes no more than rounding from any flow.
-
-    It decides where slack tendon goes, which tension-independent friction leaves open. False where
-    there is no tendon.
-    """
-    total = 0.0
-    for j in range(len(segments)):
-        total += segments[j].stored
-    for i in range(len(guides)):
-        guides[i].drag, guides[i].momentum = ROUNDING / total, 0.0
-    return total > 0.0
 
 
 @compiled
 def _balance(segments: Segments, guides: Guides, dragged: bool, given: bool) -> bool:
-    """Equilibrium for given holding ratios: the known pattern if it serves, else the sweep."""
-    if not dragged:
-        for _ in range(_PASSES + len(guides)):
-            changed = try_pattern(segments, guides, given)
-            if changed == 0:
-                return True
-            if changed < 0:
-                break
-        if sweep(segments, guides, given):
-            return True
-        if given or not _make_sluggish(segments, guides):
-            return False
-    return balance_dragged(segments, guides)
+    """Equilibrium for given holding ratios."""
+    if dragged:
+        return balance_dragged(segments, guides)
+    return follow_pattern(segments, guides, given) or balance(segments, guides, given)
 
 
 @compiled
@@ -108,8 +80,6 @@ def solve_flow(
         free = guide.constant_friction == 0.0 and guide.static_ratio == 1.0
         guide.slip = 1.0 if free else slip
         stiction |= guide.static_ratio != guide.dynamic_ratio
-    if given:
-        guess_from_motion(segments, guides)
     solved = False
     for _ in range(1 + 2 * len(guides)):
         solved = _balance(segments, guides, dragged, given)
@@ -125,14 +95,3 @@ _segments_at, _guides_at = Array(SEGMENT), Array(GUIDE)
 def _solve_flow_at(segments: int, guides: int, n: int, dragged: bool, given: bool) -> bool:
     """``solve_flow`` of records at two addresses."""
     return solve_flow(_segments_at(segments, n + 1), _guides_at(guides, n), dragged, given)
-
-
-@entry("tendon_mj_sweep", "bool(ptr, ptr, i64, bool)")
-def _sweep_at(segments: int, guides: int, n: int, given: bool) -> bool:
-    """``sweep`` of records at two addresses."""
-    return sweep(_segments_at(segments, n + 1), _guides_at(guides, n), given)
-
-
-@entry("tendon_mj_breakpoints", "bool(ptr, ptr, i64, bool)")
-def _breakpoints_at(segments: int, guides: int, n: int, given: bool) -> bool:
-    return balance(_segments_at(segments, n + 1), _guides_at(guides, n), given)

@@ -38,8 +38,8 @@ import numpy as np
 
 from tendon_mj.native import Array, External, apart, compiled
 from tendon_mj.sheath.records import ROUNDING, Guides, Segments
+from tendon_mj.sheath.tension_by_breakpoints import balance
 from tendon_mj.sheath.tension_by_slip_pattern import is_frictionless
-from tendon_mj.sheath.tension_by_sweep import sweep
 from tendon_mj.typing import FloatArray
 
 _STEPS = 40  # of Newton's method, of which a taut tendon needs about 4
@@ -364,7 +364,7 @@ def balance_dragged(segments: Segments, guides: Guides) -> bool:
         guides[i].flow = 0.0
     if _follow_pattern(segments, guides, 0.0, _LEAST) and _hold_tendon(segments, guides, _LEAST):
         return True
-    if sweep(segments, guides) and _solve_in_turn(segments, guides):
+    if balance(segments, guides, False) and _solve_in_turn(segments, guides):
         return True
     for i in range(len(guides)):
         guides[i].flow, guides[i].slip = 0.0, 0.0

@@ -10,17 +10,11 @@ from tendon_mj.sheath.records import new_guides, new_segments
 
 _PLACES, _BOOL = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64], ctypes.c_bool
 _solve = ctypes.CFUNCTYPE(_BOOL, *_PLACES, _BOOL, _BOOL)(load().address("tendon_mj_solve_flow"))
-_sweep = ctypes.CFUNCTYPE(_BOOL, *_PLACES, _BOOL)(load().address("tendon_mj_sweep"))
 
 
 def solve_flow(segments, guides, dragged=False, given=False):
     """The compiled solver; whether it found the solution."""
     return _solve(segments.ctypes.data, guides.ctypes.data, len(guides), dragged, given)
-
-
-def sweep(segments, guides, given=False):
-    """The compiled sweep; whether it found the solution."""
-    return _sweep(segments.ctypes.data, guides.ctypes.data, len(guides), given)
 
 
 def tendon(lengths, strains, bends, mu_s, mu_d, constant=0.0, was=0.0):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.sheath.tendons import commit, solve_flow, sweep, tendon, uniform
+from tests.sheath.sweep import sweep
+from tests.sheath.tendons import commit, solve_flow, tendon, uniform
 
 GUIDES = [*range(1, 17), 24, 32, 48, 64]
 

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as some
 
-from tests.sheath.tendons import random_tendons, solve_flow, sweep, tendon
+from tests.sheath.sweep import sweep
+from tests.sheath.tendons import random_tendons, solve_flow, tendon
 
 EXACT = 1e-9  # relative
 EVERY = settings(max_examples=400, derandomize=True)
@@ -115,12 +116,12 @@ def test_a_step_after_a_step_changes_nothing(tables):
 
 @EVERY
 @given(random_tendons())
-def test_the_fast_way_and_the_sure_way_agree(tables):
+def test_it_agrees_with_a_root_search_in_each_segment_and_solves_what_that_does(tables):
     segments, guides = tables
     solved = solve_flow(segments, guides)
     other, held = segments.copy(), guides.copy()
-    assert sweep(other, held) == solved
-    assume(solved)
+    assume(sweep(other, held))
+    assert solved
     scale = max(segments["tension"].max(), 1e-6)
     np.testing.assert_allclose(other["tension"], segments["tension"], rtol=0, atol=1e-9 * scale)
     if segments["tension"].min() > 0.0:

@@ -7,7 +7,6 @@ from hypothesis import strategies as some
 
 from tendon_mj.sheath import held
 from tendon_mj.sheath.segment_law import tension_of
-from tendon_mj.sheath.tension_by_sweep import _holds
 from tests.sheath.tendons import solve_flow, tendon, uniform
 
 ANY = some.floats(allow_nan=True, allow_infinity=True)
@@ -94,29 +93,3 @@ def test_a_segment_holds_what_its_tension_says(length, tau, give):
         after, before = held(segments, 0, tau + step), held(segments, 0, tau - step)
         assert falls == pytest.approx((after[0] - before[0]) / (2 * step), rel=1e-5)
         assert bends == pytest.approx((after[1] - before[1]) / (2 * step), rel=1e-5)
-
-
-def solved(strain=1e-3):
-    segments, guides = uniform(8, 0.5, strain)
-    segments["stored"][0] *= 0.99999  # wound in
-    assert solve_flow(segments, guides)
-    assert _holds(segments, guides, 0)
-    return segments, guides
-
-
-@pytest.mark.parametrize("more", [1e-9, -1e-9])
-@pytest.mark.parametrize("segment", range(9))
-def test_a_taut_segment_with_more_or_less_than_its_tension_says_is_found_out(segment, more):
-    segments, guides = solved()
-    segments["stored"][segment] += more
-    assert not _holds(segments, guides, 0)
-
-
-def test_a_slack_segment_may_hold_more_and_not_less():
-    segments, guides = tendon([0.1] * 4, [-1e-3] * 4, np.full(3, 0.3), 0.2, 0.2)
-    assert solve_flow(segments, guides)
-    assert not segments["tension"].any()
-    segments["stored"][1] += 1e-3
-    assert _holds(segments, guides, 0)
-    segments["stored"][1] -= 3e-3
-    assert not _holds(segments, guides, 0)

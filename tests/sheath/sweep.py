@@ -1,4 +1,4 @@
-"""The flow problem solved exactly by one sweep along the tendon, O(n²) in the worst case.
+"""The flow problem solved by a root search in each segment, as an independent truth: O(n²).
 
 Cut the tendon behind segment j and ask which tension τ*_j its last segment would take alone. The
 full tendon's tension there is τ_j = clip(τ*_j, lowest, highest), the two bounds being what guide j
@@ -13,14 +13,14 @@ Where the input tension is given, the length of the first segment is not constra
 Equations: docs/theory.md, section 4.
 """
 
-from __future__ import annotations
-
 import numpy as np
+from numba import njit
 
-from tendon_mj.native import apart, compiled
-from tendon_mj.sheath.records import ROUNDING, Guides, Segments
+from tendon_mj.sheath.records import ROUNDING
 from tendon_mj.sheath.segment_law import held, tension_of
 
+compiled = njit(error_model="numpy")
+held, tension_of = compiled(held), compiled(tension_of)
 _TOUCHING = 1e-12  # relative distance at which a tension counts as being at its bound
 _ROUNDED = 16 * ROUNDING  # and where the input is given, which stiffer tendons have: τ is smaller
 _SLACK = 1e-14  # normalised tension at the input below which a prefix counts as slack
@@ -28,13 +28,13 @@ _ITERATIONS = 200  # Newton needs about 4; bisection from the widest bracket abo
 
 
 @compiled
-def highest(guides: Guides, i: int, right: float) -> float:
+def highest(guides, i, right):
     """Largest τ that guide i holds on its input side against ``right``."""
     return guides[i].input_ratio * right + guides[i].constant_friction
 
 
 @compiled
-def lowest(guides: Guides, i: int, right: float) -> float:
+def lowest(guides, i, right):
     """Smallest τ that guide i holds on its input side against ``right``."""
     constant = guides[i].constant_friction
     # the rounding of a difference must not make a slack segment taut
@@ -44,9 +44,7 @@ def lowest(guides: Guides, i: int, right: float) -> float:
 
 
 @compiled
-def _missing(
-    segments: Segments, guides: Guides, j: int, tau: float, first: int
-) -> tuple[float, float]:
+def _missing(segments, guides, j, tau, first):
     """G_j(τ) [m] and its slope: what segments ``first`` to j lack when j is at τ.
 
     Where the input is given, segments at the most or least that it allows them take from it what
@@ -71,7 +69,7 @@ def _missing(
 
 
 @compiled
-def _gain(guides: Guides, j: int, first: int) -> float:
+def _gain(guides, j, first):
     """How much larger than segment j's tension that of segment ``first`` can be."""
     gain = 1.0
     for k in range(first, j):
@@ -79,8 +77,8 @@ def _gain(guides: Guides, j: int, first: int) -> float:
     return gain
 
 
-@apart
-def _prefix_tension(segments: Segments, guides: Guides, j: int) -> float:
+@compiled
+def _prefix_tension(segments, guides, j):
     """τ*_j: the root of G_j, 0 for a slack prefix, inf for one without tendon."""
     own = tension_of(segments, j)
     if j == 0:
@@ -105,7 +103,7 @@ def _prefix_tension(segments: Segments, guides: Guides, j: int) -> float:
 
 
 @compiled
-def _root(segments: Segments, guides: Guides, j: int, low: float, high: float, first: int) -> float:
+def _root(segments, guides, j, low, high, first):
     """Root of G_j between two tensions, from above by Newton's method."""
     tau = high
     rounding = ROUNDING / _gain(guides, j, first)  # a segment before this one multiplies it
@@ -125,10 +123,8 @@ def _root(segments: Segments, guides: Guides, j: int, low: float, high: float, f
     return tau
 
 
-@apart
-def _prefix_tension_within(
-    segments: Segments, guides: Guides, j: int, low: float, high: float
-) -> float:
+@compiled
+def _prefix_tension_within(segments, guides, j, low, high: float):
     """τ*_j where the input tension is given, which all guides together allow from low to high."""
     own = tension_of(segments, j)
     before = segments[j - 1].prefix_tension
@@ -141,8 +137,8 @@ def _prefix_tension_within(
     return _root(segments, guides, j, low, high, 1)
 
 
-@apart
-def _fill_prefix_tensions(segments: Segments, guides: Guides, given: bool) -> None:
+@compiled
+def _fill_prefix_tensions(segments, guides, given):
     """Walk forward: τ*_j of every segment."""
     low = high = segments[0].tension
     for j in range(len(segments)):
@@ -158,7 +154,7 @@ def _fill_prefix_tensions(segments: Segments, guides: Guides, given: bool) -> No
 
 
 @compiled
-def _set_slack(segments: Segments, guides: Guides) -> bool:
+def _set_slack(segments, guides):
     """Spread a tendon longer than its path evenly along it; return False for a taut one."""
     path, total = 0.0, 0.0
     for k in range(len(segments)):
@@ -176,7 +172,7 @@ def _set_slack(segments: Segments, guides: Guides) -> bool:
 
 
 @compiled
-def _flow_at(segments: Segments, guides: Guides, j: int, beyond: float, rounded: float) -> float:
+def _flow_at(segments, guides, j, beyond, rounded):
     """Length that passes guide j towards the input, ``beyond`` being what passes the next one."""
     right = segments[j + 1].tension
     passed = segments[j + 1].stored + beyond - held(segments, j + 1, right)[0]
@@ -195,7 +191,7 @@ def _flow_at(segments: Segments, guides: Guides, j: int, beyond: float, rounded:
 
 
 @compiled
-def _holds(segments: Segments, guides: Guides, first: int) -> bool:
+def _holds(segments, guides, first):
     """Whether every segment ends with the length of its tension, a slack one with at least that.
 
     Where friction multiplies a tension that is at most rounding, the whole tendon's counts.
@@ -222,15 +218,15 @@ def _holds(segments: Segments, guides: Guides, first: int) -> bool:
 
 
 @compiled
-def _leave_finite(segments: Segments) -> None:
+def _leave_finite(segments):
     """Leave no infinite τ* in a record that may be a part of a simulation's state."""
     for j in range(len(segments)):
         if not np.isfinite(segments[j].prefix_tension):
             segments[j].prefix_tension = 0.0
 
 
-@apart
-def sweep(segments: Segments, guides: Guides, given: bool = False) -> bool:
+@compiled
+def sweep(segments, guides, given=False):
     """Tensions, flows and slip of the whole tendon by the walk forward and back.
 
     ``given``: whether the tension of the first segment is. Returns False without a solution: no
