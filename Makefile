@@ -39,7 +39,7 @@ test-long: $(STAMP)           ## tests that take up to a minute each
 	$(BIN)/pytest -n auto --dist worksteal -m long
 
 soak: test-long               ## long trials of what docs/guarantees.md promises: some hours
-	TENDON_MJ_EXAMPLES=20000 $(BIN)/pytest -n auto tests/guarantees/test_laws.py tests/guarantees/test_energy.py tests/guarantees/test_extremes.py
+	TENDON_MJ_EXAMPLES=20000 $(BIN)/pytest -n auto tests/guarantees/test_laws.py tests/guarantees/test_energy.py tests/guarantees/test_extremes.py tests/sheath
 	$(BIN)/python -m experiments.soak --out out/soak
 
 check: $(INSTALLED)           ## formatter, linter, strict types, layers

@@ -214,9 +214,9 @@ def _walk_back(segments: Segments, guides: Guides, given: bool) -> float:
             right = segments[j + 1].tension
             low, high = lowest(guides, j, right), highest(guides, j, right)
             guides[j].slip = 0.0
-            if tau > high + TOLERANCE:
+            if tau > high:
                 tau, guides[j].slip = high, 1.0
-            elif tau < low - TOLERANCE:
+            elif tau < low:
                 tau, guides[j].slip = low, -1.0
         if j == 0 and given:  # rounding apart, the walk has left it
             break
@@ -259,9 +259,9 @@ def _set_flows(segments: Segments, guides: Guides, given: bool) -> bool:
     A slack segment may end with more. It keeps what it has unless a neighbour needs it.
     """
     first = 1 if given else 0
-    beyond, rounded, holds = 0.0, 0.0, True
+    beyond, total, holds = 0.0, 0.0, True
     for j in range(len(segments)):
-        rounded += TOLERANCE * abs(segments[j].stored)
+        total += abs(segments[j].stored)
     for j in range(len(segments) - 1, first - 1, -1):
         slip = guides[j - 1].slip if j > 0 else 0.0
         tau = segments[j].tension
@@ -270,11 +270,10 @@ def _set_flows(segments: Segments, guides: Guides, given: bool) -> bool:
         if tau == 0.0:
             needed = _lacking(segments, guides, j - 1, first) if slip > 0.0 else 0.0
             passed = min(needed, passed)
-        tolerance = rounded - TOLERANCE * slope + TOLERANCE * abs(beyond)
-        if slip == 0.0 and j > 0 and abs(passed) > tolerance:
+        if slip == 0.0 and j > 0 and abs(passed) > TOLERANCE * (total + abs(beyond) - slope):
             slip = _slip_at_bound(segments, guides, j - 1, passed)
         if not passed * slip > 0.0:
-            holds &= abs(passed) <= tolerance
+            holds &= abs(passed) <= TOUCHING * (total + abs(beyond) - slope)
             passed = slip = 0.0
         if j > 0:
             guides[j - 1].flow, guides[j - 1].slip = passed, slip

@@ -4,9 +4,8 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as some
 
-from tests.sheath.tendons import random_tendons, solve_flow, tendon
+from tests.sheath.tendons import EVERY, random_tendons, solve_flow, tendon
 
-EVERY = settings(max_examples=400, derandomize=True)
 # D ℓ: from hardly felt to a wave that crosses a segment in many steps
 drags = some.sampled_from([1e-6, 1e-3, 1.0, 1e3])
 
@@ -50,7 +49,7 @@ def test_every_tendon_has_a_solution_that_obeys_the_law(tables, drag, momentum, 
     check(segments, guides)
 
 
-@settings(max_examples=400, derandomize=True)
+@EVERY
 @given(random_tendons(most=60), drags, some.sampled_from([0.0, 0.1, 1.0]), some.integers(0, 99))
 def test_a_tendon_over_many_guides_has_a_solution(tables, drag, momentum, seed):
     segments, guides = dragged(tables, drag, momentum, seed)

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as some
 
 from tests.sheath.sweep import sweep
-from tests.sheath.tendons import random_tendons, solve_flow, tendon
+from tests.sheath.tendons import EVERY, random_tendons, solve_flow, tendon
 
 EXACT = 1e-9  # relative
-EVERY = settings(max_examples=400, derandomize=True)
 
 
 def after(segments, guides):

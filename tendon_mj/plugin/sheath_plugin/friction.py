@@ -17,7 +17,7 @@ from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.sheath_plugin.state import LiveLaw, State, keep_ratio_law
 from tendon_mj.sheath import Guide, Guides, Segments, convected
 
-_HOLDS_ANYTHING = 230.0  # μφ beyond which nothing changes, but e^{μφ} overflows in the end
+_HOLDS_ANYTHING = 37.0  # μφ: beyond it one tension is less than the rounding of the other
 
 
 @compiled
@@ -48,7 +48,7 @@ def _stribeck(law: LiveLaw, guide: Guide) -> float:
 
 @compiled
 def _capstan(exponent: float) -> float:
-    """e^{μφ}, finite: an infinite one would leave no tension beside a slack segment."""
+    """e^{μφ}, so far as it makes a difference: its products over the guides stay numbers."""
     return math.exp(min(exponent, _HOLDS_ANYTHING))
 
 
