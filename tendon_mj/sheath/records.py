@@ -21,7 +21,7 @@ from tendon_mj.typing import FloatArray
 class Segment:
     """A stretch of tendon between two guides.
 
-    The fields up to ``prefix_tension`` are the flow solver's. The others belong to the strain law
+    The fields up to ``tension`` are the flow solver's. The others belong to the strain law
     of a simulation and stay 0 elsewhere: the tension before the step, the strains kept while
     damping, stiffening or creep asks for them, and those of the step on trial.
     """
@@ -32,7 +32,6 @@ class Segment:
     strain_slope: float  # a, strain that comes with unit τ; 1 for a purely elastic tendon [-]
     stored: float  # s⁻, unstretched length before the step [m]
     tension: float  # τ, a guess on entry, the result on return [-]
-    prefix_tension: float  # τ* of the tendon cut behind the segment: work space of the solver [-]
     strain: float  # elastic strain [-]
     new_strain: float  # that of the evaluation at hand [-]
     trial_strain: float  # that of the step on trial [-]

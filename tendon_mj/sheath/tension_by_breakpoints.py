@@ -36,6 +36,7 @@ import numpy as np
 from tendon_mj.native import Array, External, apart, compiled
 from tendon_mj.sheath.records import ROUNDING, Guides, Segments, record_type
 from tendon_mj.sheath.segment_law import held
+from tendon_mj.typing import FloatArray
 
 _ROUNDS = 64  # of which strains below 1 need about 4; each at least doubles a strain that is above
 _FARTHEST = 16.0  # scale of a map, beyond which the rounding of its shift would count
@@ -74,13 +75,14 @@ class Breakpoint:
 BREAKPOINT = record_type(Breakpoint)
 _SIZE = BREAKPOINT.itemsize
 _breakpoints_at: Callable[[int, int], Any] = Array(BREAKPOINT)
+_numbers: Callable[[int, int], FloatArray] = Array("float64")
 
 
 class Stack(NamedTuple):
     """Breakpoints on one side of a root, the nearest on top, and their map τ → scale τ + shift."""
 
     points: Any
-    count: int
+    size: int
     scale: float
     inverse: float  # of the scale
     shift: float
@@ -92,26 +94,26 @@ def _mapped(stack: Stack, scale: float, inverse: float, shift: float) -> Stack:
     shift += scale * stack.shift
     scale, inverse = scale * stack.scale, inverse * stack.inverse
     if max(scale, inverse) > _FARTHEST:
-        for k in range(stack.count):
+        for k in range(stack.size):
             point = stack.points[k]
             point.tau, point.bend = scale * point.tau + shift, point.bend * inverse
         scale, inverse, shift = 1.0, 1.0, 0.0
-    return Stack(stack.points, stack.count, scale, inverse, shift)
+    return Stack(stack.points, stack.size, scale, inverse, shift)
 
 
 @compiled
-def _with_count(stack: Stack, count: int) -> Stack:
-    """The first ``count`` breakpoints of the stack."""
-    return Stack(stack.points, count, stack.scale, stack.inverse, stack.shift)
+def _cut(stack: Stack, size: int) -> Stack:
+    """The lowest ``size`` breakpoints of the stack."""
+    return Stack(stack.points, size, stack.scale, stack.inverse, stack.shift)
 
 
 @compiled
 def _pushed(stack: Stack, tau: float, bend: float, jump: float) -> Stack:
     """The stack with one breakpoint more."""
-    point = stack.points[stack.count]
+    point = stack.points[stack.size]
     point.tau = (tau - stack.shift) * stack.inverse
     point.bend, point.jump = bend * stack.scale, jump
-    return _with_count(stack, stack.count + 1)
+    return _cut(stack, stack.size + 1)
 
 
 class Root(NamedTuple):
@@ -135,15 +137,15 @@ def _search(
     """
     while True:
         at, bend, jump, left = bound, 0.0, -side * math.inf, 0
-        if near.count > 0:
-            point = near.points[near.count - 1]
+        if near.size > 0:
+            point = near.points[near.size - 1]
             inner = near.scale * point.tau + near.shift
             if side * (inner - bound) < -TOUCHING * abs(near.shift):
-                at, bend, jump, left = inner, point.bend * near.inverse, point.jump, near.count - 1
+                at, bend, jump, left = inner, point.bend * near.inverse, point.jump, near.size - 1
         root = tau - value / slope
         if side * (root - at) < 0.0:
             return Root(root, slope, slope, 0.0, 0.0), near, far
-        near = _with_count(near, left)
+        near = _cut(near, left)
         value += slope * (at - tau)
         if not side * (value + jump) > 0.0:
             return Root(at, slope, slope + bend, value, value + jump), near, far
@@ -153,9 +155,9 @@ def _search(
 
 @compiled
 def _walk_forward(
-    segments: Segments, guides: Guides, given: bool, left: Stack, right: Stack
+    segments: Segments, guides: Guides, given: bool, left: Stack, right: Stack, roots: FloatArray
 ) -> None:
-    """τ*_j of every segment, with tangents at its tension."""
+    """The τ*_j, with tangents at the tensions that the segments have."""
     least, most = 0.0, math.inf
     low, high = least, most
     root = 0.0
@@ -164,7 +166,7 @@ def _walk_forward(
     if given:
         first, root = 1, segments[0].tension
         least, most = root, root
-        segments[0].prefix_tension = root
+        roots[0] = root
     for j in range(first, len(segments)):
         if j > 0:
             guide = guides[j - 1]
@@ -177,11 +179,11 @@ def _walk_forward(
             if low > least and root > constant * (1.0 + TOUCHING):
                 left = _pushed(left, low, before[0] * ratio, before[1])
             else:
-                low, left = least, _with_count(left, 0)
+                low, left = least, _cut(left, 0)
             if high < most:
                 right = _pushed(right, high, beyond[0] * inverse_back, beyond[1])
             else:
-                high, right = most, _with_count(right, 0)
+                high, right = most, _cut(right, 0)
         tau = segments[j].tension
         if not 0.0 <= tau <= 1e100:
             tau = 0.0
@@ -201,15 +203,15 @@ def _walk_forward(
             root = found.tau
             before = (found.slope_before, found.value_before)
             beyond = (found.slope_beyond, found.value_beyond)
-        segments[j].prefix_tension = root
+        roots[j] = root
 
 
 @compiled
-def _walk_back(segments: Segments, guides: Guides, given: bool) -> float:
+def _walk_back(segments: Segments, guides: Guides, given: bool, roots: FloatArray) -> float:
     """Tensions and slip that follow from the τ*_j; the largest change of a tension."""
     most = 0.0
     for j in range(len(segments) - 1, -1, -1):
-        tau = segments[j].prefix_tension
+        tau = roots[j]
         if j < len(guides):
             right = segments[j + 1].tension
             low, high = lowest(guides, j, right), highest(guides, j, right)
@@ -310,13 +312,14 @@ def _has_tendon(segments: Segments) -> bool:
 
 @compiled
 def _settle(segments: Segments, guides: Guides, given: bool, work: int) -> bool:
-    """Rounds until the tensions stand still; ``work`` is space for 4 n breakpoints."""
+    """Rounds until the tensions stand still; ``work`` has room for 4 n breakpoints and the τ*_j."""
     most = 2 * len(guides)
     left = Stack(_breakpoints_at(work, most), 0, 1.0, 1.0, 0.0)
     right = Stack(_breakpoints_at(work + most * _SIZE, most), 0, 1.0, 1.0, 0.0)
+    roots = _numbers(work + 2 * most * _SIZE, len(segments))
     for _ in range(_ROUNDS):
-        _walk_forward(segments, guides, given, left, right)
-        if _walk_back(segments, guides, given) <= _SETTLED:
+        _walk_forward(segments, guides, given, left, right, roots)
+        if _walk_back(segments, guides, given, roots) <= _SETTLED:
             return True
     return False
 
@@ -336,11 +339,11 @@ def balance(segments: Segments, guides: Guides, given: bool) -> bool:
         return True
     settled = given or _has_tendon(segments)
     if settled:
-        work = _malloc(4 * len(guides) * _SIZE)
+        work = _malloc(4 * len(guides) * _SIZE + 8 * len(segments))
         settled = work != 0 and _settle(segments, guides, given, work)
         _free(work)
     if settled:
         return _set_flows(segments, guides, given)
     for j in range(len(segments)):
-        segments[j].tension, segments[j].prefix_tension = math.inf, 0.0
+        segments[j].tension = math.inf
     return False

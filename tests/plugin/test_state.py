@@ -162,7 +162,6 @@ def test_a_look_at_another_pose_commits_nothing(integrator):
     np.testing.assert_array_equal(watched.qpos, plain.qpos)
     np.testing.assert_array_equal(watched.sensordata, plain.sensordata)
     (_, one, guides), (_, other, others) = unpacked(model, watched), unpacked(model, plain)
-    one["prefix_tension"] = other["prefix_tension"]  # the solver's work space
     np.testing.assert_array_equal(one, other)
     np.testing.assert_array_equal(guides, others)
 

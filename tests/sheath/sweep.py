@@ -44,7 +44,7 @@ def lowest(guides, i, right):
 
 
 @compiled
-def _missing(segments, guides, j, tau, first):
+def _missing(segments, prefix, guides, j, tau, first):
     """G_j(τ) [m] and its slope: what segments ``first`` to j lack when j is at τ.
 
     Where the input is given, segments at the most or least that it allows them take from it what
@@ -59,9 +59,9 @@ def _missing(segments, guides, j, tau, first):
         if k == first:
             break
         low, high = lowest(guides, k - 1, tau), highest(guides, k - 1, tau)
-        if segments[k - 1].prefix_tension > high * (1.0 + touching):
+        if prefix[k - 1] > high * (1.0 + touching):
             tau, gain = high, gain * guides[k - 1].input_ratio
-        elif segments[k - 1].prefix_tension < low * (1.0 - touching):
+        elif prefix[k - 1] < low * (1.0 - touching):
             tau, gain = low, gain / guides[k - 1].output_ratio
         else:
             break
@@ -78,12 +78,12 @@ def _gain(guides, j, first):
 
 
 @compiled
-def _prefix_tension(segments, guides, j):
+def _prefix_tension(segments, prefix, guides, j):
     """τ*_j: the root of G_j, 0 for a slack prefix, inf for one without tendon."""
     own = tension_of(segments, j)
     if j == 0:
         return own
-    if lowest(guides, j - 1, own) <= segments[j - 1].prefix_tension <= highest(guides, j - 1, own):
+    if lowest(guides, j - 1, own) <= prefix[j - 1] <= highest(guides, j - 1, own):
         return own
     total = 0.0
     for k in range(j + 1):
@@ -92,23 +92,23 @@ def _prefix_tension(segments, guides, j):
         return np.inf
     # not 0: only above it do the slack segments before this one give tendon
     low = _SLACK / _gain(guides, j, 0)
-    if _missing(segments, guides, j, low, 0)[0] <= 0.0:
+    if _missing(segments, prefix, guides, j, low, 0)[0] <= 0.0:
         return 0.0
     high = own if np.isfinite(own) and own > 0.0 else 1.0
-    while _missing(segments, guides, j, high, 0)[0] > 0.0:
+    while _missing(segments, prefix, guides, j, high, 0)[0] > 0.0:
         low, high = high, 4.0 * high
         if high > 1e300:
             return np.inf
-    return _root(segments, guides, j, low, high, 0)
+    return _root(segments, prefix, guides, j, low, high, 0)
 
 
 @compiled
-def _root(segments, guides, j, low, high, first):
+def _root(segments, prefix, guides, j, low, high, first):
     """Root of G_j between two tensions, from above by Newton's method."""
     tau = high
     rounding = ROUNDING / _gain(guides, j, first)  # a segment before this one multiplies it
     for _ in range(_ITERATIONS):
-        value, slope = _missing(segments, guides, j, tau, first)
+        value, slope = _missing(segments, prefix, guides, j, tau, first)
         if value > 0.0:
             low = tau
         else:
@@ -124,33 +124,33 @@ def _root(segments, guides, j, low, high, first):
 
 
 @compiled
-def _prefix_tension_within(segments, guides, j, low, high: float):
+def _prefix_tension_within(segments, prefix, guides, j, low, high: float):
     """τ*_j where the input tension is given, which all guides together allow from low to high."""
     own = tension_of(segments, j)
-    before = segments[j - 1].prefix_tension
+    before = prefix[j - 1]
     if lowest(guides, j - 1, own) <= before <= highest(guides, j - 1, own):
         return own
-    if _missing(segments, guides, j, low, 1)[0] <= 0.0:
+    if _missing(segments, prefix, guides, j, low, 1)[0] <= 0.0:
         return low
-    if _missing(segments, guides, j, high, 1)[0] >= 0.0:
+    if _missing(segments, prefix, guides, j, high, 1)[0] >= 0.0:
         return high
-    return _root(segments, guides, j, low, high, 1)
+    return _root(segments, prefix, guides, j, low, high, 1)
 
 
 @compiled
-def _fill_prefix_tensions(segments, guides, given):
+def _fill_prefix_tensions(segments, prefix, guides, given):
     """Walk forward: τ*_j of every segment."""
     low = high = segments[0].tension
     for j in range(len(segments)):
         if not given:
-            segments[j].prefix_tension = _prefix_tension(segments, guides, j)
+            prefix[j] = _prefix_tension(segments, prefix, guides, j)
         elif j == 0:
-            segments[0].prefix_tension = low
+            prefix[0] = low
         else:
             constant = guides[j - 1].constant_friction
             low = max(0.0, low - constant) / guides[j - 1].input_ratio
             high = guides[j - 1].output_ratio * high + constant
-            segments[j].prefix_tension = _prefix_tension_within(segments, guides, j, low, high)
+            prefix[j] = _prefix_tension_within(segments, prefix, guides, j, low, high)
 
 
 @compiled
@@ -172,14 +172,14 @@ def _set_slack(segments, guides):
 
 
 @compiled
-def _flow_at(segments, guides, j, beyond, rounded):
+def _flow_at(segments, prefix, guides, j, beyond, rounded):
     """Length that passes guide j towards the input, ``beyond`` being what passes the next one."""
     right = segments[j + 1].tension
     passed = segments[j + 1].stored + beyond - held(segments, j + 1, right)[0]
     high, low = highest(guides, j, right), lowest(guides, j, right)
     if right == 0.0:  # slack: it keeps what it holds, unless a neighbour needs it
-        if segments[j].prefix_tension > high * (1.0 + _TOUCHING):
-            passed = _missing(segments, guides, j, high, 0)[0]
+        if prefix[j] > high * (1.0 + _TOUCHING):
+            passed = _missing(segments, prefix, guides, j, high, 0)[0]
         else:
             passed = min(0.0, passed)
     tau = segments[j].tension
@@ -218,14 +218,6 @@ def _holds(segments, guides, first):
 
 
 @compiled
-def _leave_finite(segments):
-    """Leave no infinite τ* in a record that may be a part of a simulation's state."""
-    for j in range(len(segments)):
-        if not np.isfinite(segments[j].prefix_tension):
-            segments[j].prefix_tension = 0.0
-
-
-@compiled
 def sweep(segments, guides, given=False):
     """Tensions, flows and slip of the whole tendon by the walk forward and back.
 
@@ -236,20 +228,19 @@ def sweep(segments, guides, given=False):
     if not given and _set_slack(segments, guides):
         return True
     last = len(guides)
-    _fill_prefix_tensions(segments, guides, given)
-    segments[last].tension = segments[last].prefix_tension
+    prefix = np.empty(len(segments))
+    _fill_prefix_tensions(segments, prefix, guides, given)
+    segments[last].tension = prefix[last]
     if not np.isfinite(segments[last].tension):
-        _leave_finite(segments)
         return False
     beyond = 0.0
     for j in range(last - 1, -1, -1):
         right = segments[j + 1].tension
         low, high = lowest(guides, j, right), highest(guides, j, right)
-        segments[j].tension = min(max(segments[j].prefix_tension, low), high)
-        beyond = _flow_at(segments, guides, j, beyond, _ROUNDED if given else 0.0)
+        segments[j].tension = min(max(prefix[j], low), high)
+        beyond = _flow_at(segments, prefix, guides, j, beyond, _ROUNDED if given else 0.0)
         guides[j].flow = beyond
         guides[j].slip = np.sign(beyond)
     if given:  # rounding apart, the walk back has left it
-        segments[0].tension = segments[0].prefix_tension
-    _leave_finite(segments)
+        segments[0].tension = prefix[0]
     return _holds(segments, guides, 1 if given else 0)

@@ -38,7 +38,8 @@ _SCALARS: dict[str, Any] = {
 LAYOUT: Final = Constants(
     "tendon_mj_layout",
     """
-    m_nsensor m_nv m_nbody m_neq m_nactuator m_nplugin o_timestep o_integrator o_disableflags
+    m_nsensor m_nv m_nu m_na m_nout m_nbody m_neq m_nactuator m_nplugin o_timestep o_integrator
+    o_disableflags
     m_qpos0 m_jnt_qposadr m_jnt_type m_jnt_dofadr m_dof_armature m_dof_invweight0 m_body_parentid
     m_body_rootid m_body_weldid m_body_dofnum m_body_dofadr m_dof_parentid m_site_bodyid
     m_geom_bodyid m_geom_size m_tendon_adr m_tendon_num m_tendon_group m_tendon_width
@@ -52,7 +53,8 @@ LAYOUT: Final = Constants(
     m_sensor_cutoff m_sensor_history m_sensor_historyadr m_sensor_delay m_sensor_interval m_plugin
     m_plugin_stateadr m_plugin_statenum m_plugin_attr m_plugin_attradr m_names m_name_jntadr
     m_name_tendonadr m_nnames m_numeric_adr m_numeric_size m_numeric_data m_nwrap m_ntendon m_njnt
-    m_npluginattr d_nplugin d_time d_qpos d_qvel d_ctrl d_plugin_state d_plugin_data d_geom_xpos
+    m_npluginattr d_nplugin d_time d_qpos d_qvel d_act d_ctrl d_plugin_state d_plugin_data
+    d_geom_xpos
     d_geom_xmat d_ten_length d_ten_velocity d_ten_wrapadr d_ten_wrapnum d_wrap_obj d_wrap_xpos
     d_subtree_com d_cdof d_moment_rownnz d_moment_rowadr d_moment_colind d_actuator_moment
     d_qfrc_applied d_qfrc_bias d_qfrc_passive d_actuator_force d_sensordata d_site_xpos

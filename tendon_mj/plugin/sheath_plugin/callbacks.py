@@ -19,13 +19,21 @@ from tendon_mj.plugin.abi.checks import (
     asks,
 )
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import warn
-from tendon_mj.plugin.abi.memory import doubles, integer, pointer, set_pointer, size
+from tendon_mj.plugin.abi.library import free, malloc, mj_passive, warn
+from tendon_mj.plugin.abi.memory import (
+    copy_doubles,
+    doubles,
+    integer,
+    pointer,
+    set_pointer,
+    size,
+)
 from tendon_mj.plugin.compiled_checks import sensor_width, sheath_state
 from tendon_mj.plugin.sheath_plugin.attributes import is_sensor
 from tendon_mj.plugin.sheath_plugin.bind import (
     check_bindable,
     ensure_bound,
+    has_own_state,
     is_bound,
     release,
     reset_sheath,
@@ -35,6 +43,7 @@ from tendon_mj.plugin.sheath_plugin.forces import add_reactions
 from tendon_mj.plugin.sheath_plugin.input_force import follow_constraint
 from tendon_mj.plugin.sheath_plugin.names import own_name
 from tendon_mj.plugin.sheath_plugin.sensors import show, show_ends
+from tendon_mj.plugin.sheath_plugin.signature import control_signature
 from tendon_mj.plugin.sheath_plugin.state import (
     SHEATH,
     binding_at,
@@ -77,6 +86,31 @@ def _quiet_reel(m: int, d: int, instance: int) -> None:
     if integer(pointer(m + LAYOUT.m_actuator_plugin), int(reel)) == instance:
         adr = integer(pointer(m + LAYOUT.m_actuator_outadr), int(reel))
         doubles(pointer(d + LAYOUT.d_actuator_force) + 8 * adr, 1)[0] = 0.0
+
+
+@apart
+def _compute_passive_again(m: int, d: int) -> None:
+    """Compute passive forces again, in the middle of MuJoCo's actuation.
+
+    The forces of actuators are left as MuJoCo has them by now, before it clamps them.
+    """
+    forces, count = pointer(d + LAYOUT.d_actuator_force), size(m + LAYOUT.m_nout)
+    kept = malloc(8 * count)
+    copy_doubles(kept, forces, count)
+    mj_passive(m, d)
+    copy_doubles(forces, kept, count)
+    free(kept)
+
+
+@compiled
+def _meet_late_controls(m: int, d: int, instance: int) -> None:
+    """Let friction meet controls that were set after passive forces had been computed."""
+    binding = binding_of(d, instance, SHEATH)
+    if binding == 0 or binding_at(binding).leads == 0.0 or not has_own_state(m, d, instance):
+        return
+    controls = state_at(state_of(m, d, instance)).controls
+    if controls != 0.0 and controls != control_signature(m, d):
+        _compute_passive_again(m, d)
 
 
 @entry("tendon_mj_sheath_advance", "void(ptr, ptr, i32)")
@@ -150,6 +184,8 @@ def compute(m: int, d: int, instance: int, capability: int) -> None:
     elif capability == _ACTUATOR:
         if _is_skipped(m):  # a sheath acts after the actuators then
             _evaluate(m, d, instance, True)
+        else:
+            _meet_late_controls(m, d, instance)
         _quiet_reel(m, d, instance)
     elif capability == _SENSOR:
         show_ends(m, d, instance)

@@ -11,7 +11,7 @@ import math
 
 from tendon_mj.native import compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import control, is_stage
+from tendon_mj.plugin.abi.library import control, is_stage, mj_fwdActuation
 from tendon_mj.plugin.abi.memory import coordinates, double, integer, pointer
 from tendon_mj.plugin.sheath_plugin.drive import (
     flank_stiffness,
@@ -33,6 +33,7 @@ from tendon_mj.plugin.sheath_plugin.friction import (
 )
 from tendon_mj.plugin.sheath_plugin.input_force import follow_spring, input_force
 from tendon_mj.plugin.sheath_plugin.path import update_path, update_spans
+from tendon_mj.plugin.sheath_plugin.signature import control_signature
 from tendon_mj.plugin.sheath_plugin.state import State, state_at, unpack, unpack_arcs
 from tendon_mj.plugin.sheath_plugin.strain import (
     commit_strain,
@@ -213,6 +214,9 @@ def _evaluate_driven(
     """Solve a tendon whose input tension is given, and apply what friction makes of it."""
     state = state_at(address)
     segments, guides, _ = unpack(address)
+    if state.leads != 0.0:
+        state.controls = control_signature(m, d)
+        mj_fwdActuation(m, d)
     state.input_force = input_force(m, d, address, state)
     if not math.isfinite(state.input_force):
         _refuse(state)

@@ -7,7 +7,10 @@ or shorter than its spring's range, v = dL/dt, k and c MuJoCo's polynomials, and
 equalities and of the tendon's limit. It pulls where it is negative.
 
 MuJoCo computes actuators after passive forces, so the first sheath that is driven has them
-computed; the result is the same when MuJoCo computes them again. Constraints are solved last: λ
+computed; the result is the same when MuJoCo computes them again. Where controls or activations are
+others by then, it has passive forces computed again: a control that is set between `mj_step1` and
+`mj_step2`, or by `mjcb_control`, meets friction in the same step, and so do those that
+`mjd_transitionFD` varies. Constraints are solved last: λ
 follows what was solved in the steps before, by a fifth of the difference in each, so that a
 constraint and the friction that answers it settle instead of alternating.
 
@@ -22,7 +25,7 @@ import mujoco
 
 from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import mj_actuatorDamping, mj_fwdActuation, mju_polyForce
+from tendon_mj.plugin.abi.library import mj_actuatorDamping, mju_polyForce
 from tendon_mj.plugin.abi.memory import byte, coordinates, double, doubles, integer, pointer, size
 from tendon_mj.plugin.sheath_plugin.state import DAMPING_POLY, State
 
@@ -119,8 +122,6 @@ def _unconstrained(m: int, d: int, address: int, state: State) -> float:
 @compiled
 def input_force(m: int, d: int, address: int, state: State) -> float:
     """Force along the tendon [N], pulling where it is negative."""
-    if state.leads != 0.0:
-        mj_fwdActuation(m, d)
     force = _unconstrained(m, d, address, state)
     if state.constrained != 0.0:
         force += state.constraint_force

@@ -134,3 +134,11 @@ def model_signature(m: int) -> float:
     for tendon in range(tendons):
         h = mixed(h, int(has_spring(m, tendon)))
     return as_number(h)
+
+
+@compiled
+def control_signature(m: int, d: int) -> float:
+    """Signature of the controls and activations from which actuators make their forces."""
+    controls = hashed(pointer(d + LAYOUT.d_ctrl), 8 * size(m + LAYOUT.m_nu))
+    activations = hashed(pointer(d + LAYOUT.d_act), 8 * size(m + LAYOUT.m_na))
+    return as_number(mixed(controls, activations))

@@ -100,6 +100,7 @@ class State(Bound, Live):
     """Scalars of a sheath: its parameters, a copy of what it is bound to, and the rest."""
 
     config_signature: float  # of the attributes that the parameters were read from
+    controls: float  # signature of those that the first driven sheath met, 0 before
     input_force: float  # by which MuJoCo acts along the tendon [N], pulling where negative
     applied: float  # whether the last evaluation applied its forces
     witness: float  # index of a number of `cfrc_ext` that has the sheaths' wrenches
