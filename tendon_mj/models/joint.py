@@ -29,44 +29,23 @@ _TIP_LENGTH = 0.04  # of the tip and of the spool's crank, as drawn [m]
 
 @dataclass(frozen=True, kw_only=True)
 class Joint:
-    """Parameters of the joint; the defaults are those of `models/joint/parameters.toml`.
+    """Parameters of the joint; the defaults are those of `models/joint/parameters.toml`."""
 
-    Attributes:
-        bend: total angle that the sheath turns through [rad].
-        friction: μ of both tendons, static = dynamic [-].
-        length: of the sheath [m].
-        free_length: of straight tendon between sheath and spool, and sheath and hinge [m].
-        guides: sites that stand for the sheath.
-        axial_stiffness: EA of each tendon [N].
-        pretension: T_0 of each tendon [N].
-        moment_arm: r, radius of the spool and of the hinge's pulley [m].
-        stiffness: of the hinge's spring [N m/rad].
-        damping: of the hinge [N m s/rad].
-        inertia: of the tip about the hinge, with its centre of mass there [kg m²].
-        motor_inertia: seen at the spool, behind the gear [kg m²].
-        servo_stiffness: torque of the motor per angle that it lags its command [N m/rad].
-        servo_damping: torque of the motor per speed of the spool [N m s/rad].
-        timestep: [s].
-
-    Raises:
-        InvalidValueError: a parameter that is not finite, or not positive where it must be.
-    """
-
-    bend: float = np.pi * 2.0 / 3.0
-    friction: float = 0.19
-    length: float = 0.7
-    free_length: float = 0.03
-    guides: int = 16
-    axial_stiffness: float = 5000.0
-    pretension: float = 5.0
-    moment_arm: float = 0.003
-    stiffness: float = 0.02
-    damping: float = 0.0005
-    inertia: float = 1e-5
-    motor_inertia: float = 0.01
-    servo_stiffness: float = 1e4
-    servo_damping: float = 20.0
-    timestep: float = 0.001
+    bend: float = np.pi * 2.0 / 3.0  # total angle that the sheath turns through [rad]
+    friction: float = 0.19  # μ of both tendons, static = dynamic [-]
+    length: float = 0.7  # of the sheath [m]
+    free_length: float = 0.03  # straight, from sheath to spool and from sheath to hinge [m]
+    guides: int = 16  # sites that stand for the sheath
+    axial_stiffness: float = 5000.0  # EA of each tendon [N]
+    pretension: float = 5.0  # T_0 of each tendon [N]
+    moment_arm: float = 0.003  # r, radius of the spool and of the hinge's pulley [m]
+    stiffness: float = 0.02  # of the hinge's spring [N m/rad]
+    damping: float = 0.0005  # of the hinge [N m s/rad]
+    inertia: float = 1e-5  # of the tip about the hinge, with its centre of mass there [kg m²]
+    motor_inertia: float = 0.01  # seen at the spool, behind the gear [kg m²]
+    servo_stiffness: float = 1e4  # torque of the motor per angle that it lags its command [N m/rad]
+    servo_damping: float = 20.0  # torque of the motor per speed of the spool [N m s/rad]
+    timestep: float = 0.001  # [s]
 
     def __post_init__(self) -> None:
         check_parameters(vars(self), may_be_0=_MAY_BE_0, signed=("bend",))

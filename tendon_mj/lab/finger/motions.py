@@ -1,26 +1,20 @@
-"""The finger along a trajectory, by ordinary position and torque servos; motions of any model."""
+"""The finger along trajectories, named or from a CSV, by ordinary servos; motions of any model."""
 
 from __future__ import annotations
 
 import copy
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
-from tendon_mj.errors import InvalidValueError
-from tendon_mj.lab.finger.trajectories import (
-    ANGLES,
-    Trajectory,
-    check_reach,
-    find_trajectory,
-    lasting,
-)
-from tendon_mj.lab.recordings import Measured, Recording
+from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
+from tendon_mj.lab.recordings import TIME, Measured, Recording, read_table
 from tendon_mj.lab.replay import (
     Adjustable,
     Drive,
@@ -35,28 +29,147 @@ from tendon_mj.lab.replay import (
 from tendon_mj.models import JOINTS, TENDONS, Finger, spool_angles
 from tendon_mj.typing import FloatArray
 
+ANGLES = tuple(f"{joint}_rad" for joint in JOINTS)
+TENSIONS = tuple(f"{tendon}_N" for tendon in TENDONS)
+_INTERVAL = 0.01  # between samples of the named ones [s]
+_CURLED = np.radians([75.0, 80.0, 60.0])  # joint angles at the height of a curl
+_TOUCHING = np.radians([45.0, 34.0, 45.0])  # beyond the pose in which the tip touches the object
+_REST = 4.0  # tension that both tendons are kept at [N], the default pretension
+_SLACK = 1e-3  # by which a trajectory may exceed a range, as rounded tables do [rad or N]
 _FINGERS = ("finger", "finger_spring")  # models that follow trajectories
 OUT_OF_REACH = 0.5  # where the object rests on its slide for the finger to miss it [m]
 _UNITS = {"angle": "rad", "force": "N", "tension": "N", "displacement": "m"}
 _LEAST = 1e-3  # output tension that a ratio divides by at least [N]
 
 
+@dataclass(frozen=True)
+class Trajectory:
+    """Joint angles or tensions over time."""
+
+    name: str  # of it
+    time: FloatArray  # (n,) [s]
+    columns: dict[str, FloatArray]  # either `ANGLES` [rad] or some of `TENSIONS` [N] → (n,)
+    aside: bool = False  # whether the object is out of the way
+
+    @property
+    def by_tension(self) -> bool:
+        """Whether its columns are tensions rather than angles."""
+        return not set(ANGLES) <= self.columns.keys()
+
+
+def _time(duration: float) -> FloatArray:
+    return np.linspace(0.0, duration, round(duration / _INTERVAL) + 1)
+
+
+def _by_angles(name: str, duration: float, period: float, pose: FloatArray) -> Trajectory:
+    """Straight → pose → straight without a jump in speed, once in a period [s]."""
+    time = _time(duration)
+    angles = np.outer(0.5 - 0.5 * np.cos(2.0 * np.pi * (time / period)), pose)
+    return Trajectory(name, time, dict(zip(ANGLES, angles.T, strict=True)), aside=name == "curl")
+
+
+def _by_tensions(name: str, knots: list[tuple[float, float]]) -> Trajectory:
+    """Flexor through (time, tension) knots, linear between; extensor kept at rest."""
+    at, tension = np.array(knots).T
+    time = _time(at[-1])
+    flexor, extensor = np.interp(time, at, tension), np.full(len(time), _REST)
+    return Trajectory(name, time, dict(zip(TENSIONS, (flexor, extensor), strict=True)))
+
+
+def curl() -> Trajectory:
+    """All joints to a fist and back, twice in 8 s; the object is out of the way."""
+    return _by_angles("curl", 8.0, 4.0, _CURLED)
+
+
+def tap() -> Trajectory:
+    """Three taps on the object, one a second."""
+    return _by_angles("tap", 3.0, 1.0, _TOUCHING)
+
+
+def press() -> Trajectory:
+    """Flexor tension up to 24 N and down again, twice: onto the object and off it."""
+    knots = [(0.0, _REST), (2.0, 24.0), (4.0, _REST), (6.0, 24.0), (8.0, _REST)]
+    return _by_tensions("press", knots)
+
+
+def hold() -> Trajectory:
+    """Flexor tension held at 14 N, once come from below and once from above."""
+    knots = [(0.0, _REST), (1.0, 14.0), (3.0, 14.0), (4.0, 24.0), (5.0, 24.0), (6.0, 14.0)]
+    return _by_tensions("hold", [*knots, (8.0, 14.0)])
+
+
+NAMED: dict[str, Callable[[], Trajectory]] = {f.__name__: f for f in (curl, tap, press, hold)}
+
+
+def find_trajectory(name: str) -> Trajectory:
+    """A named trajectory, or one from a CSV with `time_s` and either `ANGLES` or `TENSIONS`."""
+    path = Path(name)
+    if name in NAMED:
+        return NAMED[name]()
+    if not path.is_file():
+        raise UnknownNameError("trajectory or CSV file", name, NAMED)
+    table = read_table(path)
+    time = table.pop(TIME)
+    if set(table) not in (set(ANGLES), set(TENSIONS), {TENSIONS[0]}):
+        raise RecordingError(
+            f"{path}: a trajectory has, beside {TIME}, either {', '.join(ANGLES)} or "
+            f"{', '.join(TENSIONS)} (the spring variant: {TENSIONS[0]}), not "
+            f"{', '.join(sorted(table)) or 'nothing'}"
+        )
+    return Trajectory(path.stem, time - time[0], table)
+
+
+def check_reach(trajectory: Trajectory, finger: Finger) -> None:
+    """Refuse joint angles beyond the joints' ranges, and tensions that no motor brings up."""
+    kind = "tendon" if trajectory.by_tension else "joint"
+    for column, (low, high) in _reach(trajectory, finger).items():
+        values, (name, _, unit) = trajectory.columns[column], column.rpartition("_")
+        beyond = np.flatnonzero((values < low - _SLACK) | (values > high + _SLACK))
+        if beyond.size:
+            k = beyond[0]
+            degrees = f" ({np.degrees(values[k]):.4g} deg)" if unit == "rad" else ""
+            raise InvalidValueError(
+                f"trajectory {trajectory.name!r}: {kind} {name!r} is commanded to {values[k]:.4g} "
+                f"{unit}{degrees} at {trajectory.time[k]:g} s, beyond its range of {low:.4g} to "
+                f"{high:.4g} {unit}"
+            )
+
+
+def clamped(trajectory: Trajectory, finger: Finger) -> Trajectory:
+    """A trajectory with every value clipped to the range that `check_reach` accepts."""
+    columns = {
+        column: np.clip(trajectory.columns[column], *limits)
+        for column, limits in _reach(trajectory, finger).items()
+    }
+    return dataclasses.replace(trajectory, columns=columns)
+
+
+def lasting(trajectory: Trajectory, duration: float) -> Trajectory:
+    """A trajectory cut after a duration [s], or held at its last values until then."""
+    if not np.isfinite(duration) or duration < 2.0 * _INTERVAL:
+        raise InvalidValueError(f"duration = {duration} [s] must be finite and ≥ {2 * _INTERVAL}")
+    time = np.append(trajectory.time[trajectory.time < duration], duration)
+    columns = {c: np.interp(time, trajectory.time, v) for c, v in trajectory.columns.items()}
+    return dataclasses.replace(trajectory, time=time, columns=columns)
+
+
+def _reach(trajectory: Trajectory, finger: Finger) -> dict[str, tuple[float, float]]:
+    """Lowest and highest value of every column."""
+    if not trajectory.by_tension:
+        ranges = [(joint.low, joint.high) for joint in finger.joints.values()]
+        return dict(zip(ANGLES, ranges, strict=True))
+    most = finger.pretension + finger.motor_torque * finger.gear / finger.spool_radius
+    return dict.fromkeys(trajectory.columns, (0.0, most))
+
+
 class Motion(NamedTuple):
-    """A motion of a model.
+    """A motion of a model."""
 
-    Attributes:
-        name: of the motion.
-        drive: time [s] → (nu,) controls.
-        duration: of it [s]; infinite for a default motion, which has no end.
-        parameters: of the model that it needs, by name.
-        hidden: bodies that are out of the way, so far that they are not shown.
-    """
-
-    name: str
-    drive: Drive
-    duration: float
-    parameters: Mapping[str, float] = {}
-    hidden: tuple[str, ...] = ()
+    name: str  # of the motion
+    drive: Drive  # time [s] → (nu,) controls
+    duration: float  # of it [s]; infinite for a default motion, which has no end
+    parameters: Mapping[str, float] = {}  # of the model that it needs, by name
+    hidden: tuple[str, ...] = ()  # bodies that are out of the way, so far that they are not shown
 
     def prepared(self, model: mujoco.MjModel) -> mujoco.MjModel:
         """A copy of a model with these parameters, in which the hidden bodies are invisible."""
@@ -118,45 +231,16 @@ def _drive_recording(
     """
     check_reach(trajectory, finger)
     tendons = [t for t in TENDONS if t in {model.tendon(k).name for k in range(model.ntendon)}]
-    columns, drive, known = _commands(trajectory, finger, tendons)
-    if trajectory.aside:
-        known["object.springref"] = OUT_OF_REACH
-    if friction is not None:
-        known |= {f"{tendon}_sheath.friction": friction for tendon in tendons}
-    measured = {}
-    for k in range(model.nsensor):
-        sensor = model.sensor(k).name
-        if model.sensor_dim[k] == 1:  # a column is one number
-            measured[f"{sensor}_{_UNITS[sensor.rpartition('_')[2]]}"] = Measured(sensor)
-    asked = {f"asked_{column}": values for column, values in trajectory.columns.items()}
-    nothing = np.zeros_like(trajectory.time)
-    return Recording(
-        name=trajectory.name,
-        model=name,
-        source="simulated by tendon-mj simulate",
-        time=trajectory.time,
-        columns={**columns, **dict.fromkeys(measured, nothing), **asked},
-        drive=drive,
-        measured=measured,
-        known=known,
-    )
-
-
-def _commands(
-    trajectory: Trajectory, finger: Finger, tendons: list[str]
-) -> tuple[dict[str, FloatArray], dict[str, str], dict[str, float]]:
-    """Columns, the actuators that they drive, and the parameters that this needs."""
     columns: dict[str, FloatArray] = {}
     drive: dict[str, str] = {}
-    known: dict[str, float] = {}
+    known = {"object.springref": OUT_OF_REACH} if trajectory.aside else {}
     if not trajectory.by_tension:
         angles = np.stack([trajectory.columns[column] for column in ANGLES], axis=-1)
         for tendon, turned in spool_angles(finger, angles).items():
             if tendon in tendons:
                 columns[f"{tendon}_command_rad"] = turned
                 drive[f"{tendon}_command_rad"] = f"{tendon}_angle"
-        return columns, drive, known
-    for column, tension in trajectory.columns.items():
+    for column, tension in trajectory.columns.items() if trajectory.by_tension else ():
         tendon = column.removesuffix("_N")
         if tendon not in tendons:
             raise InvalidValueError(
@@ -167,7 +251,24 @@ def _commands(
         columns[f"{tendon}_command_Nm"] = torque
         drive[f"{tendon}_command_Nm"] = f"{tendon}_torque"
         known |= {f"{tendon}_angle.kp": 0.0, f"{tendon}_angle.kv": 0.0}
-    return columns, drive, known
+    if friction is not None:
+        known |= {f"{tendon}_sheath.friction": friction for tendon in tendons}
+    measured = {}
+    for k in range(model.nsensor):
+        sensor = model.sensor(k).name
+        if model.sensor_dim[k] == 1:  # a column is one number
+            measured[f"{sensor}_{_UNITS[sensor.rpartition('_')[2]]}"] = Measured(sensor)
+    asked = {f"asked_{column}": values for column, values in trajectory.columns.items()}
+    return Recording(
+        name=trajectory.name,
+        model=name,
+        source="simulated by tendon-mj simulate",
+        time=trajectory.time,
+        columns={**columns, **dict.fromkeys(measured, np.zeros_like(trajectory.time)), **asked},
+        drive=drive,
+        measured=measured,
+        known=known,
+    )
 
 
 def prepare_finger(
