@@ -8,8 +8,14 @@ from dm_control.mujoco import Physics, wrapper
 from dm_control.rl import control
 from dm_env import specs
 
-from tendon_mj.envs.simulated_finger import SimulatedFinger
-from tendon_mj.envs.tasks import CONTROL_TIMESTEP, FingerTask, FollowTrajectory, HoldForce, Ranges
+from tendon_mj.envs.tasks import (
+    CONTROL_TIMESTEP,
+    FingerTask,
+    FollowTrajectory,
+    HoldForce,
+    Ranges,
+    SimulatedFinger,
+)
 from tendon_mj.models import TENDONS, Finger, build_finger
 
 

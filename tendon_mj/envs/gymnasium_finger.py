@@ -9,10 +9,16 @@ import mujoco
 import numpy as np
 from matplotlib.colors import Normalize
 
-from tendon_mj.envs.simulated_finger import FingerSimulation
-from tendon_mj.envs.tasks import CONTROL_TIMESTEP, FingerTask, FollowTrajectory, HoldForce, Ranges
-from tendon_mj.errors import InvalidValueError
-from tendon_mj.models import TENDONS, Finger
+from tendon_mj.envs.tasks import (
+    CONTROL_TIMESTEP,
+    FingerTask,
+    FollowTrajectory,
+    HoldForce,
+    Ranges,
+    SimulatedFinger,
+)
+from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.models import TENDONS, Finger, build_finger
 from tendon_mj.plugin import segment_tensions, sheaths
 from tendon_mj.show import Image, Offscreen, add_cable, without_tendons
 from tendon_mj.typing import FloatArray
@@ -21,7 +27,52 @@ _SCALE = Normalize(0.0, 30.0)  # of the colours [N]
 _RADIUS = 0.0009  # of a tendon as drawn [m]
 _CENTRE, _DISTANCE = (-0.01, 0.0, -0.03), 0.22  # that the camera looks at, and from [m]
 _AZIMUTH, _ELEVATION = 90.0, -8.0  # of the camera [deg]
+_NO_ACTUATION = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
 _Observation = dict[str, FloatArray]
+
+
+class FingerSimulation(SimulatedFinger):
+    """A finger as plain MuJoCo model and data, stepped as dm_control steps it."""
+
+    def __init__(self, finger: Finger) -> None:
+        self.rebuild(finger)
+
+    @property
+    def native(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
+        """MuJoCo's own model and data."""
+        return self.model, self.data
+
+    def rebuild(self, finger: Finger) -> None:
+        """Replace the model by that of a finger with other numbers; the state is reset."""
+        spec = build_finger(finger)
+        white = [1.0, 1.0, 1.0]  # a sky before which translucent skin is seen
+        kind, flat = mujoco.mjtTexture.mjTEXTURE_SKYBOX, mujoco.mjtBuiltin.mjBUILTIN_FLAT
+        spec.add_texture(
+            name="sky", type=kind, builtin=flat, rgb1=white, rgb2=white, width=8, height=8
+        )
+        self.model = spec.compile()
+        self.data = mujoco.MjData(self.model)
+
+    def evaluate(self) -> None:
+        """Compute positions, tensions and sensors of a new episode, before any actuation."""
+        flags = self.model.opt.disableflags
+        self.model.opt.disableflags = flags | _NO_ACTUATION
+        mujoco.mj_forward(self.model, self.data)
+        self.model.opt.disableflags = flags
+
+    def step(self, count: int) -> None:
+        """Advance by ``count`` time steps; positions and velocities are those of the last one."""
+        mujoco.mj_step2(self.model, self.data)
+        if count > 1:
+            mujoco.mj_step(self.model, self.data, count - 1)
+        mujoco.mj_step1(self.model, self.data)
+        for kind, warning in zip(mujoco.mjtWarning.__members__, self.data.warning, strict=False):
+            if warning.number:
+                raise TendonError(
+                    f"the simulation became unstable before {self.data.time:.3g} s "
+                    f"({kind.removeprefix('mjWARN_')}): take a shorter time step, "
+                    "finger=Finger(timestep=…), or a lower axial_stiffness"
+                )
 
 
 class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
