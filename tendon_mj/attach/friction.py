@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import warnings
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Literal, SupportsFloat, Unpack
 
 import mujoco
 
 from tendon_mj.attach.friction_warnings import (
-    NewSheath,
     listed,
     listed_reasons,
     side_site_warnings,
@@ -29,26 +27,19 @@ from tendon_mj.attach.instances import (
     is_shared,
     sheaths_by_tendon,
 )
-from tendon_mj.attach.keywords import as_count, check_names, checked_number, takes
-from tendon_mj.attach.sheath_design import Request, design_sheath
-from tendon_mj.attach.spool import (
-    Spool,
-    add_spools,
-    design_spool,
-    remove_spools,
-    restore_keyframes,
-)
-from tendon_mj.attach.tendons import (
-    Chosen,
-    actuators_by_tendon,
-    asks_for_several,
-    check_spec,
-    choose_tendons,
-    constraints_on,
-)
-from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError, UnsuitedTendonError
+from tendon_mj.attach.keywords import as_count, check_names, checked_number, one_of, takes
+from tendon_mj.attach.sheath_design import Designer, NewSheath, Request
+from tendon_mj.attach.spool import Spool, add_spools, remove_spools, restore_keyframes
+from tendon_mj.attach.tendons import asks_for_several, check_spec, choose_tendons
+from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError
 from tendon_mj.plugin import INPUT_ENDS, NAME, SERVO, SPRINGS
 from tendon_mj.sheath import LAW, Law, OptionalParameters
+
+# EA and T_0, which then follow from the model, and parameters that are off
+_MAY_BE_NONE = {
+    *("axial_stiffness", "pretension"),
+    *(name for name, known in LAW.items() if known.default is None and not known.required),
+}
 
 
 @takes(LAW)
@@ -135,21 +126,22 @@ def add_friction(
     drums = _end(spec, "reel", reel_joint, reel_radius)
     drums |= _end(spec, "output", output_joint, output_radius)
     is_wound_in = any(given is not None for given in (reel_joint, reel, spool))
+    numbers = {"axial_stiffness": axial_stiffness, "pretension": pretension, "friction": friction}
     request = Request(
-        *_law(spec, friction, axial_stiffness, pretension, spool, parameters),
+        *_law(spec, spool, numbers | parameters),
         arc_guides=as_count("arc_guides", arc_guides, 1),
         inner_guides=None if inner_guides is None else as_count("inner_guides", inner_guides, 0),
-        input_end=_one_of("input_end", input_end, INPUT_ENDS),
+        input_end=one_of("input_end", input_end, INPUT_ENDS, "add_friction"),
         ends=drums,
         is_wound=bool(drums) or is_wound_in,
         is_wound_in=is_wound_in,
         spool=spool,
-        spring=_one_of("spring", spring, SPRINGS),
+        spring=one_of("spring", spring, SPRINGS, "add_friction"),
     )
     taken = TakenNames(spec)
     if name is not None:
         check_instance_name(name, taken.instances)
-    sheaths, left_out = _design(spec, choose_tendons(spec, tendon), request)
+    sheaths, left_out = Designer(spec, request).design_all(choose_tendons(spec, tendon))
     if not sheaths:
         raise InvalidValueError(
             f"none of the tendons that {listed(tendon)} means can be given a sheath:"
@@ -190,12 +182,6 @@ def _check_reel(
         raise InvalidValueError(f"the model already has an actuator {reel!r}")
 
 
-def _one_of(keyword: str, value: str, known: Iterable[str]) -> str:
-    if value not in known:
-        raise UnknownNameError(keyword, str(value), known, "add_friction")
-    return value
-
-
 def _end(
     spec: mujoco.MjSpec, end: str, joint: str | None, radius: SupportsFloat | None
 ) -> dict[str, str]:
@@ -214,70 +200,23 @@ def _end(
 
 
 def _law(
-    spec: mujoco.MjSpec,
-    friction: SupportsFloat,
-    axial_stiffness: SupportsFloat | None,
-    pretension: SupportsFloat | None,
-    spool: Spool | None,
-    parameters: OptionalParameters,
+    spec: mujoco.MjSpec, spool: Spool | None, given: Mapping[str, Any]
 ) -> tuple[Law, float | None, float | None]:
     """The law of the sheaths, and EA and T_0 where they are given."""
-    stiffness = (
-        None if axial_stiffness is None else checked_number("axial_stiffness", axial_stiffness)
-    )
-    tension = None if pretension is None else checked_number("pretension", pretension)
-    values = {"friction": checked_number("friction", friction)}
-    for key, value in parameters.items():
-        if value is not None or LAW[key].default is not None:
-            values[key] = checked_number(key, value)
+    values = {
+        key: checked_number(key, value)
+        for key, value in given.items()
+        if value is not None or key not in _MAY_BE_NONE
+    }
     if spool is not None:
-        if stiffness is None:
+        if "axial_stiffness" not in values:
             raise InvalidValueError("a spool needs axial_stiffness [N]")
-        values = {"axial_damping": stiffness * float(spec.option.timestep)} | values
-        tension = 0.0 if tension is None and not values.get("slack") else tension
-    law = Law(
-        axial_stiffness=1.0 if stiffness is None else stiffness,
-        pretension=0.0 if tension is None else tension,
-        **values,
-    )
-    return law, stiffness, tension
-
-
-def _design(
-    spec: mujoco.MjSpec, chosen: Sequence[Chosen], request: Request
-) -> tuple[list[NewSheath], dict[str, str]]:
-    """Sheaths to be added; tendons that a pattern leaves out → why.
-
-    Raises:
-        InvalidValueError: a tendon that was given by its name cannot have a sheath.
-    """
-    # not a copy, which would drop elements that nothing refers to
-    compiled = functools.cache(spec.compile)
-    sheathed = sheaths_by_tendon(spec)
-    actuators = actuators_by_tendon(spec)
-    sheaths, left_out = [], {}
-    for tendon, name, by_name in chosen:
-        pulling = actuators.get(name, [])
-        try:
-            if name in sheathed:
-                raise UnsuitedTendonError(
-                    f"tendon {name!r} already runs in sheath {sheathed[name].name!r}"
-                )
-            constraints = constraints_on(spec, tendon)
-            design = design_sheath(tendon, name, request, pulling, constraints, compiled)
-            spool = None
-            if request.spool is not None:
-                at_last = request.input_end == "last"
-                spool = design_spool(
-                    spec, tendon, name, request.spool, at_last, design.config, pulling, compiled
-                )
-        except UnsuitedTendonError as error:
-            if by_name:
-                raise
-            left_out[name] = str(error)
-            continue
-        sheaths.append(NewSheath(tendon, name, design, spool))
-    return sheaths, left_out
+        damping = values["axial_stiffness"] * float(spec.option.timestep)
+        values = {"axial_damping": damping} | values
+        if not values.get("slack"):
+            values.setdefault("pretension", 0.0)
+    law = Law(**{"axial_stiffness": 1.0, "pretension": 0.0} | values)
+    return law, values.get("axial_stiffness"), values.get("pretension")
 
 
 def _add(
@@ -292,7 +231,7 @@ def _add(
     shown = Sensors(spec)
     for sheath, of in zip(sheaths, names, strict=True):
         tendon = sheath.tendon.name = sheath.name
-        config = {"tendon": tendon, **sheath.design.config}
+        config = {"tendon": tendon, **sheath.config}
         if sheath.spool is not None:
             config |= {"reel_joint": joints[tendon], "reel_radius": repr(sheath.spool.radius)}
         plugin = add_instance(spec, of.sheath, config, NAME)
@@ -324,7 +263,11 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
             or another element needs a part that would go.
     """
     check_spec(spec)
-    removed = _sheathed(spec, tendon)
+    sheaths, chosen = sheaths_by_tendon(spec), choose_tendons(spec, tendon)
+    for element in chosen:
+        if element.by_name and element.name not in sheaths:
+            raise InvalidValueError(f"tendon {element.name!r} runs in no sheath")
+    removed = {element.name for element in chosen} & set(sheaths)
     configs = {plugin.name: config for plugin, config in instances(spec) if plugin.name}
     actuators, sensors = (
         [holder for holder in holders if _is_on(holder, removed, configs)]
@@ -339,30 +282,14 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
         if not holder.plugin.name:  # an instance that goes with it by itself from MuJoCo 3.16 on
             spec.delete(holder.plugin)
         spec.delete(holder)
-    _delete_instances(spec, removed, configs)
+    used = {sensor.plugin.name for sensor in spec.sensors if sensor.plugin.active}
+    for plugin in list(spec.plugins):  # also shared ones that no sensor uses now
+        config = configs.get(plugin.name, {})
+        if config.get("tendon") in removed or (is_shared(config) and plugin.name not in used):
+            spec.delete(plugin)
     if keys:
         restore_keyframes(spec, keys)
     return spec
-
-
-def _sheathed(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> set[str]:
-    """Tendons with a sheath among those that are chosen."""
-    sheaths, chosen = sheaths_by_tendon(spec), choose_tendons(spec, tendon)
-    for element in chosen:
-        if element.by_name and element.name not in sheaths:
-            raise InvalidValueError(f"tendon {element.name!r} runs in no sheath")
-    return {element.name for element in chosen} & set(sheaths)
-
-
-def _delete_instances(
-    spec: mujoco.MjSpec, tendons: Collection[str], configs: Mapping[str, Mapping[str, str]]
-) -> None:
-    """Delete instances of sheaths on tendons, and shared ones that no sensor uses now."""
-    used = {sensor.plugin.name for sensor in spec.sensors if sensor.plugin.active}
-    for plugin in list(spec.plugins):
-        config = configs.get(plugin.name, {})
-        if config.get("tendon") in tendons or (is_shared(config) and plugin.name not in used):
-            spec.delete(plugin)
 
 
 def _is_on(holder: Any, tendons: Collection[str], configs: Mapping[str, Mapping[str, str]]) -> bool:

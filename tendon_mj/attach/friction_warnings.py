@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
 
 import mujoco
 
-from tendon_mj.attach.sheath_design import SheathDesign
-from tendon_mj.attach.spool import SpoolDesign
+from tendon_mj.attach.sheath_design import NewSheath
 from tendon_mj.attach.tendon_bend import idlers
 from tendon_mj.attach.tendons import (
     actuators_by_tendon,
@@ -20,15 +18,6 @@ from tendon_mj.attach.tendons import (
 )
 
 
-class NewSheath(NamedTuple):
-    """A sheath that a call adds."""
-
-    tendon: mujoco.MjsTendon
-    name: str  # that the tendon has or will have
-    design: SheathDesign
-    spool: SpoolDesign | None
-
-
 def warnings_of(
     spec: mujoco.MjSpec,
     sheaths: Sequence[NewSheath],
@@ -37,22 +26,18 @@ def warnings_of(
 ) -> list[str]:
     """Warnings of a call that has added its sheaths; ``left_out``: tendon → reason."""
     pulling = actuators_by_tendon(spec)
-    driven = [s for s in sheaths if s.design.is_driven and s.name in pulling]
+    driven = [s for s in sheaths if s.is_driven and s.name in pulling]
     messages = [f"tendons without a name are now {listed(unnamed)}"] if unnamed else []
     if left_out:
         messages.append(f"left as they are: {listed_reasons(left_out)}")
-    messages += _of_idle(sheaths)
-    messages += [s.spool.warning for s in sheaths if s.spool and s.spool.warning]
-    messages += [f"tendon {s.name!r}: {s.design.passing}" for s in sheaths if s.design.passing]
-    return messages + _of_joints(spec, driven) + _of_pushes(driven, pulling)
-
-
-def _of_idle(sheaths: Sequence[NewSheath]) -> list[str]:
-    names: dict[str, list[str]] = {}
+    idle: dict[str, list[str]] = {}
     for sheath in sheaths:
-        names.setdefault(sheath.design.idle, []).append(sheath.name)
-    names.pop("", None)
-    return [f"friction can do nothing on {listed(idle)}, {why}" for why, idle in names.items()]
+        if sheath.idle:
+            idle.setdefault(sheath.idle, []).append(sheath.name)
+    messages += [f"friction can do nothing on {listed(on)}, {why}" for why, on in idle.items()]
+    messages += [s.spool.warning for s in sheaths if s.spool and s.spool.warning]
+    messages += [f"tendon {s.name!r}: {s.passing}" for s in sheaths if s.passing]
+    return messages + _of_joints(spec, driven) + _of_pushes(driven, pulling)
 
 
 def _of_joints(spec: mujoco.MjSpec, driven: Sequence[NewSheath]) -> list[str]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import inspect
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import SupportsFloat, SupportsIndex, TypeVar
 
 import numpy as np
@@ -56,6 +56,13 @@ def check_names(known: Mapping[str, Parameter], values: Mapping[str, object], wh
     for name in values:
         if name not in known:
             raise UnknownNameError("parameter", name, known, where)
+
+
+def one_of(keyword: str, value: object, known: Iterable[str], where: str) -> str:
+    """A keyword's value, which must be one of the known words."""
+    if not isinstance(value, str) or value not in known:
+        raise UnknownNameError(keyword, str(value), known, where)
+    return value
 
 
 def checked_number(name: str, value: object, unit: str = "") -> float:
