@@ -1,4 +1,4 @@
-"""`tendon-mj attach`: friction for the tendons of an MJCF file."""
+"""`tendon-mj attach` and `library`: friction for an MJCF file; the plugins for other programs."""
 
 from __future__ import annotations
 
@@ -13,9 +13,12 @@ from tendon_mj.cli.options import Required, flat
 from tendon_mj.cli.output import console, print_table
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.models import load_spec, model_path
+from tendon_mj.plugin import export_library
 
-_BENDS = ("bend [rad]", "over ranges", "e^(-μφ), least")
-_HEAD = ("tendon", *_BENDS, "EA [N]", "drive", "input end", "done")
+_HEAD = (
+    *("tendon", "bend [rad]", "over ranges", "e^(-μφ), least"),
+    *("EA [N]", "drive", "input end", "done"),
+)
 
 
 def attach(
@@ -136,3 +139,18 @@ def _cells(row: Row) -> tuple[str, ...]:
         row.input or "-",
         row.done,
     )
+
+
+def library(out: Path = Path("mujoco_plugin")) -> Path:
+    """Write the library of the plugins, and a header of their attributes, for C, C++ and ROS 2.
+
+    Args:
+        out: folder for libtendon_mj.so (.dylib on macOS) and tendon_mj.h; `simulate` and others
+            load the libraries of a folder mujoco_plugin beside their executable.
+
+    Example:
+        tendon-mj library --out mujoco_plugin
+    """
+    written = export_library(out)
+    console.print(f"{written} for MuJoCo 3.11 to 4.0, and {written.with_name('tendon_mj.h')}")
+    return written
