@@ -105,15 +105,9 @@ def attach_friction(
 ) -> Attached:
     """Give tendons of a model friction, and write the model as a new file.
 
-    Args:
-        spec: the model, as read from ``source``; it is changed.
-        source: its MJCF file.
-        tendon: as for `add_friction`.
-        path: file to write.
-        options: those of `add_friction`, but ``reel`` and ``spool``.
-
-    Raises:
-        TendonError: `add_friction` or MuJoCo refuse the model, or it cannot be written.
+    ``spec`` was read from ``source``, and is changed; ``options`` are those of `add_friction`
+    except ``reel`` and ``spool``. Raises `TendonError` where it or MuJoCo refuse the model, or the
+    file cannot be written.
     """
     try:
         with warnings.catch_warnings(record=True) as caught:

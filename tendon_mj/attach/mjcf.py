@@ -29,14 +29,7 @@ _DIFFERENT = ("_", "name", "path", "plugin", "sensor_plugin", "actuator_plugin",
 
 
 class Mjcf:
-    """An MJCF file, its includes in place.
-
-    Args:
-        path: of the main file, one that MuJoCo can load.
-
-    Raises:
-        TendonError: a file that is included cannot be read, or is included in itself.
-    """
+    """An MJCF file that MuJoCo can load, its includes in place."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -205,25 +198,10 @@ def _parse(path: Path) -> tuple[list[Element], Element, list[Element]]:
 def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
     """Write the MJCF of a model with the sheaths that its spec has, and compare it with the spec.
 
-    Each number that `add_friction` does not change stays as it is written, with the comments;
-    included files are put in their places. A file at ``path`` is replaced once the new one has been
-    compiled.
-
-    Args:
-        source: MJCF file that ``spec`` was read from.
-        spec: changed by `add_friction` without a reel, and nothing else.
-        path: file to write, in an existing folder.
-
-    Returns:
-        The path.
-
-    Warns:
-        TendonWarning: the model includes files from outside its folder; their text is written too.
-
-    Raises:
-        InvalidValueError: ``path`` is in no folder, or a file that the model is made of.
-        TendonError: a tendon that `attach` or `replicate` makes, which is not in the text; or the
-            written file is not the model.
+    The spec was read from ``source`` and changed by `add_friction` without a reel. Each number that
+    this does not change stays as it is written, with the comments; included files are put in their
+    places, with a warning where they are from outside the folder. A file at ``path`` is replaced
+    once the new one has been compiled and is the model.
     """
     text, before = Mjcf(source), mujoco.MjSpec.from_file(str(source))
     if not path.parent.is_dir() or path.is_dir():

@@ -91,8 +91,7 @@ class Designer:
     def design_all(self, chosen: Iterable[Chosen]) -> tuple[list[NewSheath], dict[str, str]]:
         """Sheaths to be added; tendons that a pattern leaves out → why.
 
-        Raises:
-            InvalidValueError: a tendon that was given by its name cannot have a sheath.
+        A tendon that was given by its name and cannot have a sheath is refused.
         """
         sheaths, left_out = [], {}
         for tendon, name, by_name in chosen:

@@ -73,12 +73,7 @@ class Spool:
                 )
 
     def inertia(self, stiffness: float, timestep: float) -> float:
-        """J, given or by default [kg m²].
-
-        Args:
-            stiffness: EA/ℓ of the straight span at the input end [N/m].
-            timestep: h [s].
-        """
+        """J [kg m²], given or by default, with EA/ℓ of the straight span at the input end [N/m]."""
         if self.armature is not None:
             return self.armature
         return _RESOLVED * self.radius**2 * timestep**2 * stiffness
@@ -125,12 +120,7 @@ def design_spool(
     motors: Sequence[mujoco.MjsActuator],
     compiled: Callable[[], mujoco.MjModel],
 ) -> SpoolDesign:
-    """The spool that takes over the actuators of a tendon; ``config`` of the sheath has EA and T_0.
-
-    Raises:
-        UnsuitedTendonError: no actuator on the tendon, one that would not pull as before on a
-            spool, or a spring of the tendon next to it.
-    """
+    """The spool that takes over the actuators of a tendon; ``config`` has EA and T_0."""
     if not motors:
         raise UnsuitedTendonError(
             f"tendon {name!r} has no actuator to turn a spool: leave spool out, and give reel, or "
@@ -267,8 +257,7 @@ def _angles(model: mujoco.MjModel, data: mujoco.MjData, tendon: int, radius: flo
 def add_spools(spec: mujoco.MjSpec, designs: Sequence[SpoolDesign]) -> dict[str, str]:
     """Add spools, move the motors of their tendons to them, and keep their settings in a note.
 
-    Returns:
-        Tendon → the free name that body, joint and drum of its spool are given.
+    Returns tendon → the free name that body, joint and drum of its spool are given.
     """
     if not designs:
         return {}
@@ -316,10 +305,8 @@ def remove_spools(spec: mujoco.MjSpec, reel_joints: Mapping[str, str]) -> list[_
     """Delete spools that `add_friction` added, and let their motors pull their tendons as before.
 
     ``reel_joints``: tendon → joint that winds it in. A spool on which more hangs than was added
-    with it is refused, and none is deleted.
-
-    Returns:
-        The model's keyframes without the spools, for `restore_keyframes`.
+    with it is refused, and none is deleted. Returns the keyframes without the spools, for
+    `restore_keyframes`.
     """
     spools = []
     for tendon, name in reel_joints.items():

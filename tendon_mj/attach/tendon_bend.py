@@ -115,15 +115,12 @@ def extreme_poses(
     bends: FloatArray,
     without: Collection[int] = (),
 ) -> FloatArray:
-    """Poses of the largest and the smallest bend of a tendon, by differential evolution.
+    """(2, nq) poses of the largest and the smallest bend of a tendon, by differential evolution.
 
     The search starts from (p, nq) ``poses``, in which the tendon has (p,) ``bends`` [rad];
     ``joints`` are those that it crosses. Local searches (Nelder-Mead, Powell) get stuck in the many
-    local extremes.
-
-    Returns:
-        (2, nq), or (0, nq) without a ball joint: for hinges and slides the samples already contain
-        the extremes.
+    local extremes. (0, nq) without a ball joint: for hinges and slides the samples already contain
+    the extremes.
     """
     from scipy.optimize import differential_evolution  # of the extra `lab`, as its command is
 

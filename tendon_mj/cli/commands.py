@@ -87,11 +87,7 @@ def _run(given: Sequence[str]) -> None:
 
 
 def load_command(name: str) -> Command:
-    """The function of a command, each argument of its docstring in one line, which tyro wraps.
-
-    Raises:
-        MissingPackageError: it needs a package that is not installed.
-    """
+    """The function of a command, each argument of its docstring in one line, which tyro wraps."""
     try:
         module = import_module(f"tendon_mj.cli.{COMMANDS[name]}")
     except ModuleNotFoundError as error:

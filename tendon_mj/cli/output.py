@@ -37,20 +37,10 @@ _SHOWN = (".html", ".png", ".mp4", ".webp")  # never read by a command
 class Output:
     """The folder that a command writes to.
 
-    `result.json` is written last. That of an earlier run is removed by `begin`, with the pages and
-    pictures that it lists, so that a run that fails leaves none behind.
-
-    Args:
-        folder: made if it does not exist.
-        tables: names of tables that are results too, like pages and pictures.
-        writes: names of files that the command writes and may have been given to read; ``*``
-            stands for any text.
-        given: paths on the command line; None and paths that do not exist are ignored.
-        begin: whether `begin` is called at once; else when nothing more can be refused.
-
-    Raises:
-        InvalidValueError: the folder cannot be written to, or the command would overwrite a file
-            that it was given.
+    `result.json` is written last. That of an earlier run is removed by `begin`, at once or when
+    nothing more can be refused, with the pages, pictures and ``tables`` that it lists, so that a
+    run that fails leaves none behind. A command that would overwrite a file that it was ``given``
+    is refused; ``writes`` are the names, with ``*``, of files that it writes besides.
     """
 
     def __init__(
@@ -151,9 +141,7 @@ def print_warnings(warnings: Iterable[DataWarning]) -> None:
 def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table in which no word is cut; where it does not fit, a paragraph for each row.
 
-    Args:
-        head: of the columns.
-        rows: cells; the first is the row's name.
+    The first cell of a row is its name.
     """
     columns = list(zip(head, *rows, strict=True))
     widths = [max(len(word) for cell in column for word in cell.split()) for column in columns]

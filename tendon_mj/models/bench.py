@@ -76,10 +76,8 @@ def build_bench(
 ) -> mujoco.MjSpec:
     """The bench as an editable model: actuator `reel`, sheath `sheath`, four named sensors.
 
-    Args:
-        bench: its parameters.
-        reel_joint, reel_radius: name of a hinge to add, on a body of that name, and radius [m] of
-            the spool on it that winds the tendon in instead of the actuator.
+    ``reel_joint`` names a hinge to add, on a body of that name, with a spool of ``reel_radius`` [m]
+    that winds the tendon in instead of the actuator.
     """
     spec = mujoco.MjSpec()
     spec.modelname = "bench"

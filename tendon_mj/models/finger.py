@@ -197,11 +197,8 @@ def build_finger(finger: Finger, *, spring_return: bool = False) -> mujoco.MjSpe
     `t_torque` of the rotor [N m] on top, which drives alone once the other's kp and kv are 0;
     sensors `t_input_tension`, `t_output_tension` [N] (both in `t_sheath`), `t_motor_angle` [rad].
     Hinges `mcp`, `pip`, `dip` with sensors `mcp_angle`, … [rad]; sensor `tip_force` [N]; slide
-    `object` with sensor `object_displacement` [m].
-
-    Args:
-        finger: its parameters.
-        spring_return: without the extensor; the joints' springs alone extend the finger.
+    `object` with sensor `object_displacement` [m]. With ``spring_return`` there is no extensor: the
+    joints' springs alone extend the finger.
     """
     spec = mujoco.MjSpec()
     spec.modelname = "finger_spring" if spring_return else "finger"

@@ -18,7 +18,7 @@ from tendon_mj.lab.diagnosis import Provenance
 from tendon_mj.lab.fleet import FleetResult, RigResult
 from tendon_mj.lab.replay import EngineeringUnit, engineering_unit, plain, quantity
 from tendon_mj.show.figures import style
-from tendon_mj.show.page import page_templates
+from tendon_mj.show.report.page import page_templates
 from tendon_mj.whole_file import whole_file
 
 CHANGES, SPREAD = "changes", "spread"  # names of the pictures
@@ -42,13 +42,9 @@ _MARKS = {
 def fleet_page(
     fleet: FleetResult, pictures: Mapping[str, bytes], provenance: Provenance, folder: str
 ) -> str:
-    """The page as HTML. Every text that comes from a file is escaped.
+    """The page of a folder's fleet as HTML, with its PNGs `changes` and `spread` where they are.
 
-    Args:
-        fleet: to show.
-        pictures: name → PNG, of `changes` and `spread` those that there are.
-        provenance: command, versions and date.
-        folder: of the fleet, to name it.
+    Every text that comes from a file is escaped.
     """
     spreads = [
         (name, quantity(s.median, fleet.units[name]), quantity(s.between, fleet.units[name]))

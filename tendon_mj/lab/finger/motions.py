@@ -183,15 +183,11 @@ class Motion(NamedTuple):
 def find_motion(
     name: str, model: mujoco.MjModel, motion: str | None = None, duration: float | None = None
 ) -> Motion:
-    """The motion that a command names, or the default one.
+    """The motion of a compiled model that a command names, or the default one.
 
-    Args:
-        name: of the model.
-        model: compiled.
-        motion: of a finger: curl, tap, press, hold or a CSV of joint angles or tensions; default:
-            curl. Of any other model a CSV with ``time_s`` and a column for every actuator that
-            moves (see `read_motion`); default: `default_motion`.
-        duration: of a finger's motion [s], which is cut or held at its end; default: its own.
+    Of a finger: curl (the default), tap, press, hold or a CSV of joint angles or tensions, cut or
+    held after ``duration`` [s]. Of any other model: a CSV with ``time_s`` and a column for every
+    actuator that moves (see `read_motion`), or `default_motion`.
     """
     if name not in _FINGERS:
         if motion is None:
@@ -302,17 +298,9 @@ def simulate_finger(
 ) -> Recording:
     """Follow a trajectory, and return every sensor in a recording that `replay` can run again.
 
-    Args:
-        trajectory: to follow.
-        model: `finger` or `finger_spring`; not changed.
-        finger: its parameters; default: those of the package's model.
-        name: of the model, for the recording.
-        friction: μ of every sheath in place of the model's [-].
-        progress: called with the share that is done, 0 … 1.
-        recorder: keeps frames of the motion, for a clip of it.
-
-    Returns:
-        Columns `asked_…` of the trajectory, `…_command_…` driven, and one for every sensor.
+    ``model`` is `finger` or `finger_spring`, not changed; ``friction`` is μ of every sheath in
+    place of the model's; ``recorder`` keeps frames for a clip. Columns are `asked_…` of the
+    trajectory, `…_command_…` driven, and one for every sensor.
     """
     finger = finger or Finger()
     drive = _drive_recording(trajectory, model, finger, name=name, friction=friction)

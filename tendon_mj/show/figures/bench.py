@@ -1,8 +1,8 @@
-"""Figures of the bench: loops, first motions and convergence, each with the closed form."""
+"""Figures of the bench with the closed form: loops, first motions, convergence; bars of costs."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from tendon_mj import theory
 from tendon_mj.lab.verification import BenchReadings, FirstMotion
 from tendon_mj.models import Bench
 from tendon_mj.show.figures import style
+from tendon_mj.show.figures.style import BLACK, BLUE, legend_below, new_figure, print_style
 from tendon_mj.typing import FloatArray
 
 _MARGIN = 0.06  # of the data's span, by which lines run on
@@ -151,12 +152,9 @@ def _draw_points(axes: Axes, lam: FloatArray, values: FloatArray, named: bool) -
 
 
 def convergence_figure(guides: ArrayLike, error: ArrayLike, order: float) -> Figure:
-    """Draw the error of K_ap over the guides on logarithmic axes, with a line of order 2.
+    """Draw the (k,) errors |K_ap/K_ap(finest) − 1| over the guides, with a line of order 2.
 
-    Args:
-        guides: (k,) numbers of guides.
-        error: (k,) |K_ap/K_ap(finest) − 1|, each > 0 [-].
-        order: fitted p of error ∝ guides^−p [-].
+    ``order`` is the fitted p of error ∝ guides^−p.
     """
     count, off = np.asarray(guides, float), np.asarray(error, float)
     with style.print_style():
@@ -178,4 +176,47 @@ def convergence_figure(guides: ArrayLike, error: ArrayLike, order: float) -> Fig
         error_label = "$|K_{ap}/K_{ap}(\\mathrm{finest})-1|$ [–]"
         axes.set_ylabel(f"error of the apparent stiffness,\n{error_label}")
         style.legend_below(figure, axes, columns=2)
+    return figure
+
+
+def bars_figure(
+    spreads: Mapping[str, Sequence[float]],
+    text: str,
+    *,
+    title: str,
+    label: str,
+    reference: tuple[float, str] | None = None,
+) -> Figure:
+    """Draw a bar for each (low quartile, median, high quartile), with its value in format ``text``.
+
+    The reference is a value to mark by a line, and its name.
+    """
+    low, median, high = np.array([list(spread) for spread in spreads.values()]).T
+    rows = np.arange(len(spreads))
+    with print_style():
+        figure = new_figure(5.2, 1.4 + 0.34 * len(spreads))
+        axes = figure.subplots()
+        axes.barh(rows, median, 0.7, color=BLUE)
+        errors = [median - low, high - median]
+        axes.errorbar(
+            median, rows, xerr=errors, linestyle="none", color=BLACK, elinewidth=1.0, capsize=2.0
+        )
+        for row, value, end in zip(rows, median, high, strict=True):
+            axes.annotate(
+                text.format(value),
+                (max(end, 0.0), row),
+                (5, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=8.0,
+            )
+        axes.set_xlim(min(0.0, 1.1 * float(low.min())), 1.3 * float(high.max()))
+        axes.set_yticks(rows, list(spreads))
+        axes.invert_yaxis()
+        axes.grid(visible=False, axis="y")
+        axes.set(title=title, xlabel=label)
+        if reference:
+            value, name = reference
+            axes.axvline(value, color=BLACK, linestyle=":", linewidth=1.3, label=name)
+            legend_below(figure, axes, columns=1)
     return figure

@@ -37,11 +37,8 @@ _MOST_POINTS = 2000  # beyond which single points merge
 def replay_figure(measured: Recording, simulated: Mapping[str, Recording]) -> Figure:
     """Draw every measured column, a row each: over time, and over the first driven column.
 
-    Over the drive the cycles of a rate-independent response coincide.
-
-    Args:
-        measured: with at least one measured column.
-        simulated: label → the same columns, simulated; the legend gives each rms error.
+    Over the drive the cycles of a rate-independent response coincide. The legend gives each rms
+    error of the simulations, by label.
     """
     if not measured.measured:
         raise RecordingError(f"recording {measured.name!r}: no [measured] column to draw")
@@ -112,9 +109,7 @@ def before_after_figure(
 ) -> Figure:
     """Draw every measured column over the driven one and over time, and below it the residual.
 
-    Args:
-        measured: with at least one driven and one measured column.
-        before, after: the same columns, simulated; without ``after``, where nothing was changed.
+    There is no ``after`` where nothing was changed.
     """
     if not measured.measured or not measured.drive:
         raise RecordingError(f"recording {measured.name!r}: nothing in [drive] or in [measured]")
@@ -272,10 +267,7 @@ def parameter_figure(
 ) -> Figure:
     """Draw each output of a sweep over each parameter: median and middle 90 % of all rollouts.
 
-    Args:
-        parameters: label → (rollouts,) values; a column each.
-        outputs: label → (rollouts,) finite; a row each.
-        drawn: labels of the parameters with random values.
+    Both are (rollouts,) by label, a column and a row each; ``drawn``: parameters drawn at random.
     """
     rows, columns = len(outputs), len(parameters)
     with style.print_style():

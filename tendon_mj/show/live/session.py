@@ -20,7 +20,7 @@ from tendon_mj.lab.replay import Drive, record_frames
 from tendon_mj.models import load_spec, model_path
 from tendon_mj.plugin import TENSION_SCALE, sheaths
 from tendon_mj.show.live.scene import Viewpoint, first_view
-from tendon_mj.show.render.scene import colour_limits
+from tendon_mj.show.render.offscreen import colour_limits
 from tendon_mj.typing import FloatArray
 
 _FPS = 60.0  # [1/s]
@@ -37,16 +37,9 @@ _UNSTABLE = [
 class LiveSimulation:
     """A model that moves by controls over time.
 
-    Args:
-        model: to simulate.
-        drive: time [s] → (nu,) controls.
-        remembered: for how long the tensions at the ends are kept [s].
-
-    Attributes:
-        model, data: of the simulation; another thread holds ``lock`` while it uses them.
-        tendons: sheath → name of its tendon.
-        parameters: live ones, by ``<sheath>.<parameter>``; `set` changes them.
-        paused: whether time stands still.
+    Another thread holds ``lock`` while it uses model and data. ``tendons`` names those of the
+    sheaths; ``parameters`` are live, and `set` changes them. Tensions at the ends are kept for a
+    time, ``remembered`` [s].
     """
 
     def __init__(self, model: mujoco.MjModel, drive: Drive, remembered: float = 10.0) -> None:
@@ -64,8 +57,7 @@ class LiveSimulation:
     def advance(self, duration: float, limit: float = float("inf")) -> float:
         """Simulate for a duration [s], and keep the tensions at its end.
 
-        Returns:
-            Simulated time [s], shorter if ``limit`` [s] of wall time ran out.
+        Returns the simulated time [s], shorter if ``limit`` [s] of wall time ran out.
         """
         deadline = time.perf_counter() + limit
         with self.lock:
@@ -125,20 +117,13 @@ class LiveSimulation:
 
 @dataclass(frozen=True)
 class Prepared:
-    """A simulation and the way it is shown.
+    """A simulation and the way it is shown."""
 
-    Attributes:
-        simulation: at its start.
-        view: at first.
-        low, high: tensions at the ends of the colour bar [N]; both 0 without sheaths.
-        still: reason that nothing moves; empty where something does.
-    """
-
-    simulation: LiveSimulation
-    view: Viewpoint
-    low: float
+    simulation: LiveSimulation  # at its start
+    view: Viewpoint  # at first
+    low: float  # tensions at the ends of the colour bar [N]; both 0 without sheaths
     high: float
-    still: str
+    still: str  # reason that nothing moves; empty where something does
 
 
 def prepare(name: str, motion: str | None = None) -> Prepared:
@@ -197,17 +182,11 @@ def stands_still(model: mujoco.MjModel, drive: Drive, duration: float) -> str:
 
 @dataclass(frozen=True)
 class RealTime:
-    """Pace of a simulation.
+    """Pace of a simulation."""
 
-    Attributes:
-        simulated: [s].
-        elapsed: on the clock, without pauses [s].
-        frames: shown.
-    """
-
-    simulated: float
-    elapsed: float
-    frames: int
+    simulated: float  # [s]
+    elapsed: float  # on the clock, without pauses [s]
+    frames: int  # shown
 
     def sentence(self) -> str:
         """The pace in a sentence."""

@@ -14,15 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, MissingPackageError, TendonError
-from tendon_mj.show.live.panel import (
+from tendon_mj.show.live.scene import (
     FIRST,
     MOST_TENDONS,
+    Viewpoint,
     colour_key,
+    curve_colours,
+    drawn_tendons,
     key_height,
     slider,
     tension_table,
 )
-from tendon_mj.show.live.scene import Viewpoint, curve_colours, drawn_tendons
 from tendon_mj.show.live.session import LiveSimulation, Prepared, RealTime, run_in_real_time
 from tendon_mj.typing import FloatArray
 
@@ -49,13 +51,9 @@ def serve(
     seconds: float | None = None,
     announce: Callable[[str], object] = print,
 ) -> RealTime:
-    """Serve a simulation to browsers on this machine until Ctrl-C.
+    """Serve a simulation to browsers on this machine until Ctrl-C, or for some seconds.
 
-    Args:
-        prepared: to show.
-        port: of the page; where it is taken, the next one that is free.
-        seconds: after which to end [s]; None: never.
-        announce: called with the page's address.
+    Where the port is taken, it is the next one that is free; ``announce`` gets the address.
     """
     try:
         mjviser, viser = importlib.import_module("mjviser"), importlib.import_module("viser")

@@ -13,8 +13,14 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import EngineError
-from tendon_mj.show.live.panel import MOST_TENDONS, colour_key, key_height, tension_text
-from tendon_mj.show.live.scene import curve_colours, look_from
+from tendon_mj.show.live.scene import (
+    MOST_TENDONS,
+    colour_key,
+    curve_colours,
+    key_height,
+    look_from,
+    tension_text,
+)
 from tendon_mj.show.live.session import Prepared, RealTime, run_in_real_time
 from tendon_mj.typing import FloatArray
 

@@ -19,17 +19,20 @@ from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.lab.progress import Progress
 from tendon_mj.lab.replay import POSE, Frames
 from tendon_mj.plugin import sheaths
-from tendon_mj.show.render.offscreen import Image, Offscreen, find_camera, project
-from tendon_mj.show.render.panel import INK, Panel, tendon_colours, text_scale
-from tendon_mj.show.render.scene import (
+from tendon_mj.show.render.offscreen import (
     GHOST_COLOUR,
     GUIDE_COLOUR,
     Ghost,
+    Image,
+    Offscreen,
     add_cable,
     cable_radius,
     colour_limits,
+    find_camera,
+    project,
     without_tendons,
 )
+from tendon_mj.show.render.panel import INK, Panel, tendon_colours, text_scale
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 

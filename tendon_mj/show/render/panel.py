@@ -22,8 +22,7 @@ from PIL import ImageDraw, ImageFont
 from tendon_mj.lab.replay import EngineeringUnit, Frames, control_unit, engineering_unit
 from tendon_mj.plugin import sheaths
 from tendon_mj.show.figures import style
-from tendon_mj.show.render.offscreen import Image
-from tendon_mj.show.render.scene import COLOURS
+from tendon_mj.show.render.offscreen import COLOURS, Image
 from tendon_mj.typing import FloatArray
 
 _DPI, _LEGIBLE = 100.0, 84.0  # at 720 pixels of height; the least that is read with ease

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
+from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
@@ -24,7 +25,6 @@ from tendon_mj.lab.diagnosis import (
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import column_name, estimated_percent, percent, quantity
 from tendon_mj.show.figures.style import DPI
-from tendon_mj.show.page import page_templates
 from tendon_mj.show.report.pictures import (
     correlation_figure,
     diagnosis_figures,
@@ -46,6 +46,17 @@ from tendon_mj.whole_file import whole_file
 MODEL = "model.xml"
 LEFT_OUT = "The comparison with mujoco.sysid was left out."
 _KEPT = {False: "its last quarter", True: "left out in turn"}
+
+
+def page_templates() -> Environment:
+    """The templates of the pages, which extend ``base.html``."""
+    return Environment(
+        loader=PackageLoader("tendon_mj.show"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
 
 
 def write_report(

@@ -56,12 +56,9 @@ class _Bars(NamedTuple):
 def diagnosis_figures(
     diagnosis: Diagnosis, shown: BeforeAfter, sysid: Mapping[str, float] | None = None
 ) -> dict[str, Figure]:
-    """Figures of a diagnosis by name.
+    """Figures of a diagnosis by name, with a recording before and after.
 
-    Args:
-        diagnosis: to draw.
-        shown: a recording, and its simulations before and after.
-        sysid: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
+    ``sysid``: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
     """
     changed = diagnosis.changed
     figures = {}
