@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import mujoco
 import tyro
-from matplotlib.figure import Figure
 
 from tendon_mj.cli.options import Repeated, Required, flat, given_files
 from tendon_mj.cli.output import (
@@ -29,7 +28,6 @@ from tendon_mj.lab.sweep import (
     CSV,
     PLAN,
     TABLE,
-    Axis,
     Policy,
     SensorSummary,
     Sweep,
@@ -132,7 +130,25 @@ def sweep(
     with progress_bar() as progress:
         done = run_sweep(plan, out, on=on, again=again, begin=output.begin, progress=progress)
     drawn = _write(output, done, plan)
-    result = {"model": model, "motion": driven.name, "policy": policy, **_numbers(done, plan)}
+    result: dict[str, object] = {
+        "model": model,
+        "motion": driven.name,
+        "policy": policy,
+        "rollouts": plan.design.rollouts,
+        "steps": plan.rollouts.steps,
+        "failed": int((~done.solid).sum()),
+        "unsolved": done.unsolved,
+        "parameters": {
+            axis.name: {
+                "targets": list(axis.targets),
+                "unit": plan.units[axis.name],
+                "low": axis.low,
+                "high": axis.high,
+            }
+            for axis in plan.axes
+        },
+        "outputs": done.summaries,
+    }
     output.result(result)
     shown = drawn or list(plan.outputs[:1])
     _print(done, shown)
@@ -147,47 +163,16 @@ def _write(output: Output, done: SweepResult, plan: Sweep) -> list[SensorSummary
     if table:
         output.add(table)
     axes, drawn = done.drawn()
-    if axes and drawn:
-        output.figure("sweep", _figure(done, axes, drawn, plan.units))
+    if axes and drawn:  # of the rollouts that stayed stable
+        labels = {f"{axis.name} [{plan.units[axis.name]}]": axis for axis in axes}
+        units = {one: "" if one.unit == UNKNOWN else f" [{one.unit}]" for one in drawn}
+        figure = parameter_figure(
+            {label: done.column(axis.name)[done.solid] for label, axis in labels.items()},
+            {f"{one.name}{unit}": done.column(one.name)[done.solid] for one, unit in units.items()},
+            [label for label, axis in labels.items() if axis.drawn],
+        )
+        output.figure("sweep", figure)
     return list(drawn)
-
-
-def _numbers(done: SweepResult, plan: Sweep) -> dict[str, object]:
-    return {
-        "rollouts": plan.design.rollouts,
-        "steps": plan.rollouts.steps,
-        "failed": _failed(done),
-        "unsolved": done.unsolved,
-        "parameters": {
-            axis.name: {
-                "targets": list(axis.targets),
-                "unit": plan.units[axis.name],
-                "low": axis.low,
-                "high": axis.high,
-            }
-            for axis in plan.axes
-        },
-        "outputs": done.summaries,
-    }
-
-
-def _failed(done: SweepResult) -> int:
-    return int((~done.solid).sum())
-
-
-def _figure(
-    done: SweepResult,
-    axes: Sequence[Axis],
-    outputs: Sequence[SensorSummary],
-    units: Mapping[str, str],
-) -> Figure:
-    """Outputs over parameters, of the rollouts that stayed stable."""
-    labels = {f"{axis.name} [{units[axis.name]}]": axis for axis in axes}
-    return parameter_figure(
-        {label: done.column(axis.name)[done.solid] for label, axis in labels.items()},
-        {_labelled(output): done.column(output.name)[done.solid] for output in outputs},
-        [label for label, axis in labels.items() if axis.drawn],
-    )
 
 
 def _driven(
@@ -236,7 +221,7 @@ def _sentence(done: SweepResult, output: SensorSummary, model: str) -> str:
         every = "The rollout" if rollouts == 1 else f"All {rollouts} rollouts"
         return f"{every} of {model} became unstable."
     stable = "all stayed stable" if rollouts > 1 else "it stayed stable"
-    failed = _failed(done)
+    failed = int((~done.solid).sum())
     ended = f"{failed} became unstable" if failed else stable
     if done.unsolved:
         ended += f", and in {done.unsolved} a sheath had no solved equilibrium at some time"
@@ -258,10 +243,6 @@ def _span(summary: Mapping[str, float], between: str, output: SensorSummary) -> 
     ends = (summary["min"], summary["max"])
     numbers = between.join(f"{end:.4g}" for end in dict.fromkeys(ends))
     return numbers if output.unit == UNKNOWN else f"{numbers} {output.unit}"
-
-
-def _labelled(output: SensorSummary) -> str:
-    return output.name if output.unit == UNKNOWN else f"{output.name} [{output.unit}]"
 
 
 def fleet(
