@@ -114,7 +114,7 @@ def attach_friction(
             warnings.simplefilter("always")
             model, chosen = spec.compile(), choose_tendons(spec, tendon)
             earlier = sheaths_by_tendon(spec)
-            named = {t.name: "" if t.element.name else "named, " for t in chosen}
+            named = {t.name for t in chosen if not t.element.name}
             add_friction(spec, tendon, **options)
             write_sheaths(source, spec, path)
     except TendonError:
@@ -128,23 +128,13 @@ def attach_friction(
         for t in chosen
     ]
     survey = _survey(spec, model, [t.element.id for t in chosen], crossed)
-    rows = []
-    for k, t in enumerate(chosen):
-        done, sheath = "left as it was", survey.sheaths.get(t.name)
-        if sheath is not None:
-            is_cable = sheath.config.get("spring") == "cable"
-            done = f"{named[t.name]}sheath {sheath.name!r}"
-            done += ", its spring as elasticity" if is_cable else ""
-            done = f"left in sheath {sheath.name!r}" if t.name in earlier else done
-        rows.append(_row(survey, k, t, done, options["friction"], options.get("extra_bend", 0.0)))
-    said = [str(w.message) for w in caught if issubclass(w.category, TendonWarning)]
-    unranged = [
-        f"{_label(actuator)} on {row.tendon}"
-        for row in rows
-        if row.sheath and row.is_driven
-        for actuator in survey.actuators.get(row.tendon, [])
-        if force_on_tendon(actuator, spec.tendon(row.tendon)) is None
+    bend = options.get("extra_bend", 0.0)
+    rows = [
+        _row(survey, k, t, _done(survey, t.name, named, earlier), options["friction"], bend)
+        for k, t in enumerate(chosen)
     ]
+    said = [str(w.message) for w in caught if issubclass(w.category, TendonWarning)]
+    unranged = _unranged(survey, rows)
     if unranged:  # no warning, as it is the usual motor, right as long as its commands pull
         said.append(_UNRANGED.format(", ".join(unranged)))
     return Attached(
@@ -224,8 +214,6 @@ def _row(
     idle = idle_reason(element, config, is_driven=is_driven, is_wound_in=wound_in)
     branches, end = end_sites(element), config.get("input_end", "first")
     site = branches[0][0] if end == "first" else branches[-1][1]
-    drives = ", ".join(map(_label, actuators))
-    drives = drives or ("its spring" if has_own_spring(element) else "")
     return Row(
         tendon=name,
         bend=float(bend[0]),
@@ -238,12 +226,43 @@ def _row(
         axial_stiffness=float(stiffness) if stiffness else None,
         largest_stiffness=survey.limits[k],
         input=f"{end}, {site}" if sheath else "",
-        drives=drives or str(constraints_on(survey.spec, element)) or "nothing",
+        drives=_drives(survey, tendon),
         pull=pull,
         done=done,
         sheath=sheath.name if sheath else "",
         acts=bool(sheath) and not idle,
         is_driven=is_driven,
+    )
+
+
+def _done(survey: _Survey, tendon: str, named: Collection[str], earlier: Collection[str]) -> str:
+    """Change to a tendon, in words; ``earlier``: tendons that had a sheath before."""
+    if tendon not in survey.sheaths:
+        return "left as it was"
+    sheath = survey.sheaths[tendon]
+    if tendon in earlier:
+        return f"left in sheath {sheath.name!r}"
+    elasticity = ", its spring as elasticity" if sheath.config.get("spring") == "cable" else ""
+    return f"{'named, ' if tendon in named else ''}sheath {sheath.name!r}{elasticity}"
+
+
+def _unranged(survey: _Survey, rows: Sequence[Row]) -> list[str]:
+    """Actuators of driven tendons that no range keeps from pushing."""
+    return [
+        f"{_label(actuator)} on {row.tendon}"
+        for row in rows
+        if row.sheath and row.is_driven
+        for actuator in survey.actuators.get(row.tendon, [])
+        if force_on_tendon(actuator, survey.spec.tendon(row.tendon)) is None
+    ]
+
+
+def _drives(survey: _Survey, tendon: Chosen) -> str:
+    return (
+        ", ".join(map(_label, survey.actuators.get(tendon.name, [])))
+        or ("its spring" if has_own_spring(tendon.element) else "")
+        or str(constraints_on(survey.spec, tendon.element))
+        or "nothing"
     )
 
 

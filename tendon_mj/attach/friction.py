@@ -263,11 +263,7 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
             or another element needs a part that would go.
     """
     check_spec(spec)
-    sheaths, chosen = sheaths_by_tendon(spec), choose_tendons(spec, tendon)
-    for element in chosen:
-        if element.by_name and element.name not in sheaths:
-            raise InvalidValueError(f"tendon {element.name!r} runs in no sheath")
-    removed = {element.name for element in chosen} & set(sheaths)
+    removed = _sheathed(spec, tendon)
     configs = {plugin.name: config for plugin, config in instances(spec) if plugin.name}
     actuators, sensors = (
         [holder for holder in holders if _is_on(holder, removed, configs)]
@@ -282,14 +278,30 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
         if not holder.plugin.name:  # an instance that goes with it by itself from MuJoCo 3.16 on
             spec.delete(holder.plugin)
         spec.delete(holder)
-    used = {sensor.plugin.name for sensor in spec.sensors if sensor.plugin.active}
-    for plugin in list(spec.plugins):  # also shared ones that no sensor uses now
-        config = configs.get(plugin.name, {})
-        if config.get("tendon") in removed or (is_shared(config) and plugin.name not in used):
-            spec.delete(plugin)
+    _delete_instances(spec, removed, configs)
     if keys:
         restore_keyframes(spec, keys)
     return spec
+
+
+def _sheathed(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> set[str]:
+    """Tendons with a sheath among those that are chosen."""
+    sheaths, chosen = sheaths_by_tendon(spec), choose_tendons(spec, tendon)
+    for element in chosen:
+        if element.by_name and element.name not in sheaths:
+            raise InvalidValueError(f"tendon {element.name!r} runs in no sheath")
+    return {element.name for element in chosen} & set(sheaths)
+
+
+def _delete_instances(
+    spec: mujoco.MjSpec, tendons: Collection[str], configs: Mapping[str, Mapping[str, str]]
+) -> None:
+    """Delete instances of sheaths on tendons, and shared ones that no sensor uses now."""
+    used = {sensor.plugin.name for sensor in spec.sensors if sensor.plugin.active}
+    for plugin in list(spec.plugins):
+        config = configs.get(plugin.name, {})
+        if config.get("tendon") in tendons or (is_shared(config) and plugin.name not in used):
+            spec.delete(plugin)
 
 
 def _is_on(holder: Any, tendons: Collection[str], configs: Mapping[str, Mapping[str, str]]) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 import operator
 from collections.abc import Callable, Iterable, Mapping
-from typing import SupportsFloat, SupportsIndex, TypeVar
+from typing import Any, SupportsIndex, TypeVar
 
 import numpy as np
 
@@ -65,23 +65,18 @@ def one_of(keyword: str, value: object, known: Iterable[str], where: str) -> str
     return value
 
 
-def checked_number(name: str, value: object, unit: str = "") -> float:
-    """A keyword's value as a number; ``unit`` ends messages, such as `` [N]``.
+def checked_number(name: str, value: Any, unit: str = "") -> float:
+    """A keyword's value as a number, which no bool or text is; ``unit`` ends messages, as " [N]".
 
     Raises:
-        InvalidValueError: a bool, text, several numbers, or one that no float can hold.
+        InvalidValueError: not a number, several, or one that no float can hold.
     """
-    others = bool | np.bool_ | str | bytes  # NumPy's text converts itself
-    if isinstance(value, others) or not isinstance(value, SupportsFloat):
-        raise InvalidValueError(f"{name} = {value!r} is not a number{unit}")
     try:
-        if np.ndim(value):  # type: ignore[arg-type]
-            raise ValueError
+        if isinstance(value, bool | np.bool_ | str | bytes) or np.ndim(value):
+            raise TypeError  # NumPy's text converts itself
         return float(value)
-    except OverflowError:  # an integer, perhaps of more digits than can be shown
-        raise InvalidValueError(f"{name} is beyond the range of a float{unit}") from None
-    except (TypeError, ValueError):  # an array
-        raise InvalidValueError(f"{name} = {value!r} is not one number{unit}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidValueError(f"{name} = {value!r} is not a number{unit}") from None
 
 
 def as_count(name: str, value: SupportsIndex, least: int) -> int:

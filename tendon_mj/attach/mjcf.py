@@ -183,15 +183,9 @@ def _parse(path: Path) -> tuple[list[Element], Element, list[Element]]:
         for element in around:
             element.tail = None
         at = next(k for k, element in enumerate(around) if isinstance(element.tag, str))
-    except (OSError, ElementTree.ParseError, StopIteration) as error:
+    except (OSError, UnicodeDecodeError, ElementTree.ParseError, StopIteration) as error:
         reason = str(error) or "it has no element"
         raise TendonError(f"{path}: cannot be read as MJCF: {reason}") from error
-    except UnicodeDecodeError as error:
-        row = error.object.count(b"\n", 0, error.start) + 1
-        byte = error.object[error.start]
-        raise TendonError(
-            f"{path}, row {row}: byte 0x{byte:02x} is not UTF-8; save the file as UTF-8"
-        ) from None
     return around[:at], around[at], around[at + 1 :]
 
 

@@ -138,12 +138,10 @@ class Designer:
         idle = idle_reason(tendon, config, is_driven=is_driven, is_wound_in=request.is_wound_in)
         passing = "" if is_driven else _passing(constraints, tendon, request, self._compiled)
         config |= request.ends
-        spool = None
-        if request.spool is not None:
-            at_last, compiled = request.input_end == "last", self._compiled
-            spool = design_spool(
-                self._spec, tendon, name, request.spool, at_last, config, actuators, compiled
-            )
+        at_last, compiled = request.input_end == "last", self._compiled
+        spool = design_spool(
+            self._spec, tendon, name, request.spool, at_last, config, actuators, compiled
+        )
         return NewSheath(tendon, name, config, idle, passing, is_driven, spool)
 
     def _drives_itself(

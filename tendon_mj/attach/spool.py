@@ -114,13 +114,15 @@ def design_spool(
     spec: mujoco.MjSpec,
     tendon: mujoco.MjsTendon,
     name: str,
-    spool: Spool,
+    spool: Spool | None,
     at_last: bool,
     config: Mapping[str, str],
     motors: Sequence[mujoco.MjsActuator],
     compiled: Callable[[], mujoco.MjModel],
-) -> SpoolDesign:
+) -> SpoolDesign | None:
     """The spool that takes over the actuators of a tendon; ``config`` has EA and T_0."""
+    if spool is None:
+        return None
     if not motors:
         raise UnsuitedTendonError(
             f"tendon {name!r} has no actuator to turn a spool: leave spool out, and give reel, or "

@@ -100,21 +100,11 @@ def diagnose(
     _print(diagnosis, compared, no_sysid)
     provenance = collect_provenance(typed_command.get(), files_of(paths, description, train))
     output.written += write_before_after(simulated, out)
-    failures = []
-    try:  # before the report, which links to it
-        output.add(diagnosis.write_model(output.folder / MODEL))
-    except TendonError as error:  # the rest is written all the same
-        failures.append(error)
-        warning = f"There is no {MODEL}: {error}"
-        diagnosis = replace(diagnosis, warnings=(*diagnosis.warnings, warning))
+    diagnosis, failures = _write_model(output, diagnosis)  # before the report, which links to it
     output.written += write_report(
         diagnosis, simulated, out, sysid=compared, no_sysid=no_sysid, provenance=provenance
     )
-    suggestion = None
-    try:
-        suggestion = _suggest(output, diagnosis, bounds) if bounds else None
-    except TendonError as error:
-        failures.append(error)
+    suggestion = _suggest(output, diagnosis, bounds, failures) if bounds else None
     result = {
         **diagnosis.result(),
         "recordings": [recording.name for recording in train],
@@ -131,6 +121,16 @@ def diagnose(
     return result
 
 
+def _write_model(output: Output, diagnosis: Diagnosis) -> tuple[Diagnosis, list[TendonError]]:
+    """The diagnosis, with a warning where its model could not be written, and why it could not."""
+    try:
+        output.add(diagnosis.write_model(output.folder / MODEL))
+    except TendonError as error:  # the rest is written all the same
+        warning = f"There is no {MODEL}: {error}"
+        return replace(diagnosis, warnings=(*diagnosis.warnings, warning)), [error]
+    return diagnosis, []
+
+
 def _read(
     path: Path, description: Path | None, model: str | None, settle: float | None
 ) -> Recording:
@@ -140,10 +140,16 @@ def _read(
     return recording if settle is None else replace(recording, settle=settle)
 
 
-def _suggest(output: Output, diagnosis: Diagnosis, bounds: ExperimentBounds) -> Suggestion | None:
-    """Print and write the next experiment."""
-    with progress_bar() as progress:
-        suggestion = suggest_experiment(diagnosis, bounds, progress=progress)
+def _suggest(
+    output: Output, diagnosis: Diagnosis, bounds: ExperimentBounds, failures: list[TendonError]
+) -> Suggestion | None:
+    """Print and write the next experiment; the error of a search that failed is a failure."""
+    try:
+        with progress_bar() as progress:
+            suggestion = suggest_experiment(diagnosis, bounds, progress=progress)
+    except TendonError as error:
+        failures.append(error)
+        return None
     if suggestion:
         console.print(suggestion.sentence)
         template = suggestion.write(output.folder / "next.csv")

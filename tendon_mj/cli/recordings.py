@@ -111,26 +111,16 @@ def check(
             list(zip(read, compiled, described, strict=True)), "simulate", console=console
         )
     ]
-    entries = []
     for one in checked:
         if one.simulated is not None and one.recording.measured:
             figure = replay_figure(one.recording, {"model as stated": one.simulated})
             output.figure(one.recording.name, figure)
-        errors = _errors(one)
-        _print_errors(one.recording, errors)
+        _print_errors(one.recording, _errors(one))
         print_warnings(one.warnings)
-        entry = {
-            "name": one.recording.name,
-            "source": one.recording.source,
-            "model": one.recording.model,
-            "samples": int(one.recording.time.size),
-            "simulated": one.simulated is not None,
-            "rmse": {column: error.rmse for column, error in errors.items()},
-            "share_of_range": {column: error.share_of_range for column, error in errors.items()},
-            "warnings": [warning.result() for warning in one.warnings],
-        }
-        entries.append(entry)
-    result: dict[str, object] = {"recordings": entries, "table_warnings": of_tables}
+    result: dict[str, object] = {
+        "recordings": [_checked(one) for one in checked],
+        "table_warnings": of_tables,
+    }
     output.result(result)
     output.close(_check_sentence(checked, len(of_tables)))
     return result
@@ -246,6 +236,20 @@ def _print_errors(recording: Recording, errors: Mapping[str, Misfit], label: str
 
 def _rms(error: Misfit, column: str) -> str:
     return quantity(error.rmse, column_unit(column))
+
+
+def _checked(one: Checked) -> dict[str, object]:
+    errors = _errors(one)
+    return {
+        "name": one.recording.name,
+        "source": one.recording.source,
+        "model": one.recording.model,
+        "samples": int(one.recording.time.size),
+        "simulated": one.simulated is not None,
+        "rmse": {column: error.rmse for column, error in errors.items()},
+        "share_of_range": {column: error.share_of_range for column, error in errors.items()},
+        "warnings": [warning.result() for warning in one.warnings],
+    }
 
 
 def _check_sentence(checked: Sequence[Checked], of_tables: int) -> str:

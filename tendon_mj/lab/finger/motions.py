@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -227,44 +227,49 @@ def _drive_recording(
     """
     check_reach(trajectory, finger)
     tendons = [t for t in TENDONS if t in {model.tendon(k).name for k in range(model.ntendon)}]
-    columns: dict[str, FloatArray] = {}
-    drive: dict[str, str] = {}
+    commands = list(_commands(trajectory, finger, tendons))
     known = {"object.springref": OUT_OF_REACH} if trajectory.aside else {}
-    if not trajectory.by_tension:
-        angles = np.stack([trajectory.columns[column] for column in ANGLES], axis=-1)
-        for tendon, turned in spool_angles(finger, angles).items():
-            if tendon in tendons:
-                columns[f"{tendon}_command_rad"] = turned
-                drive[f"{tendon}_command_rad"] = f"{tendon}_angle"
-    for column, tension in trajectory.columns.items() if trajectory.by_tension else ():
-        tendon = column.removesuffix("_N")
-        if tendon not in tendons:
-            raise InvalidValueError(
-                f"trajectory {trajectory.name!r}: unknown tendon {tendon!r}; the model has"
-                f" {', '.join(tendons)}"
-            )
-        torque = (tension - finger.pretension) * finger.spool_radius / finger.gear
-        columns[f"{tendon}_command_Nm"] = torque
-        drive[f"{tendon}_command_Nm"] = f"{tendon}_torque"
-        known |= {f"{tendon}_angle.kp": 0.0, f"{tendon}_angle.kv": 0.0}
+    if trajectory.by_tension:
+        servos = (actuator.replace("_torque", "_angle") for _, actuator, _ in commands)
+        known |= {f"{servo}.{gain}": 0.0 for servo in servos for gain in ("kp", "kv")}
     if friction is not None:
         known |= {f"{tendon}_sheath.friction": friction for tendon in tendons}
-    measured = {}
-    for k in range(model.nsensor):
-        sensor = model.sensor(k).name
-        if model.sensor_dim[k] == 1:  # a column is one number
-            measured[f"{sensor}_{_UNITS[sensor.rpartition('_')[2]]}"] = Measured(sensor)
+    # a column is one number
+    names = [model.sensor(int(k)).name for k in np.flatnonzero(model.sensor_dim == 1)]
+    measured = {f"{name}_{_UNITS[name.rpartition('_')[2]]}": Measured(name) for name in names}
     asked = {f"asked_{column}": values for column, values in trajectory.columns.items()}
     return Recording(
         name=trajectory.name,
         model=name,
         source="simulated by tendon-mj simulate",
         time=trajectory.time,
-        columns={**columns, **dict.fromkeys(measured, np.zeros_like(trajectory.time)), **asked},
-        drive=drive,
+        columns={
+            **{column: values for column, _, values in commands},
+            **dict.fromkeys(measured, np.zeros_like(trajectory.time)),
+            **asked,
+        },
+        drive={column: actuator for column, actuator, _ in commands},
         measured=measured,
         known=known,
     )
+
+
+def _commands(
+    trajectory: Trajectory, finger: Finger, tendons: list[str]
+) -> Iterator[tuple[str, str, FloatArray]]:
+    """Columns, the actuators that they drive, and their values."""
+    if not trajectory.by_tension:
+        angles = np.stack([trajectory.columns[column] for column in ANGLES], axis=-1)
+        for tendon, turned in spool_angles(finger, angles).items():
+            if tendon in tendons:
+                yield f"{tendon}_command_rad", f"{tendon}_angle", turned
+        return
+    for column, tension in trajectory.columns.items():
+        tendon = column.removesuffix("_N")
+        if tendon not in tendons:
+            raise UnknownNameError("tendon", tendon, tendons, f"trajectory {trajectory.name!r}")
+        torque = (tension - finger.pretension) * finger.spool_radius / finger.gear
+        yield f"{tendon}_command_Nm", f"{tendon}_torque", torque
 
 
 def prepare_finger(

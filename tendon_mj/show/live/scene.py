@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.lab.replay import engineering_unit
 from tendon_mj.plugin import PARAMETERS
+from tendon_mj.show.figures.style import labelled
 from tendon_mj.show.render.offscreen import COLOURS
 from tendon_mj.show.render.panel import tendon_colours
 from tendon_mj.typing import FloatArray
@@ -222,6 +223,6 @@ def slider(parameter: str, value: float) -> Slider | None:
     if known.range.low < 0.0:
         low = max(-high, known.range.low + step)
     unit = engineering_unit(known.unit, [high])
-    label = parameter.replace("_", " ") + (f" [{unit.symbol}]" if unit.symbol else "")
+    label = labelled(parameter.replace("_", " "), unit)
     low, high, step, value = (unit.factor * x for x in (low, high, step, value))
     return Slider(label, known.text, low, high, step, value, unit.factor)

@@ -218,16 +218,12 @@ class _FramePainter:
             image = self._ghost.behind(image, self._offscreen.depth, self._twin.poses[k])
         contacts, labels = self._frames.contacts[k], list[FloatArray]()
         for contact in contacts[_norms(contacts) > _LEAST * self._largest]:
-            image = self._draw_force(image, contact, labels)
+            ends = contact[:3] + np.outer((0.0, self._arrow), contact[3:])
+            start, end = project(self._offscreen.scene, ends, *self._size)
+            text = f"{np.linalg.norm(contact[3:]):.1f} N"
+            image = draw_arrow(image, start, end, text, self._font, labels)
         image = self._label_ends(image, k)
         return image if self._panel is None else np.hstack([image, self._panel.draw(k)])
-
-    def _draw_force(self, image: Image, contact: FloatArray, labels: list[FloatArray]) -> Image:
-        point, force = contact[:3], contact[3:]
-        ends = np.stack([point, point + self._arrow * force])
-        start, end = project(self._offscreen.scene, ends, *self._size)
-        text = f"{np.linalg.norm(force):.1f} N"
-        return draw_arrow(image, start, end, text, self._font, labels)
 
     def _label_ends(self, image: Image, k: int) -> Image:
         """Write the tendons' names next to their input ends, and a legend below."""

@@ -103,8 +103,6 @@ def _reason(error: Exception) -> str:
         text = " ".join(str(error).split())
     except Exception:  # PyOpenGL's errors ask the context that is missing
         text = ""
-    if isinstance(error, AttributeError) and "NoneType" in text:
-        return "its library was not found"  # PyOpenGL has None in its place
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 

@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
-from tendon_mj.lab.replay import EngineeringUnit, Frames, control_unit, engineering_unit
+from tendon_mj.lab.replay import Frames, control_unit, engineering_unit
 from tendon_mj.plugin import sheaths
 from tendon_mj.show.figures import style
 from tendon_mj.show.render.offscreen import COLOURS, Image
@@ -52,12 +52,7 @@ TENDON_PALETTE = (
     "#332288",
     "#882255",
 )
-_OTHERS = (
-    style.GREEN,
-    style.PURPLE,
-    style.ORANGE,
-    style.SKY,
-)  # of joints, apart from the colours of two tendons
+_OTHERS = TENDON_PALETTE[2:6]  # of joints, apart from the colours of two tendons
 _ENDS: tuple[tuple[Style, Style], ...] = (("-", "--"), ("-.", ":"))  # input and output end
 _MOST = 4  # lines of one kind in a chart
 _MOST_TENDONS = len(TENDON_PALETTE) * len(_ENDS)
@@ -90,8 +85,10 @@ class Panel:
         self._rows = _table(model, frames, twin)
         dpi, table = _DPI * self._unit, (66 + 24 * len(self._rows)) * self._unit / height
         inches = height / dpi
-        shown = charts(model, frames, twin)
-        shown = _that_fit(shown, (1.0 - table) * inches - _BAR, width / dpi)
+        shown = charts(model, frames, twin)  # of which the first are drawn, as many as fit
+        heights = [_CHART + Legend(_entries(c)[0], _LEGEND * width / dpi).height for c in shown]
+        fitting = np.cumsum(heights) <= (1.0 - table) * inches - _BAR
+        shown = shown[: max(1, int(fitting.sum()))]
         with style.print_style():
             figure = style.new_figure(width / dpi, inches)
             figure.set_dpi(dpi)
@@ -101,7 +98,11 @@ class Panel:
             figure.colorbar(ScalarMappable(scale, COLOURS), cax=bar, orientation="horizontal")
             bar.set_title("tension along the tendon [N]", fontweight="normal", fontsize=9.0)
             for axes, chart in zip(grid, shown, strict=True):
-                _draw_chart(axes, chart, frames, width / dpi)
+                for line in (*chart.twin, *chart.lines):
+                    axes.plot(frames.time, line.values, color=line.colour, linestyle=line.style)
+                names, entries = _entries(chart)
+                Legend(names, _LEGEND * width / dpi).draw(axes, entries, left=-0.12)
+                axes.set_ylabel(chart.label)
                 axes.tick_params(labelbottom=axes is grid[-1])
                 axes.set_xlim(frames.time[0], max(frames.time[-1], frames.time[0] + 1e-3))
             grid[-1].set_xlabel("time [s]")
@@ -172,20 +173,6 @@ def _table(
     if len(listed) < len(cables):
         rows.append((f"  … and {len(cables) - len(listed)} more", style.GREY, ("", "")))
     return rows
-
-
-def _that_fit(shown: list[_Chart], height: float, width: float) -> list[_Chart]:
-    """The first charts that fit into a height and width [inch], at least one."""
-    taken = np.cumsum([_CHART + Legend(_entries(c)[0], _LEGEND * width).height for c in shown])
-    return shown[: max(1, int((taken <= height).sum()))]
-
-
-def _draw_chart(axes: Axes, chart: _Chart, frames: Frames, width: float) -> None:
-    for line in (*chart.twin, *chart.lines):
-        axes.plot(frames.time, line.values, color=line.colour, linestyle=line.style)
-    names, entries = _entries(chart)
-    Legend(names, _LEGEND * width).draw(axes, entries, left=-0.12)
-    axes.set_ylabel(chart.label)
 
 
 def _entries(chart: _Chart) -> tuple[list[str], list[Line2D]]:
@@ -361,7 +348,7 @@ def _joints(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> _Char
             behind = [
                 Line("", unit.factor * twin.poses[:, p], style.GREY, "--") for p in places if twin
             ]
-            return _Chart(_labelled(label, unit), lines, behind, len(chosen) - len(places))
+            return _Chart(style.labelled(label, unit), lines, behind, len(chosen) - len(places))
     return _Chart("", [])
 
 
@@ -377,12 +364,7 @@ def _controls(model: mujoco.MjModel, frames: Frames) -> _Chart:
         name, unit = model.actuator(k).name or f"actuator {k}", units[control_unit(model, k)]
         values = unit.factor * frames.controls[:, k]
         of_tendon = (c for sheath, c in tendons.items() if name.startswith(known[sheath].tendon))
-        entry = name if len(units) == 1 else _labelled(name, unit)
+        entry = name if len(units) == 1 else style.labelled(name, unit)
         lines.append(Line(entry, values, next(of_tendon, colour)))
-    label = _labelled("control", *(units.values() if len(units) == 1 else ()))
+    label = style.labelled("control", *(units.values() if len(units) == 1 else ()))
     return _Chart(label, lines, left_out=len(moving) - len(shown))
-
-
-def _labelled(name: str, unit: EngineeringUnit | None = None) -> str:
-    """A name with its unit, if it has one."""
-    return f"{name} [{unit.symbol}]" if unit and unit.symbol else name
