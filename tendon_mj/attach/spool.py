@@ -403,29 +403,22 @@ def _insert_joints(
         return
     _write_keyframes(spec, [([], [])] * len(before))
     model = spec.compile()
-    places = sorted((*_address(model, name), name) for name in angles)
-    for k, (qpos, qvel) in enumerate(before):
-        for position, velocity, name in places:
-            if qpos:
-                qpos.insert(position, angles[name][k])
-            if qvel:
-                qvel.insert(velocity, 0.0)
+    for name in sorted(angles, key=lambda name: model.joint(name).id):
+        position, velocity = _address(model, name)
+        for (qpos, qvel), angle in zip(before, angles[name], strict=True):
+            qpos[position:position] = [angle] if qpos else []
+            qvel[velocity:velocity] = [0.0] if qvel else []
     _write_keyframes(spec, before)
 
 
 def _without_joints(spec: mujoco.MjSpec, joints: Sequence[str]) -> list[_Keyframe]:
     """Keyframes of a model as they are once these joints are gone."""
     keys = _keyframes(spec)
-    if not keys:
-        return keys
-    model = spec.compile()
-    places = sorted((_address(model, name) for name in joints), reverse=True)
-    for qpos, qvel in keys:
-        for position, velocity in places:
-            if qpos:
-                del qpos[position]
-            if qvel:
-                del qvel[velocity]
+    if keys:
+        model = spec.compile()
+        for position, velocity in sorted((_address(model, n) for n in joints), reverse=True):
+            for qpos, qvel in keys:  # which may be empty
+                del qpos[position : position + 1], qvel[velocity : velocity + 1]
     return keys
 
 

@@ -87,10 +87,10 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
 
     Args:
         render_mode: None or "rgb_array".
-        friction, pretension, axial_stiffness, bend: (low, high) that an episode draws from, see
-            `Ranges`.
-        finger: its other numbers.
+        finger: its numbers that an episode does not draw.
         width, height: of a rendered picture [pixels].
+        ranges: ``friction``, ``pretension``, ``axial_stiffness`` and ``bend``, (low, high) that
+            an episode draws from, see `Ranges`.
 
     Raises:
         InvalidValueError: an invalid range, or another render mode.
@@ -106,24 +106,18 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
         self,
         render_mode: str | None = None,
         *,
-        friction: tuple[float, float] = Ranges.friction,
-        pretension: tuple[float, float] = Ranges.pretension,
-        axial_stiffness: tuple[float, float] = Ranges.axial_stiffness,
-        bend: tuple[float, float] = Ranges.bend,
         finger: Finger | None = None,
         width: int = 480,
         height: int = 360,
+        **ranges: tuple[float, float],
     ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InvalidValueError(f"render_mode = {render_mode!r} must be None or 'rgb_array'")
-        ranges = Ranges(
-            friction=friction, pretension=pretension, axial_stiffness=axial_stiffness, bend=bend
-        )
         self.render_mode = render_mode
         self._size = width, height
         self._offscreen: Offscreen | None = None
         self._drawn: mujoco.MjModel | None = None  # on the offscreen buffer
-        self.task = self.task_type(finger or Finger(), ranges, self.np_random)
+        self.task = self.task_type(finger or Finger(), Ranges(**ranges), self.np_random)
         self.simulation = FingerSimulation(self.task.finger)
         self._steps = max(1, round(CONTROL_TIMESTEP / self.task.finger.timestep))
         readings = self.task.readings(self.simulation)

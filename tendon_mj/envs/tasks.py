@@ -21,6 +21,9 @@ CONTROL_TIMESTEP = 0.01  # between two actions [s]
 _LARGEST_TENSION = 2.5  # that the tension sensors read, over a stalled motor's [-]
 _BEYOND_COMMAND = 2.0  # of the motors' commands, that their encoders read [rad]
 _BEYOND_STOP = 0.3  # of the joints' ranges, that their encoders read [rad]
+_FORCES = (0.5, 2.0)  # (low, high) of the force that is to be held [N]
+_SHARE = 0.7  # of the joints' ranges that a trajectory uses [-]
+_SCALE = 0.2  # by how much off the reward falls to 1/e [N], [rad]
 _LEAD = 0.1  # of the trajectory ahead that an agent observes [s]
 Random = np.random.RandomState | np.random.Generator  # dm_control's, gymnasium's
 _UNITS = {"friction": "-", "pretension": "N", "bend": "rad", "axial_stiffness": "N"}
@@ -216,38 +219,22 @@ class FingerTask(ABC):
 
 
 class HoldForce(FingerTask):
-    """Press the tip on the object with a force that the episode draws, and hold it.
+    """Press the tip on the object with a force F* that the episode draws, and hold it.
 
-    Reward exp(−((F − F*)/scale)²) per step, from 0 to 1.
-
-    Args:
-        force: (low, high) of F* [N].
-        scale: by how much off the reward falls to 1/e [N].
-        finger, ranges, random: see `FingerTask`.
+    Reward exp(−((F − F*)/0.2 N)²) per step, from 0 to 1.
     """
 
-    def __init__(
-        self,
-        finger: Finger,
-        ranges: Ranges,
-        random: Random,
-        *,
-        force: tuple[float, float] = (0.5, 2.0),
-        scale: float = 0.2,
-    ) -> None:
-        super().__init__(finger, ranges, random)
-        self._forces, self._scale = force, scale
-        self.target = force[0]
+    target = _FORCES[0]  # F* [N]
 
     def initialize_episode(self, physics: SimulatedFinger) -> None:
         """Draw the force too."""
         super().initialize_episode(physics)
-        self.target = float(self.random.uniform(*self._forces))
+        self.target = float(self.random.uniform(*_FORCES))
 
     def readings(self, physics: SimulatedFinger) -> dict[str, Reading]:
         """`FingerTask`'s, with `tip_force` and `target_force` [N]."""
         force, most = np.array([physics.sensor("tip_force")]), np.array([self.largest_force])
-        low, high = np.array(self._forces)[:, None]
+        low, high = np.array(_FORCES)[:, None]
         return super().readings(physics) | {
             "tip_force": Reading(force, 0.0 * most, most),
             "target_force": Reading(np.array([self.target]), low, high),
@@ -255,34 +242,20 @@ class HoldForce(FingerTask):
 
     def get_reward(self, physics: SimulatedFinger) -> float:
         """Reward for a force near its target [–]."""
-        off = (physics.sensor("tip_force") - self.target) / self._scale
+        off = (physics.sensor("tip_force") - self.target) / _SCALE
         return float(np.exp(-(off**2)))
 
 
 class FollowTrajectory(FingerTask):
     """Follow a smooth joint trajectory that the episode draws; the object is out of the way.
 
-    Every joint goes along a sum of two sines between straight and ``share`` of its range, all in
-    proportion, as two tendons can move three joints. Reward exp(−|q − q*|²/scale²) per step.
-
-    Args:
-        share: of the joints' ranges that is used [-].
-        scale: by how much off the reward falls to 1/e [rad].
-        finger, ranges, random: see `FingerTask`.
+    Every joint goes along a sum of two sines between straight and 0.7 of its range, all in
+    proportion, as two tendons can move three joints. Reward exp(−|q − q*|²/(0.2 rad)²) per step.
     """
 
-    def __init__(
-        self,
-        finger: Finger,
-        ranges: Ranges,
-        random: Random,
-        *,
-        share: float = 0.7,
-        scale: float = 0.2,
-    ) -> None:
+    def __init__(self, finger: Finger, ranges: Ranges, random: Random) -> None:
         super().__init__(finger, ranges, random)
-        self._scale = scale
-        self._pose = share * np.array([joint.high for joint in finger.joints.values()])
+        self._pose = _SHARE * np.array([joint.high for joint in finger.joints.values()])
         self._waves = np.zeros((2, 2))
 
     def initialize_episode(self, physics: SimulatedFinger) -> None:
@@ -311,7 +284,7 @@ class FollowTrajectory(FingerTask):
 
     def get_reward(self, physics: SimulatedFinger) -> float:
         """Reward for joints near their targets [–]."""
-        off = (joint_angles(physics) - self.target(physics.time())) / self._scale
+        off = (joint_angles(physics) - self.target(physics.time())) / _SCALE
         return float(np.exp(-(off @ off)))
 
 

@@ -20,7 +20,6 @@ from tendon_mj.lab.replay import (
     Drive,
     FrameRecorder,
     Misfit,
-    ProgressShare,
     default_motion,
     read_motion,
     replay_error,
@@ -294,11 +293,9 @@ def prepare_finger(
 def simulate_finger(
     trajectory: Trajectory,
     model: mujoco.MjModel,
-    finger: Finger | None = None,
     *,
     name: str = "finger",
     friction: float | None = None,
-    progress: ProgressShare | None = None,
     recorder: FrameRecorder | None = None,
 ) -> Recording:
     """Follow a trajectory, and return every sensor in a recording that `replay` can run again.
@@ -307,9 +304,8 @@ def simulate_finger(
     place of the model's; ``recorder`` keeps frames for a clip. Columns are `asked_…` of the
     trajectory, `…_command_…` driven, and one for every sensor.
     """
-    finger = finger or Finger()
-    drive = _drive_recording(trajectory, model, finger, name=name, friction=friction)
-    answer = replay_recording(drive, model, progress=progress, recorder=recorder)
+    drive = _drive_recording(trajectory, model, Finger(), name=name, friction=friction)
+    answer = replay_recording(drive, model, recorder=recorder)
     asked = {c: v for c, v in drive.columns.items() if c.startswith("asked_")}
     return dataclasses.replace(
         answer, name=drive.name, source=drive.source, columns={**answer.columns, **asked}
