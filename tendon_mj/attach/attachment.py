@@ -11,31 +11,12 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
+from tendon_mj.attach import tendon_bend, tendons
 from tendon_mj.attach.friction import add_friction
 from tendon_mj.attach.instances import sheaths_by_tendon
 from tendon_mj.attach.mjcf import write_sheaths
 from tendon_mj.attach.sheath_design import idle_reason, own_elasticity
 from tendon_mj.attach.stiffness_limit import Pull, stiffness_limits, worst_pull
-from tendon_mj.attach.tendon_bend import (
-    Idler,
-    bend_at,
-    extreme_poses,
-    idlers,
-    leading_joints,
-    sampled_poses,
-    unswept_joints,
-)
-from tendon_mj.attach.tendons import (
-    Chosen,
-    actuators_by_tendon,
-    choose_tendons,
-    constraints_on,
-    crossed_joints,
-    end_sites,
-    force_on_tendon,
-    has_own_spring,
-    path_of,
-)
 from tendon_mj.errors import TendonError, TendonWarning
 from tendon_mj.typing import FloatArray
 
@@ -112,7 +93,7 @@ def attach_friction(
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            model, chosen = spec.compile(), choose_tendons(spec, tendon)
+            model, chosen = spec.compile(), tendons.choose_tendons(spec, tendon)
             earlier = sheaths_by_tendon(spec)
             named = {t.name for t in chosen if not t.element.name}
             add_friction(spec, tendon, **options)
@@ -122,8 +103,8 @@ def attach_friction(
     except ValueError as error:  # MuJoCo's
         raise TendonError(f"{source}: {error}") from error
     crossed = [
-        {joint.id for joint in crossed_joints(t.element)}
-        if path_of(t.element).is_spatial
+        {joint.id for joint in tendons.crossed_joints(t.element)}
+        if tendons.path_of(t.element).is_spatial
         else set()
         for t in chosen
     ]
@@ -156,7 +137,7 @@ class _Survey(NamedTuple):
     poses: FloatArray  # (p, nq), the first at `qpos0`
     bends: FloatArray  # (p, tendons) [rad]
     slid: FloatArray  # the same without idlers
-    idlers: list[Idler]
+    idlers: list[tendon_bend.Idler]
     limits: list[float]  # EA that a step carries, of each tendon [N]
 
 
@@ -167,15 +148,15 @@ def _survey(
     data = mujoco.MjData(model)
 
     def bends_in(poses: FloatArray, without: Collection[int] = ()) -> FloatArray:
-        return np.array([bend_at(model, data, qpos, ids, without) for qpos in poses])
+        return np.array([tendon_bend.bend_at(model, data, qpos, ids, without) for qpos in poses])
 
-    rolling = [idler for idler in idlers(model) if idler.tendon in ids]
+    rolling = [idler for idler in tendon_bend.idlers(model) if idler.tendon in ids]
     wheels = {idler.geom for idler in rolling}
-    poses = sampled_poses(model)
+    poses = tendon_bend.sampled_poses(model)
     parts = [poses]
     for without in [set(), wheels] if wheels else [set()]:
         for tendon, joints, bends in zip(ids, crossed, bends_in(poses, without).T, strict=True):
-            parts.append(extreme_poses(model, tendon, joints, poses, bends, without))
+            parts.append(tendon_bend.extreme_poses(model, tendon, joints, poses, bends, without))
     poses = np.concatenate(parts)
     bends = bends_in(poses)
     return _Survey(
@@ -183,7 +164,7 @@ def _survey(
         model,
         spec.compile(),
         sheaths_by_tendon(spec),
-        actuators_by_tendon(spec),
+        tendons.actuators_by_tendon(spec),
         poses,
         bends,
         slid=bends_in(poses, wheels) if rolling else bends,
@@ -193,7 +174,7 @@ def _survey(
 
 
 def _row(
-    survey: _Survey, k: int, tendon: Chosen, done: str, friction: float, extra_bend: float
+    survey: _Survey, k: int, tendon: tendons.Chosen, done: str, friction: float, extra_bend: float
 ) -> Row:
     """Row of the k-th tendon of a survey."""
     element, name = tendon.element, tendon.name
@@ -212,7 +193,7 @@ def _row(
         pull = worst_pull(survey.after, element.id, survey.poses[at], ratios)
     wound_in = "reel_joint" in config or any(a.plugin.active for a in actuators)
     idle = idle_reason(element, config, is_driven=is_driven, is_wound_in=wound_in)
-    branches, end = end_sites(element), config.get("input_end", "first")
+    branches, end = tendons.end_sites(element), config.get("input_end", "first")
     site = branches[0][0] if end == "first" else branches[-1][1]
     return Row(
         tendon=name,
@@ -253,15 +234,15 @@ def _unranged(survey: _Survey, rows: Sequence[Row]) -> list[str]:
         for row in rows
         if row.sheath and row.is_driven
         for actuator in survey.actuators.get(row.tendon, [])
-        if force_on_tendon(actuator, survey.spec.tendon(row.tendon)) is None
+        if tendons.force_on_tendon(actuator, survey.spec.tendon(row.tendon)) is None
     ]
 
 
-def _drives(survey: _Survey, tendon: Chosen) -> str:
+def _drives(survey: _Survey, tendon: tendons.Chosen) -> str:
     return (
         ", ".join(map(_label, survey.actuators.get(tendon.name, [])))
-        or ("its spring" if has_own_spring(tendon.element) else "")
-        or str(constraints_on(survey.spec, tendon.element))
+        or ("its spring" if tendons.has_own_spring(tendon.element) else "")
+        or str(tendons.constraints_on(survey.spec, tendon.element))
         or "nothing"
     )
 
@@ -270,7 +251,7 @@ def _label(actuator: mujoco.MjsActuator) -> str:
     return actuator.name or f"actuator {actuator.id}"
 
 
-def _idlers(survey: _Survey, tendon: Chosen, mu: float, bend: float) -> tuple[str, ...]:
+def _idlers(survey: _Survey, tendon: tendons.Chosen, mu: float, bend: float) -> tuple[str, ...]:
     """Sentences of the guides that turn with a tendon, which bend it by ``bend`` at most."""
     model, sentences, most = survey.before, [], 1.0 - math.exp(-mu * bend)
     for idler in survey.idlers if mu > 0.0 else ():
@@ -290,7 +271,11 @@ def _limits(model: mujoco.MjModel, crossed: set[int]) -> tuple[str, ...]:
     """Joints that are not swept, though a tendon crosses them, and loops that the poses tear."""
     held = [
         model.joint(joint).name or f"joint {joint}"
-        for joint in sorted(leading_joints(model, crossed).intersection(unswept_joints(model)))
+        for joint in sorted(
+            tendon_bend.leading_joints(model, crossed).intersection(
+                tendon_bend.unswept_joints(model)
+            )
+        )
     ]
     sentences = [f"held as in qpos0, as they have no range: {', '.join(held)}"] if held else []
     if (np.isin(model.eq_type, _LOOPS) & (model.eq_active0 != 0)).any():

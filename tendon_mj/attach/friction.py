@@ -9,23 +9,12 @@ from typing import Any, Literal, SupportsFloat, Unpack
 
 import mujoco
 
+from tendon_mj.attach import instances
 from tendon_mj.attach.friction_warnings import (
     listed,
     listed_reasons,
     side_site_warnings,
     warnings_of,
-)
-from tendon_mj.attach.instances import (
-    Sensors,
-    SheathNames,
-    TakenNames,
-    add_instance,
-    add_plugin_sensor,
-    check_instance_name,
-    check_kinds,
-    instances,
-    is_shared,
-    sheaths_by_tendon,
 )
 from tendon_mj.attach.keywords import as_count, check_names, checked_number, one_of, takes
 from tendon_mj.attach.sheath_design import Designer, NewSheath, Request
@@ -117,7 +106,7 @@ def add_friction(
     """
     check_spec(spec)
     check_names(LAW, parameters, "add_friction")
-    check_kinds(sensors)
+    instances.check_kinds(sensors)
     several = asks_for_several(spec, tendon)
     if several:
         ends = {"reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
@@ -138,9 +127,9 @@ def add_friction(
         spool=spool,
         spring=one_of("spring", spring, SPRINGS, "add_friction"),
     )
-    taken = TakenNames(spec)
+    taken = instances.TakenNames(spec)
     if name is not None:
-        check_instance_name(name, taken.instances)
+        instances.check_instance_name(name, taken.instances)
     sheaths, left_out = Designer(spec, request).design_all(choose_tendons(spec, tendon))
     if not sheaths:
         raise InvalidValueError(
@@ -222,21 +211,21 @@ def _law(
 def _add(
     spec: mujoco.MjSpec,
     sheaths: Sequence[NewSheath],
-    names: Sequence[SheathNames],
+    names: Sequence[instances.SheathNames],
     reel: str | None,
 ) -> None:
     """Add sheaths and sensors or reels, without which `MjSpec.copy` and `attach` lose them."""
     joints = add_spools(spec, [sheath.spool for sheath in sheaths if sheath.spool])
     spec.activate_plugin(NAME)
-    shown = Sensors(spec)
+    shown = instances.Sensors(spec)
     for sheath, of in zip(sheaths, names, strict=True):
         tendon = sheath.tendon.name = sheath.name
         config = {"tendon": tendon, **sheath.config}
         if sheath.spool is not None:
             config |= {"reel_joint": joints[tendon], "reel_radius": repr(sheath.spool.radius)}
-        plugin = add_instance(spec, of.sheath, config, NAME)
+        plugin = instances.add_instance(spec, of.sheath, config, NAME)
         if reel is None:
-            add_plugin_sensor(spec, of.ends, tendon).plugin = plugin
+            instances.add_plugin_sensor(spec, of.ends, tendon).plugin = plugin
         else:
             on = {"trntype": mujoco.mjtTrn.mjTRN_TENDON, "target": tendon}
             spec.add_actuator(name=reel, **on).plugin = plugin
@@ -264,7 +253,7 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
     """
     check_spec(spec)
     removed = _sheathed(spec, tendon)
-    configs = {plugin.name: config for plugin, config in instances(spec) if plugin.name}
+    configs = {plugin.name: config for plugin, config in instances.instances(spec) if plugin.name}
     actuators, sensors = (
         [holder for holder in holders if _is_on(holder, removed, configs)]
         for holders in (spec.actuators, spec.sensors)
@@ -286,7 +275,7 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
 
 def _sheathed(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> set[str]:
     """Tendons with a sheath among those that are chosen."""
-    sheaths, chosen = sheaths_by_tendon(spec), choose_tendons(spec, tendon)
+    sheaths, chosen = instances.sheaths_by_tendon(spec), choose_tendons(spec, tendon)
     for element in chosen:
         if element.by_name and element.name not in sheaths:
             raise InvalidValueError(f"tendon {element.name!r} runs in no sheath")
@@ -300,7 +289,9 @@ def _delete_instances(
     used = {sensor.plugin.name for sensor in spec.sensors if sensor.plugin.active}
     for plugin in list(spec.plugins):
         config = configs.get(plugin.name, {})
-        if config.get("tendon") in tendons or (is_shared(config) and plugin.name not in used):
+        if config.get("tendon") in tendons or (
+            instances.is_shared(config) and plugin.name not in used
+        ):
             spec.delete(plugin)
 
 
@@ -313,7 +304,7 @@ def _is_on(holder: Any, tendons: Collection[str], configs: Mapping[str, Mapping[
     if not plugin.active or plugin.plugin_name not in ("", NAME):
         return False
     config = configs.get(plugin.name, {}) if plugin.name else plugin.config
-    if is_shared(config):
+    if instances.is_shared(config):
         return holder.objtype == mujoco.mjtObj.mjOBJ_TENDON and holder.objname in tendons
     return config.get("tendon") in tendons
 
@@ -322,7 +313,7 @@ def _check_needed(
     spec: mujoco.MjSpec, tendons: Collection[str], actuators: Sequence[mujoco.MjsActuator]
 ) -> None:
     """Refuse to take away an element that a servo or a sensor of the model's own refers to."""
-    for _, config in instances(spec, SERVO):
+    for _, config in instances.instances(spec, SERVO):
         if config.get("tendon") in tendons:
             raise InvalidValueError(
                 f"a servo needs the sheath on tendon {config['tendon']!r}: delete its "

@@ -7,15 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import mujoco
 
+from tendon_mj.attach import tendons
 from tendon_mj.attach.sheath_design import NewSheath
 from tendon_mj.attach.tendon_bend import idlers
-from tendon_mj.attach.tendons import (
-    actuators_by_tendon,
-    crossed_joints,
-    force_on_tendon,
-    idlers_are_possible,
-    is_limited,
-)
 
 
 def warnings_of(
@@ -25,7 +19,7 @@ def warnings_of(
     left_out: Mapping[str, str],
 ) -> list[str]:
     """Warnings of a call that has added its sheaths; ``left_out``: tendon → reason."""
-    pulling = actuators_by_tendon(spec)
+    pulling = tendons.actuators_by_tendon(spec)
     driven = [s for s in sheaths if s.is_driven and s.name in pulling]
     messages = [f"tendons without a name are now {listed(unnamed)}"] if unnamed else []
     if left_out:
@@ -42,9 +36,11 @@ def warnings_of(
 
 def _of_joints(spec: mujoco.MjSpec, driven: Sequence[NewSheath]) -> list[str]:
     """Warnings of joints that limit or sense the actuators of driven tendons."""
-    crossed = {sheath.name: crossed_joints(sheath.tendon) for sheath in driven}
+    crossed = {sheath.name: tendons.crossed_joints(sheath.tendon) for sheath in driven}
     joints = {joint.name: joint for joints in crossed.values() for joint in joints}
-    limited = [name for name, j in joints.items() if is_limited(j.actfrclimited, j.actfrcrange)]
+    limited = [
+        name for name, j in joints.items() if tendons.is_limited(j.actfrclimited, j.actfrcrange)
+    ]
     on = [t for t, ends in crossed.items() if any(j.name in limited for j in ends)]
     sensed = [
         sensor.name
@@ -71,7 +67,7 @@ def _of_pushes(
 ) -> list[str]:
     """Warning of the driven tendons that an actuator can push, and of those that it cannot pull."""
     forces = {
-        s.name: [force_on_tendon(a, s.tendon) or (-math.inf, 0.0) for a in pulling[s.name]]
+        s.name: [tendons.force_on_tendon(a, s.tendon) or (-math.inf, 0.0) for a in pulling[s.name]]
         for s in driven
     }
     pushed = [name for name, ranges in forces.items() if max(high for _, high in ranges) > 0.0]
@@ -88,7 +84,7 @@ def _of_pushes(
 
 def side_site_warnings(spec: mujoco.MjSpec, sheaths: Sequence[NewSheath]) -> list[str]:
     """Warnings of side sites that friction turns away from their tendon; ``spec``: without it."""
-    if not any(idlers_are_possible(sheath.tendon) for sheath in sheaths):
+    if not any(tendons.idlers_are_possible(sheath.tendon) for sheath in sheaths):
         return []
     model, ids = spec.compile(), {sheath.tendon.id: sheath.name for sheath in sheaths}
     return [

@@ -109,8 +109,7 @@ def compare(out: Path = Path("out/compare")) -> dict[str, object]:
     output.figure("sweep", sweep_figure(comparison.motions))
     output.figure("limit", sweep_figure(comparison.limit_motions))
     output.figure(
-        "convergence",
-        convergence_figure(convergence.guides, convergence.error, convergence.order),
+        "convergence", convergence_figure(convergence.guides, convergence.error, convergence.order)
     )
     output.result(result)
     _print_summary(comparison)

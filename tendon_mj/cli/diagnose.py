@@ -6,13 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tendon_mj.cli.options import Recordings, Repeated, flat, given_files
-from tendon_mj.cli.output import (
-    Output,
-    console,
-    print_warnings,
-    progress_bar,
-    typed_command,
-)
+from tendon_mj.cli.output import Output, console, print_warnings, progress_bar, typed_command
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.data_check import check_recording
 from tendon_mj.lab.diagnosis import (

@@ -15,14 +15,7 @@ import tyro
 from tendon_mj.cli.options import given_files
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import EngineError, InvalidValueError
-from tendon_mj.lab.finger import (
-    clamped,
-    find_motion,
-    find_trajectory,
-    simulate_finger,
-    summarise,
-    tracking_error,
-)
+from tendon_mj.lab import finger
 from tendon_mj.lab.recordings import Recording, write_recording
 from tendon_mj.lab.replay import FrameRecorder, Frames, check_frames, frictionless, record_frames
 from tendon_mj.lab.verification import finger_step_cost
@@ -72,7 +65,7 @@ def render(
     find_camera(compiled, camera)
     if duration is not None:
         check_frames(compiled, duration, fps)
-    chosen = find_motion(name, compiled, motion, duration)
+    chosen = finger.find_motion(name, compiled, motion, duration)
     own_length = chosen.duration if math.isfinite(chosen.duration) else DURATION
     length = own_length if duration is None else duration
     if motion is None and name not in model_names():
@@ -192,24 +185,24 @@ def simulate(
     stems = {name: f"{stem}_frictionless" if name == _WITHOUT else stem for name in runs}
     writes = [glob.escape(f"{name}.csv") for name in stems.values()]
     output = Output(out, writes=writes, given=[motion])
-    trajectory = find_trajectory(motion)
+    trajectory = finger.find_trajectory(motion)
     if clamp:
-        trajectory = clamped(trajectory, Finger())
+        trajectory = finger.clamped(trajectory, Finger())
     compiled = load_model(model)
     recorders = {name: FrameRecorder() if clip else None for name in runs}
     answers: dict[str, Recording] = {}
     result: dict[str, Any] = {"model": model, "motion": trajectory.name}
     for name, value in runs.items():
-        answer = simulate_finger(
+        answer = finger.simulate_finger(
             trajectory, compiled, name=model, friction=value, recorder=recorders[name]
         )
         answers[name] = answer
-        errors = tracking_error(answer)
+        errors = finger.tracking_error(answer)
         tracking = {
             column: {"rmse": error.rmse, "largest": error.largest, "bias": error.bias}
             for column, error in errors.items()
         }
-        result[name] = {**summarise(answer), "tracking": tracking}
+        result[name] = {**finger.summarise(answer), "tracking": tracking}
         output.add(write_recording(answer, out / f"{stems[name]}.csv"))
     output.figure(trajectory.name, finger_figure(answers))
     if model == "finger" and not trajectory.by_tension:

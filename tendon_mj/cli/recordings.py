@@ -40,10 +40,7 @@ DESCRIBED, KEPT = "as described", "with the model's values"
 _WITHOUT = "friction 0"
 
 
-def init(
-    model: tyro.conf.Positional[str],
-    out: Path | None = None,
-) -> Path:
+def init(model: tyro.conf.Positional[str], out: Path | None = None) -> Path:
     """Write a description of recordings of a model: all its sensors and actuators, to be filled in.
 
     Args:

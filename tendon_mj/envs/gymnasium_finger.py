@@ -9,14 +9,7 @@ import mujoco
 import numpy as np
 from matplotlib.colors import Normalize
 
-from tendon_mj.envs.tasks import (
-    CONTROL_TIMESTEP,
-    FingerTask,
-    FollowTrajectory,
-    HoldForce,
-    Ranges,
-    SimulatedFinger,
-)
+from tendon_mj.envs import tasks
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.models import TENDONS, Finger, build_finger
 from tendon_mj.plugin import segment_tensions, sheaths
@@ -31,7 +24,7 @@ _NO_ACTUATION = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
 _Observation = dict[str, FloatArray]
 
 
-class FingerSimulation(SimulatedFinger):
+class FingerSimulation(tasks.SimulatedFinger):
     """A finger as plain MuJoCo model and data, stepped as dm_control steps it."""
 
     def __init__(self, finger: Finger) -> None:
@@ -98,9 +91,9 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
 
     metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]  # gymnasium has it an instance's
         "render_modes": ["rgb_array"],
-        "render_fps": round(1.0 / CONTROL_TIMESTEP),
+        "render_fps": round(1.0 / tasks.CONTROL_TIMESTEP),
     }
-    task_type: ClassVar[type[FingerTask]]
+    task_type: ClassVar[type[tasks.FingerTask]]
 
     def __init__(
         self,
@@ -117,9 +110,9 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
         self._size = width, height
         self._offscreen: Offscreen | None = None
         self._drawn: mujoco.MjModel | None = None  # on the offscreen buffer
-        self.task = self.task_type(finger or Finger(), Ranges(**ranges), self.np_random)
+        self.task = self.task_type(finger or Finger(), tasks.Ranges(**ranges), self.np_random)
         self.simulation = FingerSimulation(self.task.finger)
-        self._steps = max(1, round(CONTROL_TIMESTEP / self.task.finger.timestep))
+        self._steps = max(1, round(tasks.CONTROL_TIMESTEP / self.task.finger.timestep))
         readings = self.task.readings(self.simulation)
         boxes = {
             k: gymnasium.spaces.Box(r.low, r.high, dtype=np.float64) for k, r in readings.items()
@@ -203,10 +196,10 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
 class HoldForceEnv(FingerEnv):
     """Press the tip on the object and hold a force: `HoldForce` for gymnasium."""
 
-    task_type = HoldForce
+    task_type = tasks.HoldForce
 
 
 class FollowTrajectoryEnv(FingerEnv):
     """Follow a joint trajectory: `FollowTrajectory` for gymnasium."""
 
-    task_type = FollowTrajectory
+    task_type = tasks.FollowTrajectory

@@ -14,17 +14,8 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
+from tendon_mj.lab import replay
 from tendon_mj.lab.recordings import TIME, Measured, Recording, read_table
-from tendon_mj.lab.replay import (
-    Adjustable,
-    Drive,
-    FrameRecorder,
-    Misfit,
-    default_motion,
-    read_motion,
-    replay_error,
-    replay_recording,
-)
 from tendon_mj.models import JOINTS, TENDONS, Finger, spool_angles
 from tendon_mj.typing import FloatArray
 
@@ -165,14 +156,14 @@ class Motion(NamedTuple):
     """A motion of a model."""
 
     name: str  # of the motion
-    drive: Drive  # time [s] → (nu,) controls
+    drive: replay.Drive  # time [s] → (nu,) controls
     duration: float  # of it [s]; infinite for a default motion, which has no end
     parameters: Mapping[str, float] = {}  # of the model that it needs, by name
     hidden: tuple[str, ...] = ()  # bodies that are out of the way, so far that they are not shown
 
     def prepared(self, model: mujoco.MjModel) -> mujoco.MjModel:
         """A copy of a model with these parameters, in which the hidden bodies are invisible."""
-        adjustable = Adjustable(copy.copy(model))
+        adjustable = replay.Adjustable(copy.copy(model))
         adjustable.set(self.parameters)
         for body in self.hidden:
             adjustable.model.geom_rgba[model.geom_bodyid == model.body(body).id, 3] = 0.0
@@ -190,8 +181,8 @@ def find_motion(
     """
     if name not in _FINGERS:
         if motion is None:
-            return Motion("default motion", default_motion(name, model), math.inf)
-        return Motion(Path(motion).stem, *read_motion(Path(motion), model))
+            return Motion("default motion", replay.default_motion(name, model), math.inf)
+        return Motion(Path(motion).stem, *replay.read_motion(Path(motion), model))
     trajectory = find_trajectory(motion or "curl")
     if duration is not None:
         trajectory = lasting(trajectory, duration)
@@ -277,14 +268,14 @@ def prepare_finger(
     finger: Finger | None = None,
     *,
     friction: float | None = None,
-) -> tuple[Adjustable, FloatArray]:
+) -> tuple[replay.Adjustable, FloatArray]:
     """A copy of a model set for a trajectory, with its data, and its (steps, nu) controls.
 
     For callers that step the model themselves; `simulate_finger` steps it too.
     """
     commands = _drive_recording(trajectory, model, finger or Finger(), friction=friction)
     motion = _along(trajectory, model, commands)
-    adjustable = Adjustable(copy.copy(model))
+    adjustable = replay.Adjustable(copy.copy(model))
     adjustable.set(motion.parameters)
     time = np.arange(0.0, motion.duration, model.opt.timestep)
     return adjustable, np.array([motion.drive(now) for now in time])
@@ -296,7 +287,7 @@ def simulate_finger(
     *,
     name: str = "finger",
     friction: float | None = None,
-    recorder: FrameRecorder | None = None,
+    recorder: replay.FrameRecorder | None = None,
 ) -> Recording:
     """Follow a trajectory, and return every sensor in a recording that `replay` can run again.
 
@@ -305,7 +296,7 @@ def simulate_finger(
     trajectory, `…_command_…` driven, and one for every sensor.
     """
     drive = _drive_recording(trajectory, model, Finger(), name=name, friction=friction)
-    answer = replay_recording(drive, model, recorder=recorder)
+    answer = replay.replay_recording(drive, model, recorder=recorder)
     asked = {c: v for c, v in drive.columns.items() if c.startswith("asked_")}
     return dataclasses.replace(
         answer, name=drive.name, source=drive.source, columns={**answer.columns, **asked}
@@ -324,7 +315,7 @@ def summarise(answer: Recording) -> dict[str, float]:
     }
 
 
-def tracking_error(answer: Recording) -> dict[str, Misfit]:
+def tracking_error(answer: Recording) -> dict[str, replay.Misfit]:
     """Misfit achieved − commanded of every joint angle or tension of a trajectory.
 
     A tension is commanded at the motor, so it is compared at the tendon's input, and at its output
@@ -342,4 +333,4 @@ def tracking_error(answer: Recording) -> dict[str, Misfit]:
         columns={**answer.columns, **{c: answer.columns[goal] for c, goal in goals.items()}},
         measured={column: answer.measured[column] for column in goals},
     )
-    return replay_error(wanted, answer)
+    return replay.replay_error(wanted, answer)

@@ -11,15 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tendon_mj.errors import RecordingError
+from tendon_mj.lab import replay
 from tendon_mj.lab.recordings import Recording, noise_levels
-from tendon_mj.lab.replay import (
-    column_name,
-    column_unit,
-    engineering_unit,
-    plain,
-    replay_error,
-    with_unit,
-)
 from tendon_mj.lab.sweep import bins_of
 from tendon_mj.models import JOINTS, TENDON_COLOUR, TENDONS
 from tendon_mj.show.figures import style
@@ -42,7 +35,7 @@ def replay_figure(measured: Recording, simulated: Mapping[str, Recording]) -> Fi
     """
     if not measured.measured:
         raise RecordingError(f"recording {measured.name!r}: no [measured] column to draw")
-    errors = {label: replay_error(measured, answer) for label, answer in simulated.items()}
+    errors = {label: replay.replay_error(measured, answer) for label, answer in simulated.items()}
     drive = next(iter(measured.drive), "")
     driven = measured.columns[drive] if drive else measured.time
     across = style.drawn_unit(drive, driven)
@@ -93,10 +86,10 @@ def _draw_replay(axes: Axes, x: FloatArray, series: Mapping[str, FloatArray]) ->
 def _draw_key(key: Axes, drawn: Axes, column: str, rms: Mapping[str, float]) -> None:
     """The legend of a row, next to it."""
     key.set_axis_off()
-    unit = engineering_unit(column_unit(column), rms.values())
+    unit = replay.engineering_unit(replay.column_unit(column), rms.values())
     handles, labels = drawn.get_legend_handles_labels()
     texts = [
-        f"{label}\nrms error {with_unit(plain(unit.factor * rms[label]), unit)}"
+        f"{label}\nrms error {replay.with_unit(replay.plain(unit.factor * rms[label]), unit)}"
         if label in rms
         else label
         for label in labels
@@ -114,7 +107,7 @@ def before_after_figure(
     if not measured.measured or not measured.drive:
         raise RecordingError(f"recording {measured.name!r}: nothing in [drive] or in [measured]")
     simulated = {"before": before, "after": after} if after else {"simulated": before}
-    errors = {label: replay_error(measured, answer) for label, answer in simulated.items()}
+    errors = {label: replay.replay_error(measured, answer) for label, answer in simulated.items()}
     drive = next(iter(measured.drive))
     across = style.drawn_unit(drive, measured.columns[drive])
     driven = across.factor * measured.columns[drive]
@@ -168,12 +161,12 @@ def _draw_residual(
 def _title(measured: Recording, column: str, rms: Mapping[str, float]) -> str:
     """A signal's errors and its noise, in one unit."""
     noise = noise_levels(measured)[column]
-    unit = engineering_unit(column_unit(column), [*rms.values(), noise])
+    unit = replay.engineering_unit(replay.column_unit(column), [*rms.values(), noise])
     errors = ", ".join(
-        f"{with_unit(plain(unit.factor * e), unit)} {name}" for name, e in rms.items()
+        f"{replay.with_unit(replay.plain(unit.factor * e), unit)} {name}" for name, e in rms.items()
     )
-    level = with_unit(plain(unit.factor * noise, 2), unit)
-    return f"{column_name(column)}: rms error {errors}; noise {level}"
+    level = replay.with_unit(replay.plain(unit.factor * noise, 2), unit)
+    return f"{replay.column_name(column)}: rms error {errors}; noise {level}"
 
 
 def finger_figure(answers: Mapping[str, Recording]) -> Figure:

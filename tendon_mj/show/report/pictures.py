@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
+from tendon_mj.lab import replay
 from tendon_mj.lab.diagnosis import (
     Autocorrelation,
     BeforeAfter,
@@ -19,14 +20,6 @@ from tendon_mj.lab.diagnosis import (
     Correlations,
     Diagnosis,
     Located,
-)
-from tendon_mj.lab.replay import (
-    EngineeringUnit,
-    column_name,
-    column_unit,
-    engineering_unit,
-    plain,
-    with_unit,
 )
 from tendon_mj.show.figures import style
 from tendon_mj.show.figures.simulations import before_after_figure
@@ -91,7 +84,7 @@ def whiteness_figure(
         figure = style.new_figure(8.0, 0.6 + 1.8 * rows)
         panels = figure.subplots(rows, _COLUMNS, squeeze=False, sharey=True).ravel()
         for axes, (column, (before, after)) in zip(panels, white.items(), strict=False):
-            unit = engineering_unit("s", after.lags)
+            unit = replay.engineering_unit("s", after.lags)
             drawn = {BEFORE: before, AFTER: after} if changed else {"residual": before}
             for colour, (label, shown) in zip(
                 (style.VERMILLION, style.BLUE), drawn.items(), strict=False
@@ -99,7 +92,9 @@ def whiteness_figure(
                 lags = unit.factor * shown.lags
                 axes.plot(lags, shown.values, ".-", color=colour, linewidth=1.1, label=label)
             axes.axhspan(-before.band, before.band, color=style.PALE, alpha=0.5, linewidth=0.0)
-            axes.set(title=column_name(column), xlabel=f"lag [{unit.symbol}]", ylim=(-1.05, 1.05))
+            axes.set(
+                title=replay.column_name(column), xlabel=f"lag [{unit.symbol}]", ylim=(-1.05, 1.05)
+            )
             axes.set_xlim(left=0.0)
         for axes in panels[len(white) :]:
             axes.set_axis_off()
@@ -133,7 +128,7 @@ def _errors(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> Figure:
         longest = 1.0
         for row, column in zip(grid, held_out.signals, strict=True):
             shown = [*held_out.signals[column][:2], *train.signals.get(column, ())[:2]]
-            unit = engineering_unit(column_unit(column), shown)
+            unit = replay.engineering_unit(replay.column_unit(column), shown)
             rival = (sysid or {}).get(column)
             for axes, errors, other in zip(row, (train, held_out), (None, rival), strict=True):
                 before, after, noise = errors.signals.get(column, (0.0, 0.0, 1.0))
@@ -145,7 +140,7 @@ def _errors(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> Figure:
                         diagnosis.bars[column], color=style.GREY, linewidth=1.3, label=FLOOR
                     )
                 longest = max(longest, *(value / noise for value in bars.values()))
-            row[0].set_ylabel(column_name(column))
+            row[0].set_ylabel(replay.column_name(column))
         grid[0][0].set_xlim(0.0, _AXIS_SPAN * longest)
         grid[0][0].set_title("training data: selection and fit")
         grid[0][1].set_title("held-out data")
@@ -156,7 +151,7 @@ def _errors(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> Figure:
 
 
 def _draw_errors(
-    axes: Axes, bars: Mapping[str, float], noise: float, unit: EngineeringUnit, changed: bool
+    axes: Axes, bars: Mapping[str, float], noise: float, unit: replay.EngineeringUnit, changed: bool
 ) -> None:
     for k, (label, value) in enumerate(bars.items()):
         axes.barh(
@@ -169,7 +164,7 @@ def _draw_errors(
             label=label if changed or label != BEFORE else "calibrated, nothing added",
         )
         axes.annotate(
-            f"{value / noise:.2f} × ({with_unit(plain(unit.factor * value), unit)})",
+            f"{value / noise:.2f} × ({replay.with_unit(replay.plain(unit.factor * value), unit)})",
             (value / noise, k),
             xytext=(4, 0),
             textcoords="offset points",
@@ -269,7 +264,9 @@ def _draw_regime(axes: Axes, bins: Sequence[Bin], bars: Sequence[_Bars]) -> None
             hatch=_HATCHES.get(one.kind, ""),
             label=one.label,
         )
-    axes.set_yticks(rows, [column_name(b.label) if b.regime == "signal" else b.label for b in bins])
+    axes.set_yticks(
+        rows, [replay.column_name(b.label) if b.regime == "signal" else b.label for b in bins]
+    )
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
     axes.axvline(0.0, color=style.GREY, linewidth=0.8)
