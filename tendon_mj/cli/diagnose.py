@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from tendon_mj.cli.options import Recordings, Repeated, flat, given_files
 from tendon_mj.cli.output import Output, console, print_warnings, progress_bar, typed_command
 from tendon_mj.errors import TendonError
-from tendon_mj.lab.data_check import check_recording
+from tendon_mj.lab.data_check import DataWarning, check_recording
 from tendon_mj.lab.diagnosis import (
     Diagnosis,
     SysidResult,
@@ -80,9 +81,7 @@ def diagnose(
     bounds = read_bounds(next) if next else None
     read = [_read(path, description, model, settle) for path in paths]
     train, held_out = read[: len(recordings)], read[len(recordings) :]
-    # printed before a search that would blame the rig for them
-    checks = [w for one in read for w in check_recording(one, described=True).warnings]
-    print_warnings(checks)
+    checks = _check(read)
     if bounds and train:  # before the diagnosis, which takes longer
         check_bounds(train, bounds)
     with progress_bar() as progress:
@@ -113,6 +112,13 @@ def diagnose(
     if failures:
         raise TendonError(str(failures[0]))
     return result
+
+
+def _check(recordings: Sequence[Recording]) -> list[DataWarning]:
+    """Warnings about the recordings, printed before a search that would blame the rig for them."""
+    checks = [w for one in recordings for w in check_recording(one, described=True).warnings]
+    print_warnings(checks)
+    return checks
 
 
 def _write_model(output: Output, diagnosis: Diagnosis) -> tuple[Diagnosis, list[TendonError]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import glob
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -17,7 +17,7 @@ from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.lab import finger
 from tendon_mj.lab.recordings import Recording, write_recording
-from tendon_mj.lab.replay import FrameRecorder, Frames, check_frames, frictionless, record_frames
+from tendon_mj.lab.replay import FrameRecorder, check_frames, frictionless, record_frames
 from tendon_mj.lab.verification import finger_step_cost
 from tendon_mj.models import Finger, load_model, model_names, model_path
 from tendon_mj.show import check_size, find_camera, finger_figure, render_clip
@@ -197,20 +197,14 @@ def simulate(
             trajectory, compiled, name=model, friction=value, recorder=recorders[name]
         )
         answers[name] = answer
-        errors = finger.tracking_error(answer)
-        tracking = {
-            column: {"rmse": error.rmse, "largest": error.largest, "bias": error.bias}
-            for column, error in errors.items()
-        }
-        result[name] = {**finger.summarise(answer), "tracking": tracking}
+        result[name] = {**finger.summarise(answer), "tracking": _tracking(answer)}
         output.add(write_recording(answer, out / f"{stems[name]}.csv"))
     output.figure(trajectory.name, finger_figure(answers))
     if model == "finger" and not trajectory.by_tension:
         cost = finger_step_cost(trajectory, friction=friction)
         result["step_cost"] = {"ratio": cost.ratio, "step_s": cost.step}
     if clip:
-        frames = [recorder.frames() for recorder in recorders.values() if recorder]
-        result["clip"] = _write_clip(output, trajectory.name, model, frames)
+        result["clip"] = _write_clip(output, trajectory.name, model, recorders.values())
     output.result(result)
     _print_summary(answers, result)
     output.close(_sentence({label: result[label] for label in answers}))
@@ -226,9 +220,18 @@ def _sentence(summaries: Mapping[str, Mapping[str, float]]) -> str:
     return f"{text[0].upper()}{text[1:]}."
 
 
-def _write_clip(output: Output, name: str, model: str, recorded: Sequence[Frames]) -> str | None:
+def _tracking(answer: Recording) -> dict[str, dict[str, float]]:
+    return {
+        column: {"rmse": error.rmse, "largest": error.largest, "bias": error.bias}
+        for column, error in finger.tracking_error(answer).items()
+    }
+
+
+def _write_clip(
+    output: Output, name: str, model: str, recorders: Iterable[FrameRecorder | None]
+) -> str | None:
     """Write the clip, and return the name of its file; None on a machine that cannot draw."""
-    frames, *twin = recorded
+    frames, *twin = (recorder.frames() for recorder in recorders if recorder)
     scene = load_model(model, scene=True)
     path = output.folder / f"{name}.mp4"
     try:

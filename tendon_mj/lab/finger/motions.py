@@ -217,10 +217,10 @@ def _drive_recording(
     """
     check_reach(trajectory, finger)
     tendons = [t for t in TENDONS if t in {model.tendon(k).name for k in range(model.ntendon)}]
-    commands = list(_commands(trajectory, finger, tendons))
+    columns, actuators, values = zip(*_commands(trajectory, finger, tendons), strict=True)
     known = {"object.springref": OUT_OF_REACH} if trajectory.aside else {}
     if trajectory.by_tension:
-        servos = (actuator.replace("_torque", "_angle") for _, actuator, _ in commands)
+        servos = (actuator.replace("_torque", "_angle") for actuator in actuators)
         known |= {f"{servo}.{gain}": 0.0 for servo in servos for gain in ("kp", "kv")}
     if friction is not None:
         known |= {f"{tendon}_sheath.friction": friction for tendon in tendons}
@@ -234,11 +234,11 @@ def _drive_recording(
         source="simulated by tendon-mj simulate",
         time=trajectory.time,
         columns={
-            **{column: values for column, _, values in commands},
+            **dict(zip(columns, values, strict=True)),
             **dict.fromkeys(measured, np.zeros_like(trajectory.time)),
             **asked,
         },
-        drive={column: actuator for column, actuator, _ in commands},
+        drive=dict(zip(columns, actuators, strict=True)),
         measured=measured,
         known=known,
     )
