@@ -20,7 +20,7 @@ from tendon_mj.attach.stiffness_limit import Pull, stiffness_limits, worst_pull
 from tendon_mj.errors import TendonError, TendonWarning
 from tendon_mj.typing import FloatArray
 
-_LOOPS = (mujoco.mjtEq.mjEQ_CONNECT.value, mujoco.mjtEq.mjEQ_WELD.value)
+_LOOP_EQUALITIES = (mujoco.mjtEq.mjEQ_CONNECT.value, mujoco.mjtEq.mjEQ_WELD.value)
 _UNRANGED = (
     "no ctrlrange or forcerange keeps {} from pushing, which no cable can: a force above 0 passes "
     "the sheath without friction; give a ctrlrange in which the actuator only pulls"
@@ -111,7 +111,7 @@ def attach_friction(
     survey = _survey(spec, model, [t.element.id for t in chosen], crossed)
     bend = options.get("extra_bend", 0.0)
     rows = [
-        _row(survey, k, t, _done(survey, t.name, named, earlier), options["friction"], bend)
+        _tendon_row(survey, k, t, _done(survey, t.name, named, earlier), options["friction"], bend)
         for k, t in enumerate(chosen)
     ]
     said = [str(w.message) for w in caught if issubclass(w.category, TendonWarning)]
@@ -173,7 +173,7 @@ def _survey(
     )
 
 
-def _row(
+def _tendon_row(
     survey: _Survey, k: int, tendon: tendons.Chosen, done: str, friction: float, extra_bend: float
 ) -> Row:
     """Row of the k-th tendon of a survey."""
@@ -278,6 +278,6 @@ def _limits(model: mujoco.MjModel, crossed: set[int]) -> tuple[str, ...]:
         )
     ]
     sentences = [f"held as in qpos0, as they have no range: {', '.join(held)}"] if held else []
-    if (np.isin(model.eq_type, _LOOPS) & (model.eq_active0 != 0)).any():
+    if (np.isin(model.eq_type, _LOOP_EQUALITIES) & (model.eq_active0 != 0)).any():
         sentences.append("the poses do not keep connect and weld constraints: bends may be less")
     return tuple(sentences)

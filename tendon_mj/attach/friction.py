@@ -112,8 +112,8 @@ def add_friction(
         ends = {"reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
         _refuse_for_several(spec, tendon, name, ends)
     _check_reel(spec, reel, reel_joint, spool)
-    drums = _end(spec, "reel", reel_joint, reel_radius)
-    drums |= _end(spec, "output", output_joint, output_radius)
+    drums = _end_attributes(spec, "reel", reel_joint, reel_radius)
+    drums |= _end_attributes(spec, "output", output_joint, output_radius)
     is_wound_in = any(given is not None for given in (reel_joint, reel, spool))
     numbers = {"axial_stiffness": axial_stiffness, "pretension": pretension, "friction": friction}
     request = Request(
@@ -139,7 +139,7 @@ def add_friction(
     side_sites = side_site_warnings(spec, sheaths)
     unnamed = [sheath.name for sheath in sheaths if not sheath.tendon.name]
     names = [taken.give(s.name, sensors, name, alone=not several) for s in sheaths]
-    _add(spec, sheaths, names, reel)
+    _add_sheaths(spec, sheaths, names, reel)
     for message in [*warnings_of(spec, sheaths, unnamed, left_out), *side_sites]:
         warnings.warn(f"add_friction: {message}", TendonWarning, stacklevel=2)
     return spec
@@ -171,7 +171,7 @@ def _check_reel(
         raise InvalidValueError(f"the model already has an actuator {reel!r}")
 
 
-def _end(
+def _end_attributes(
     spec: mujoco.MjSpec, end: str, joint: str | None, radius: SupportsFloat | None
 ) -> dict[str, str]:
     """Attributes of the joint that winds a tendon in or out at one end; none without one."""
@@ -208,7 +208,7 @@ def _law(
     return law, values.get("axial_stiffness"), values.get("pretension")
 
 
-def _add(
+def _add_sheaths(
     spec: mujoco.MjSpec,
     sheaths: Sequence[NewSheath],
     names: Sequence[instances.SheathNames],

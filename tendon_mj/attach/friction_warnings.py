@@ -31,10 +31,10 @@ def warnings_of(
     messages += [f"friction can do nothing on {listed(on)}, {why}" for why, on in idle.items()]
     messages += [s.spool.warning for s in sheaths if s.spool and s.spool.warning]
     messages += [f"tendon {s.name!r}: {s.passing}" for s in sheaths if s.passing]
-    return messages + _of_joints(spec, driven) + _of_pushes(driven, pulling)
+    return messages + _joint_warnings(spec, driven) + _push_warnings(driven, pulling)
 
 
-def _of_joints(spec: mujoco.MjSpec, driven: Sequence[NewSheath]) -> list[str]:
+def _joint_warnings(spec: mujoco.MjSpec, driven: Sequence[NewSheath]) -> list[str]:
     """Warnings of joints that limit or sense the actuators of driven tendons."""
     crossed = {sheath.name: tendons.crossed_joints(sheath.tendon) for sheath in driven}
     joints = {joint.name: joint for joints in crossed.values() for joint in joints}
@@ -62,7 +62,7 @@ def _of_joints(spec: mujoco.MjSpec, driven: Sequence[NewSheath]) -> list[str]:
     return messages
 
 
-def _of_pushes(
+def _push_warnings(
     driven: Sequence[NewSheath], pulling: Mapping[str, Sequence[mujoco.MjsActuator]]
 ) -> list[str]:
     """Warning of the driven tendons that an actuator can push, and of those that it cannot pull."""

@@ -19,8 +19,8 @@ from tendon_mj.errors import (
 from tendon_mj.sheath import LAW, check_range
 from tendon_mj.typing import FloatArray
 
-_FULL, _ALL = mujoco.mjtState.mjSTATE_FULLPHYSICS, mujoco.mjtState.mjSTATE_INTEGRATION
-_FIXED = ("period", "delay")  # gains that state how much memory a servo has
+_FULL_STATE, _ALL_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS, mujoco.mjtState.mjSTATE_INTEGRATION
+_FIXED_GAINS = ("period", "delay")  # gains that state how much memory a servo has
 
 
 class _States:
@@ -41,8 +41,8 @@ class _States:
         size = int(model.npluginstate)
         sizes = {"npluginstate": size}
         if isinstance(data, np.ndarray):
-            sizes["FULLPHYSICS"] = mujoco.mj_stateSize(model, int(_FULL))
-            sizes["INTEGRATION"] = mujoco.mj_stateSize(model, int(_ALL))
+            sizes["FULLPHYSICS"] = mujoco.mj_stateSize(model, int(_FULL_STATE))
+            sizes["INTEGRATION"] = mujoco.mj_stateSize(model, int(_ALL_STATE))
         if not states.ndim or states.shape[-1] not in sizes.values():
             known = ", ".join(f"{size} ({name})" for name, size in sizes.items())
             raise InvalidValueError(
@@ -132,7 +132,7 @@ class Parameters(MutableMapping[str, float]):
             f"{name}.{gain}": instance.state + k
             for name, instance in plugin.servos(model).items()
             for k, gain in enumerate(plugin.GAINS)
-            if gain not in _FIXED
+            if gain not in _FIXED_GAINS
         }
 
     def _find(self, name: str) -> int:

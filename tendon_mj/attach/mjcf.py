@@ -23,7 +23,7 @@ from tendon_mj.whole_file import whole_file
 
 Element = ElementTree.Element
 _PROLOG = re.compile(r"^\s*<\?xml.*?\?>|<!DOCTYPE[^\[>]*(?:\[.*?\])?\s*>", re.DOTALL)
-_AGREE = 1e-12  # relative; degrees and radians are not the same to the last bit
+_AGREEMENT = 1e-12  # relative; degrees and radians are not the same to the last bit
 # that follow from the order of names and instances, or from where the file lies
 _DIFFERENT = ("_", "name", "path", "plugin", "sensor_plugin", "actuator_plugin", "text")
 
@@ -34,7 +34,7 @@ class Mjcf:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._files = [path]  # this one and its includes
-        self._before, self.root, self._after = _parse(path)
+        self._before, self.root, self._after = _parse_mjcf(path)
         self._include(self.root, [path])
 
     def joint(self, name: str) -> Element:
@@ -142,7 +142,7 @@ class Mjcf:
                 file = chain[-1].parent / name
             if file.resolve() in map(Path.resolve, chain):
                 raise TendonError(f"{chain[-1]}: {name} is included in itself")
-            before, included, after = _parse(file)
+            before, included, after = _parse_mjcf(file)
             self._files.append(file)
             self._include(included, [*chain, file])
             at = list(parent).index(child)
@@ -173,7 +173,7 @@ def numbers(values: Iterable[float]) -> str:
     return " ".join(map(number_text, values))
 
 
-def _parse(path: Path) -> tuple[list[Element], Element, list[Element]]:
+def _parse_mjcf(path: Path) -> tuple[list[Element], Element, list[Element]]:
     """The root element of a file, and the comments before and after it."""
     try:
         text = _PROLOG.sub("", path.read_text("utf-8-sig"))
@@ -210,7 +210,7 @@ def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
     with whole_file(path) as made:
         text.write(made)
         try:
-            _check(made, path, spec)
+            _check_written(made, path, spec)
         except (TendonError, ValueError) as error:
             if absent:
                 raise _not_in_text(text, absent[0]) from error
@@ -274,7 +274,7 @@ def _write_sensors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> No
         ElementTree.SubElement(_section(text, "sensor"), "plugin", attributes)
 
 
-def _check(written: Path, path: Path, spec: mujoco.MjSpec) -> None:
+def _check_written(written: Path, path: Path, spec: mujoco.MjSpec) -> None:
     """Compare a file, as MuJoCo compiles it, with the model that it is to hold."""
     again = mujoco.MjSpec.from_file(str(written))
     meant, got = spec.compile(), again.compile()
@@ -286,7 +286,7 @@ def _check(written: Path, path: Path, spec: mujoco.MjSpec) -> None:
             or "path" in field
             or (
                 np.shape(expected) == np.shape(actual)
-                and np.allclose(expected, actual, rtol=_AGREE, atol=_AGREE)
+                and np.allclose(expected, actual, rtol=_AGREEMENT, atol=_AGREEMENT)
             )
         ):
             continue

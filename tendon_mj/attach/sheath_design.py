@@ -27,7 +27,7 @@ from tendon_mj.errors import InvalidValueError, UnsuitedTendonError
 from tendon_mj.sheath import Law
 
 _RUB_UNBENT = ("extra_bend", "constant_friction", "viscous_friction")
-_FIXED = (
+_IS_FIXED = (
     "is fixed, a sum of joint positions without a path that bends: draw it as a spatial tendon, "
     "over sites or cylinders as far from the axis of each hinge as its coefficient [m] says; or, "
     "for a loss that does not grow with the tension, give the tendon frictionloss [N]"
@@ -37,18 +37,18 @@ _BRANCHES = (
     "leave out input_end and draw each branch from its input on, or make each a separate tendon"
 )
 _UNBENT = "with nothing to bend over: give extra_bend [rad], or route it over more sites"
-_BEYOND = (
+_GUIDES_BEYOND = (
     "all of whose guides are on the body at which it ends, so that every joint feels its input "
     "tension: route it over sites of other bodies, or give extra_bend [rad] and inner_guides"
 )
-_HELD = (
+_HELD_AT_INPUT = (
     "all of whose guides are at its {} site, where nothing winds it in: route it over more "
     "sites, or let a reel, a reel_joint or an actuator pull there"
 )
 _PASSING = "{} pulls along the whole tendon, past the sheath that {} it: remove it"
 _OR_DRIVES = ", or leave pretension and slack out, so that it gives the input tension"
 _SHORTER = "; its range lets the tendon be {:.3g} mm longer than the sheath does"
-_SAME = 1e-9  # relative, of two lengths
+_SAME_LENGTH = 1e-9  # relative, of two lengths
 
 
 class Request(NamedTuple):
@@ -117,7 +117,7 @@ class Designer:
             sheath = self._sheathed[name].name
             raise UnsuitedTendonError(f"tendon {name!r} already runs in sheath {sheath!r}")
         if not path.is_spatial:
-            raise UnsuitedTendonError(f"tendon {name!r} {_FIXED}")
+            raise UnsuitedTendonError(f"tendon {name!r} {_IS_FIXED}")
         if request.input_end == "last" and len(path.branches) > 1:
             site = end_sites(tendon)[0][1]
             raise UnsuitedTendonError(f"tendon {name!r} {_BRANCHES.format(site)}")
@@ -134,9 +134,11 @@ class Designer:
             only_inner = inner > 0 and path.bends() == 0
             is_driven = self._drives_itself(tendon, name, request, constraints, only_inner)
         is_cable = not is_driven and has_own_spring(tendon)
-        config = _config(path, request, inner, is_driven=is_driven, is_cable=is_cable)
+        config = _sheath_config(path, request, inner, is_driven=is_driven, is_cable=is_cable)
         idle = idle_reason(tendon, config, is_driven=is_driven, is_wound_in=request.is_wound_in)
-        passing = "" if is_driven else _passing(constraints, tendon, request, self._compiled)
+        passing = (
+            "" if is_driven else _passing_warning(constraints, tendon, request, self._compiled)
+        )
         config |= request.ends
         at_last, compiled = request.input_end == "last", self._compiled
         spool = design_spool(
@@ -174,7 +176,7 @@ class Designer:
         return False
 
 
-def _config(
+def _sheath_config(
     path: TendonPath, request: Request, inner: int, *, is_driven: bool, is_cable: bool
 ) -> dict[str, str]:
     counts = {"guides": path.guides(request.arc_guides) + inner}
@@ -204,13 +206,13 @@ def idle_reason(
         if not (inner and any(float(config.get(key, 0.0)) > 0.0 for key in _RUB_UNBENT)):
             return _UNBENT
         if not is_driven and not is_wound_in:
-            return _HELD.format(end)
+            return _HELD_AT_INPUT.format(end)
     elif is_driven and not inner and guides_are_beyond(tendon, end):
-        return _BEYOND
+        return _GUIDES_BEYOND
     return ""
 
 
-def _passing(
+def _passing_warning(
     constraints: Constraints,
     tendon: mujoco.MjsTendon,
     request: Request,
@@ -224,7 +226,7 @@ def _passing(
     rest = float(compiled().tendon_length0[tendon.id]) + request.law.slack
     warning = _PASSING.format(constraints, "winds" if request.is_wound else "holds")
     warning += "" if request.is_wound else _OR_DRIVES
-    if constraints.longest is None or constraints.longest <= rest * (1.0 + _SAME):
+    if constraints.longest is None or constraints.longest <= rest * (1.0 + _SAME_LENGTH):
         return warning
     return warning + _SHORTER.format(1e3 * (constraints.longest - rest))
 

@@ -32,7 +32,7 @@ _TRN, _OBJ = mujoco.mjtTrn, mujoco.mjtObj
 _GAINS = (_GAIN.mjGAIN_FIXED, _GAIN.mjGAIN_AFFINE)
 _BIASES = (_BIAS.mjBIAS_NONE, _BIAS.mjBIAS_AFFINE)
 _DYNAMICS = (_DYN.mjDYN_NONE, _DYN.mjDYN_INTEGRATOR, _DYN.mjDYN_FILTER, _DYN.mjDYN_FILTEREXACT)
-_RESOLVED = 4.0  # J over r² h² EA/ℓ; a step is stable from 1/4 on, and does not ring from 1 on
+_WELL_RESOLVED = 4.0  # J over r² h² EA/ℓ; a step is stable from 1/4 on, and does not ring from 1 on
 _HALF_WIDTH = 0.004  # of a drum, as drawn [m]
 _MASS, _INERTIA = 1e-6, 1e-12  # of its body, which is all armature [kg], [kg m²]
 _STEEL = [0.45, 0.47, 0.5, 1.0]
@@ -76,7 +76,7 @@ class Spool:
         """J [kg m²], given or by default, with EA/ℓ of the straight span at the input end [N/m]."""
         if self.armature is not None:
             return self.armature
-        return _RESOLVED * self.radius**2 * timestep**2 * stiffness
+        return _WELL_RESOLVED * self.radius**2 * timestep**2 * stiffness
 
     def least_inertia(self, stiffness: float, timestep: float) -> float:
         """Inertia above which a step is stable, r² h² EA/4ℓ [kg m²]."""
@@ -137,7 +137,7 @@ def design_spool(
         )
     model = compiled()
     data = mujoco.MjData(model)
-    _place(model, data)
+    _place_tendons(model, data)
     axial_stiffness, step = float(config["axial_stiffness"]), float(model.opt.timestep)
     strain = float(config["pretension"]) / axial_stiffness
     start, count = int(data.ten_wrapadr[tendon.id]), int(data.ten_wrapnum[tendon.id])
@@ -237,7 +237,7 @@ def _on_spool(actuator: mujoco.MjsActuator, model: mujoco.MjModel, radius: float
     )
 
 
-def _place(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+def _place_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_tendon(model, data)
@@ -251,7 +251,7 @@ def _angles(model: mujoco.MjModel, data: mujoco.MjData, tendon: int, radius: flo
     angles = []
     for key in range(model.nkey):
         mujoco.mj_resetDataKeyframe(model, data, key)
-        _place(model, data)
+        _place_tendons(model, data)
         angles.append(float(model.tendon_length0[tendon] - data.ten_length[tendon]) / radius)
     return angles
 
@@ -367,19 +367,19 @@ def _check_alone(
 
 def kept_drives(spec: mujoco.MjSpec, tendon: str) -> list[_Settings]:
     """Settings of a tendon's motors before they turned its spool; none without a note of them."""
-    note = _note(spec, tendon)
+    note = _settings_note(spec, tendon)
     numbers = [] if note is None else list(map(float, note.data.split()))
     width = len(_Settings._fields)
     return [_Settings(*numbers[k : k + width]) for k in range(0, len(numbers), width)]
 
 
 def _forget_drives(spec: mujoco.MjSpec, tendon: str) -> None:
-    note = _note(spec, tendon)
+    note = _settings_note(spec, tendon)
     if note is not None:
         spec.delete(note)
 
 
-def _note(spec: mujoco.MjSpec, tendon: str) -> mujoco.MjsText | None:
+def _settings_note(spec: mujoco.MjSpec, tendon: str) -> mujoco.MjsText | None:
     for text in spec.texts:
         if _NOTE in text.name and text.name.replace(_NOTE, "", 1) == tendon:
             return text

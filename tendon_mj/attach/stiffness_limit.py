@@ -51,7 +51,7 @@ def stiffness_limits(model: mujoco.MjModel, tendons: Sequence[int]) -> list[floa
     limits = []
     for tendon in tendons:
         limit = np.inf
-        for length, jacobian in _spans(model, data, tendon):
+        for length, jacobian in _straight_spans(model, data, tendon):
             mujoco.mj_solveM(model, data, inverse, jacobian[None])
             mobility = float(jacobian @ inverse[0])
             if mobility > 0.0:
@@ -109,7 +109,7 @@ def _stiffness(model: mujoco.MjModel, tendon: int) -> float:
     return float(model.tendon_stiffness[tendon] + servos.sum())
 
 
-def _spans(
+def _straight_spans(
     model: mujoco.MjModel, data: mujoco.MjData, tendon: int
 ) -> list[tuple[float, FloatArray]]:
     """ℓ and ∂ℓ/∂q of the straight stretches of a path between two bodies."""

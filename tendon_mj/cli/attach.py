@@ -15,7 +15,7 @@ from tendon_mj.errors import InvalidValueError
 from tendon_mj.models import load_spec, model_path
 from tendon_mj.plugin import export_library
 
-_HEAD = (
+_ATTACHED_HEAD = (
     *("tendon", "bend [rad]", "over ranges", "e^(-μφ), least"),
     *("EA [N]", "drive", "input end", "done"),
 )
@@ -69,11 +69,11 @@ def attach(
         input_end=input_end,
         extra_bend=extra_bend,
     )
-    print_table(_HEAD, [_cells(row) for row in attached.rows])
+    print_table(_ATTACHED_HEAD, [_row_cells(row) for row in attached.rows])
     for text in _remarks(attached):
         console.print(text)
     console.print(f"wrote {attached.path}")
-    console.print(_sentence(attached.rows))
+    console.print(_most_loss_sentence(attached.rows))
     return attached
 
 
@@ -109,7 +109,7 @@ def _remarks(attached: Attached) -> Iterator[str]:
     yield from attached.said
 
 
-def _sentence(rows: Sequence[Row]) -> str:
+def _most_loss_sentence(rows: Sequence[Row]) -> str:
     sheathed = [row for row in rows if row.sheath]
     if not sheathed:
         return "No tendon runs in a sheath: the last column says why."
@@ -127,7 +127,7 @@ def _sentence(rows: Sequence[Row]) -> str:
     )
 
 
-def _cells(row: Row) -> tuple[str, ...]:
+def _row_cells(row: Row) -> tuple[str, ...]:
     default = "the step's" if row.sheath else "-"
     return (
         row.tendon,

@@ -19,7 +19,7 @@ from tendon_mj.lab.verification import (
 )
 from tendon_mj.show import bars_figure, convergence_figure, loops_figure, sweep_figure
 
-_HEAD = ("model", "sheaths", "step [µs]", "without", "ratio", "quartiles", "state [kB]")
+_COST_HEAD = ("model", "sheaths", "step [µs]", "without", "ratio", "quartiles", "state [kB]")
 _REMAINDER = (
     "the remainder is finite strain T/EA and finite travel ξ/L, which the closed form neglects, "
     "and the guides' spacing, (λ/n)²; in the limit (EA, k_e, k_s × 100, 64 guides) it vanishes"
@@ -61,7 +61,7 @@ def bench(
         "cores": os.cpu_count(),
     }
     output.result(result)
-    print_table(_HEAD, [_row(name, model) for name, model in costs.items()])
+    print_table(_COST_HEAD, [_cost_row(name, model) for name, model in costs.items()])
     console.print("state: of the sheaths, in each simulation; result.json has all of an MjData")
     for name, model in costs.items():
         if model.unsensed:
@@ -78,7 +78,7 @@ def bench(
     return result
 
 
-def _row(name: str, model: ModelCost) -> tuple[str, ...]:
+def _cost_row(name: str, model: ModelCost) -> tuple[str, ...]:
     cost, ratios = model.cost, model.cost.ratios
     return (
         name,
@@ -112,7 +112,7 @@ def compare(out: Path = Path("out/compare")) -> dict[str, object]:
         "convergence", convergence_figure(convergence.guides, convergence.error, convergence.order)
     )
     output.result(result)
-    _print_summary(comparison)
+    _print_comparison(comparison)
     errors = LargestErrors.of(comparison.motions)
     output.close(
         "On the bench the apparent stiffness agrees with the closed form within "
@@ -122,7 +122,7 @@ def compare(out: Path = Path("out/compare")) -> dict[str, object]:
     return result
 
 
-def _print_summary(comparison: Comparison) -> None:
+def _print_comparison(comparison: Comparison) -> None:
     for label, bench, motions in (
         ("bench", comparison.bench, comparison.motions),
         ("limit", comparison.limit_bench, comparison.limit_motions),

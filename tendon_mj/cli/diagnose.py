@@ -79,9 +79,9 @@ def diagnose(
     given = [*given_files(paths, description, [model]), next]
     output = Output(out, writes=_WRITES if next is None else _WRITES + _NEXT, given=given)
     bounds = read_bounds(next) if next else None
-    read = [_read(path, description, model, settle) for path in paths]
+    read = [_read_one(path, description, model, settle) for path in paths]
     train, held_out = read[: len(recordings)], read[len(recordings) :]
-    checks = _check(read)
+    checks = _warn_of_data(read)
     if bounds and train:  # before the diagnosis, which takes longer
         check_bounds(train, bounds)
     with progress_bar() as progress:
@@ -90,7 +90,7 @@ def diagnose(
         compared = fit_with_sysid(train, held_out, progress) if fits else None
         simulated = diagnosis.simulate(progress)
     no_sysid = _LEFT_OUT if not sysid else _NOT_THERE
-    _print(diagnosis, compared, no_sysid)
+    _print_diagnosis(diagnosis, compared, no_sysid)
     provenance = collect_provenance(typed_command.get(), files_of(paths, description, train))
     output.written += write_before_after(simulated, out)
     diagnosis, failures = _write_model(output, diagnosis)  # before the report, which links to it
@@ -114,7 +114,7 @@ def diagnose(
     return result
 
 
-def _check(recordings: Sequence[Recording]) -> list[DataWarning]:
+def _warn_of_data(recordings: Sequence[Recording]) -> list[DataWarning]:
     """Warnings about the recordings, printed before a search that would blame the rig for them."""
     checks = [w for one in recordings for w in check_recording(one, described=True).warnings]
     print_warnings(checks)
@@ -131,7 +131,7 @@ def _write_model(output: Output, diagnosis: Diagnosis) -> tuple[Diagnosis, list[
     return diagnosis, []
 
 
-def _read(
+def _read_one(
     path: Path, description: Path | None, model: str | None, settle: float | None
 ) -> Recording:
     recording = read_recording(path, description)
@@ -158,7 +158,7 @@ def _suggest(
     return suggestion
 
 
-def _print(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> None:
+def _print_diagnosis(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> None:
     console.print(diagnosis.located.sentence)
     for finding in diagnosis.findings:
         console.print(

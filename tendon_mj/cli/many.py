@@ -50,7 +50,7 @@ from tendon_mj.show import (
 )
 from tendon_mj.whole_file import whole_file
 
-_SHOWN = 8  # outputs on the console; result.json has all
+_PRINTED = 8  # outputs on the console; result.json has all
 PAGE = "fleet.html"
 
 
@@ -108,7 +108,7 @@ def sweep(
     on = Workers(processes=processes, workers=workers, scheduler=scheduler)
     compiled = load_model(model)
     acting = read_policy(policy) if policy is not None else None
-    driven = _driven(model, compiled, motion, acting, recording, description, duration)
+    driven = _driving_recording(model, compiled, motion, acting, recording, description, duration)
     plan = Sweep(
         compiled,
         driven,
@@ -126,10 +126,10 @@ def sweep(
     given = [*read, motion, acting.path if acting else None]
     output = Output(out, (CSV,), writes=(PLAN, CSV), given=given, begin=False)
     print_warnings(timing_warnings(driven) if recording else [])
-    console.print(f"{_counted(plan.design.rollouts)} of {plan.rollouts.steps} steps on {on}")
+    console.print(f"{_rollouts_text(plan.design.rollouts)} of {plan.rollouts.steps} steps on {on}")
     with progress_bar() as progress:
         done = run_sweep(plan, out, on=on, again=again, begin=output.begin, progress=progress)
-    drawn = _write(output, done, plan)
+    drawn = _write_tables(output, done, plan)
     result: dict[str, object] = {
         "model": model,
         "motion": driven.name,
@@ -151,12 +151,12 @@ def sweep(
     }
     output.result(result)
     shown = drawn or list(plan.outputs[:1])
-    _print(done, shown)
-    output.close(_sentence(done, shown[0], model))
+    _print_outputs(done, shown)
+    output.close(_range_sentence(done, shown[0], model))
     return result
 
 
-def _write(output: Output, done: SweepResult, plan: Sweep) -> list[SensorSummary]:
+def _write_tables(output: Output, done: SweepResult, plan: Sweep) -> list[SensorSummary]:
     """Write tables and picture; returns the outputs in the picture."""
     output.add(output.folder / TABLE)
     table = done.write_csv(output.folder / CSV)
@@ -175,7 +175,7 @@ def _write(output: Output, done: SweepResult, plan: Sweep) -> list[SensorSummary
     return list(drawn)
 
 
-def _driven(
+def _driving_recording(
     name: str,
     model: mujoco.MjModel,
     motion: str | None,
@@ -196,16 +196,16 @@ def _driven(
     return read_recording(recording, description)
 
 
-def _print(done: SweepResult, outputs: list[SensorSummary]) -> None:
+def _print_outputs(done: SweepResult, outputs: list[SensorSummary]) -> None:
     rows = []
-    for output in outputs[:_SHOWN]:
+    for output in outputs[:_PRINTED]:
         summary = done.summaries[output.name]
         if "min" in summary:
             shares = [f"{name} {share:.0%}" for name, share in summary["share_of_variance"].items()]
             rows.append(
                 (
                     output.name,
-                    _span(summary, " … ", output),
+                    _range_text(summary, " … ", output),
                     f"{summary['mean']:.4g}",
                     ", ".join(shares),
                 )
@@ -214,7 +214,7 @@ def _print(done: SweepResult, outputs: list[SensorSummary]) -> None:
         print_table(("output", "range", "mean", "share of its variance"), rows)
 
 
-def _sentence(done: SweepResult, output: SensorSummary, model: str) -> str:
+def _range_sentence(done: SweepResult, output: SensorSummary, model: str) -> str:
     """Range of an output, and the parameter that it follows most."""
     rollouts, summary = done.rollouts, done.summaries[output.name]
     if "min" not in summary:
@@ -227,18 +227,18 @@ def _sentence(done: SweepResult, output: SensorSummary, model: str) -> str:
         ended += f", and in {done.unsolved} a sheath had no solved equilibrium at some time"
     varies = summary["min"] < summary["max"]
     goes = "goes from" if varies else "is"
-    text = f"{output.name} {goes} {_span(summary, ' to ', output)}"
+    text = f"{output.name} {goes} {_range_text(summary, ' to ', output)}"
     if varies and summary["share_of_variance"]:
         name, share = max(summary["share_of_variance"].items(), key=lambda item: item[1])
         text += f", and {share:.0%} of its variance follows {name}"
-    return f"In {_counted(rollouts)} of {model} {text}; {ended}."
+    return f"In {_rollouts_text(rollouts)} of {model} {text}; {ended}."
 
 
-def _counted(rollouts: int) -> str:
+def _rollouts_text(rollouts: int) -> str:
     return "1 rollout" if rollouts == 1 else f"{rollouts} rollouts"
 
 
-def _span(summary: Mapping[str, float], between: str, output: SensorSummary) -> str:
+def _range_text(summary: Mapping[str, float], between: str, output: SensorSummary) -> str:
     """Least and largest value with their unit, once where they are the same."""
     ends = (summary["min"], summary["max"])
     numbers = between.join(f"{end:.4g}" for end in dict.fromkeys(ends))

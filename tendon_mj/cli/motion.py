@@ -206,12 +206,12 @@ def simulate(
     if clip:
         result["clip"] = _write_clip(output, trajectory.name, model, recorders.values())
     output.result(result)
-    _print_summary(answers, result)
-    output.close(_sentence({label: result[label] for label in answers}))
+    _print_tracking(answers, result)
+    output.close(_loss_sentence({label: result[label] for label in answers}))
     return result
 
 
-def _sentence(summaries: Mapping[str, Mapping[str, float]]) -> str:
+def _loss_sentence(summaries: Mapping[str, Mapping[str, float]]) -> str:
     text = "; ".join(
         f"with {label} the flexor loses up to {1.0 - 1.0 / s['flexor_input_over_output_max']:.0%}"
         f" of its tension and the tip presses with up to {s['tip_force_max_N']:.2f} N"
@@ -243,7 +243,7 @@ def _write_clip(
     return output.add(path).name
 
 
-def _print_summary(labels: Iterable[str], result: Mapping[str, Any]) -> None:
+def _print_tracking(labels: Iterable[str], result: Mapping[str, Any]) -> None:
     for label in labels:
         run = result[label]
         console.print(

@@ -31,7 +31,7 @@ typed_command = ContextVar("typed_command", default="")  # for the provenance of
 console = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
 
 RESULT = "result.json"
-_SHOWN = (".html", ".png", ".mp4", ".webp")  # never read by a command
+_VIEWED = (".html", ".png", ".mp4", ".webp")  # never read by a command
 
 
 class Output:
@@ -77,7 +77,7 @@ class Output:
         with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
             listed = set(map(str, json.loads(result.read_text(encoding="utf-8"))["files"]))
         for path in [p for p in self.folder.iterdir() if p.name in listed and p.is_file()]:
-            if path.suffix in _SHOWN or path.name in self._tables:
+            if path.suffix in _VIEWED or path.name in self._tables:
                 path.unlink()
         result.unlink(missing_ok=True)
 
@@ -97,7 +97,7 @@ class Output:
         """Write `result.json`: plain numbers in SI units, and the names of the files next to it."""
         path = self.folder / RESULT
         files = sorted({p.relative_to(self.folder).as_posix() for p in self.written})
-        text = json.dumps(_plain({**numbers, "files": files}), indent=2, allow_nan=False)
+        text = json.dumps(_for_json({**numbers, "files": files}), indent=2, allow_nan=False)
         with whole_file(path) as made:
             made.write_text(text + "\n", encoding="utf-8")
         return self.add(path)
@@ -123,12 +123,12 @@ def _check_given(folder: Path, writes: Sequence[str], given: Iterable[str | Path
             )
 
 
-def _plain(value: object) -> object:
+def _for_json(value: object) -> object:
     """A value for JSON, in which NaN and infinities are null."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(inner) for key, inner in value.items()}
+        return {str(key): _for_json(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
+        return [_for_json(inner) for inner in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

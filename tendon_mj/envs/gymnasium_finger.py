@@ -16,7 +16,7 @@ from tendon_mj.plugin import segment_tensions, sheaths
 from tendon_mj.show import Image, Offscreen, add_cable, without_tendons
 from tendon_mj.typing import FloatArray
 
-_SCALE = Normalize(0.0, 30.0)  # of the colours [N]
+_TENSION_SCALE = Normalize(0.0, 30.0)  # of the colours [N]
 _RADIUS = 0.0009  # of a tendon as drawn [m]
 _CENTRE, _DISTANCE = (-0.01, 0.0, -0.03), 0.22  # that the camera looks at, and from [m]
 _AZIMUTH, _ELEVATION = 90.0, -8.0  # of the camera [deg]
@@ -178,7 +178,7 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
 
         def add(scene: mujoco.MjvScene) -> None:
             for name in sheaths(model):
-                add_cable(scene, *segment_tensions(model, data, name), _SCALE, _RADIUS)
+                add_cable(scene, *segment_tensions(model, data, name), _TENSION_SCALE, _RADIUS)
 
         return self._offscreen.draw(data, camera, add)
 

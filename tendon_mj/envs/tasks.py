@@ -21,12 +21,12 @@ CONTROL_TIMESTEP = 0.01  # between two actions [s]
 _LARGEST_TENSION = 2.5  # that the tension sensors read, over a stalled motor's [-]
 _BEYOND_COMMAND = 2.0  # of the motors' commands, that their encoders read [rad]
 _BEYOND_STOP = 0.3  # of the joints' ranges, that their encoders read [rad]
-_FORCES = (0.5, 2.0)  # (low, high) of the force that is to be held [N]
-_SHARE = 0.7  # of the joints' ranges that a trajectory uses [-]
-_SCALE = 0.2  # by how much off the reward falls to 1/e [N], [rad]
+_HELD_FORCES = (0.5, 2.0)  # (low, high) of the force that is to be held [N]
+_RANGE_SHARE = 0.7  # of the joints' ranges that a trajectory uses [-]
+_REWARD_SCALE = 0.2  # by how much off the reward falls to 1/e [N], [rad]
 _LEAD = 0.1  # of the trajectory ahead that an agent observes [s]
 Random = np.random.RandomState | np.random.Generator  # dm_control's, gymnasium's
-_UNITS = {"friction": "-", "pretension": "N", "bend": "rad", "axial_stiffness": "N"}
+_RANGE_UNITS = {"friction": "-", "pretension": "N", "bend": "rad", "axial_stiffness": "N"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +53,7 @@ class Ranges:
     bend: tuple[float, float] = (math.pi / 3.0, math.pi)
 
     def __post_init__(self) -> None:
-        for name, unit in _UNITS.items():
+        for name, unit in _RANGE_UNITS.items():
             given, bound = getattr(self, name), "> 0" if name == "axial_stiffness" else "≥ 0"
             try:
                 low, high = (float(number) for number in given)
@@ -224,17 +224,17 @@ class HoldForce(FingerTask):
     Reward exp(−((F − F*)/0.2 N)²) per step, from 0 to 1.
     """
 
-    target = _FORCES[0]  # F* [N]
+    target = _HELD_FORCES[0]  # F* [N]
 
     def initialize_episode(self, physics: SimulatedFinger) -> None:
         """Draw the force too."""
         super().initialize_episode(physics)
-        self.target = float(self.random.uniform(*_FORCES))
+        self.target = float(self.random.uniform(*_HELD_FORCES))
 
     def readings(self, physics: SimulatedFinger) -> dict[str, Reading]:
         """`FingerTask`'s, with `tip_force` and `target_force` [N]."""
         force, most = np.array([physics.sensor("tip_force")]), np.array([self.largest_force])
-        low, high = np.array(_FORCES)[:, None]
+        low, high = np.array(_HELD_FORCES)[:, None]
         return super().readings(physics) | {
             "tip_force": Reading(force, 0.0 * most, most),
             "target_force": Reading(np.array([self.target]), low, high),
@@ -242,7 +242,7 @@ class HoldForce(FingerTask):
 
     def get_reward(self, physics: SimulatedFinger) -> float:
         """Reward for a force near its target [–]."""
-        off = (physics.sensor("tip_force") - self.target) / _SCALE
+        off = (physics.sensor("tip_force") - self.target) / _REWARD_SCALE
         return float(np.exp(-(off**2)))
 
 
@@ -255,7 +255,7 @@ class FollowTrajectory(FingerTask):
 
     def __init__(self, finger: Finger, ranges: Ranges, random: Random) -> None:
         super().__init__(finger, ranges, random)
-        self._pose = _SHARE * np.array([joint.high for joint in finger.joints.values()])
+        self._pose = _RANGE_SHARE * np.array([joint.high for joint in finger.joints.values()])
         self._waves = np.zeros((2, 2))
 
     def initialize_episode(self, physics: SimulatedFinger) -> None:
@@ -284,7 +284,7 @@ class FollowTrajectory(FingerTask):
 
     def get_reward(self, physics: SimulatedFinger) -> float:
         """Reward for joints near their targets [–]."""
-        off = (joint_angles(physics) - self.target(physics.time())) / _SCALE
+        off = (joint_angles(physics) - self.target(physics.time())) / _REWARD_SCALE
         return float(np.exp(-(off @ off)))
 
 

@@ -26,7 +26,7 @@ TENDONS = ("flexor", "extensor")
 FORWARD, UP = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 FLEXION = np.array([0.0, 1.0, 0.0])  # turned about it, a finger along +x goes down
 SIDE = {"flexor": -1.0, "extensor": 1.0}  # of the finger where the tendon is, up being the back
-_MAY_BE_0 = ("friction", "pretension", "stiffness", "damping", "armature", "bend")
+_CAN_BE_0 = ("friction", "pretension", "stiffness", "damping", "armature", "bend")
 _OBJECT_POSE = ("object_x", "object_z", "object_angle")
 # of a tendon, in drawings and charts: blue and vermilion of Okabe and Ito's palette
 TENDON_COLOUR = {
@@ -40,7 +40,7 @@ _COLOUR = {
 }
 _STEEL, _OBJECT = [0.45, 0.47, 0.5, 1.0], [0.3, 0.33, 0.38, 1.0]
 _CONTACT = 3  # group of the geoms that touch, which viewers do not show
-_DRAWN: dict[str, Any] = {"group": 1, "mass": 0.0, "contype": 0, "conaffinity": 0}  # for the eye
+_FOR_SHOW: dict[str, Any] = {"group": 1, "mass": 0.0, "contype": 0, "conaffinity": 0}  # for the eye
 _PHALANX = 1  # contact bit: phalanges touch the object and nothing else
 _OBJECT_SIZE = (0.007, 0.012, 0.008)  # half edges of the object [m]
 _RAIL = np.array([0.0, 0.0165, 0.0])  # of the rod that guides the object, behind the finger [m]
@@ -70,7 +70,7 @@ class FingerJoint:
     extensor_reach: float  # along the finger, from the axis to the guide on either side [m]
 
     def __post_init__(self) -> None:
-        check_parameters(vars(self), may_be_0=_MAY_BE_0, signed=("low",), where="joint: ")
+        check_parameters(vars(self), may_be_0=_CAN_BE_0, signed=("low",), where="joint: ")
         if self.high <= self.low:
             raise InvalidValueError(f"joint: low = {self.low} must be below high = {self.high}")
 
@@ -95,7 +95,7 @@ class FingerJoint:
 
 
 # by each joint: MCP, PIP, DIP
-_DEFAULTS = {
+_BY_JOINT = {
     "length": (0.0398, 0.0224, 0.0196),
     "radius": (0.009, 0.0083, 0.007),
     "mass": (0.011, 0.0053, 0.003),
@@ -111,7 +111,7 @@ _DEFAULTS = {
     "extensor_reach": (0.0045, 0.002, 0.0016),
 }
 _MCP, _PIP, _DIP = (
-    FingerJoint(**{name: values[k] for name, values in _DEFAULTS.items()}) for k in range(3)
+    FingerJoint(**{name: values[k] for name, values in _BY_JOINT.items()}) for k in range(3)
 )
 
 
@@ -149,7 +149,7 @@ class Finger:
 
     def __post_init__(self) -> None:
         numbers = {name: value for name, value in vars(self).items() if name not in JOINTS}
-        check_parameters(numbers, may_be_0=_MAY_BE_0, signed=_OBJECT_POSE)
+        check_parameters(numbers, may_be_0=_CAN_BE_0, signed=_OBJECT_POSE)
 
     @property
     def joints(self) -> dict[str, FingerJoint]:
@@ -222,8 +222,8 @@ def build_finger(finger: Finger, *, spring_return: bool = False) -> mujoco.MjSpe
             reel_radius=finger.spool_radius,
             sensors=(),
         )
-    _add_sensors(spec, tendons)
-    _balance(spec, finger, tendons)
+    _add_finger_sensors(spec, tendons)
+    _balance_springs(spec, finger, tendons)
     return spec
 
 
@@ -269,7 +269,7 @@ def _draw_phalanx(spec: mujoco.MjSpec, body: mujoco.MjsBody, joint: FingerJoint)
         vertices, faces = _shapes()[name]
         scale = [joint.length / own.length, across, across]
         spec.add_mesh(name=name, uservert=vertices, userface=faces, scale=scale)
-        body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, rgba=rgba, **_DRAWN)
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, rgba=rgba, **_FOR_SHOW)
 
 
 @cache
@@ -301,9 +301,9 @@ def _add_object(spec: mujoco.MjSpec, finger: Finger) -> None:
         solref=[4.0 * finger.timestep, 1.0],
     )
     box, rod = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
-    body.add_geom(type=box, pos=_RAIL, size=[0.003, 0.0065, 0.003], rgba=_STEEL, **_DRAWN)
+    body.add_geom(type=box, pos=_RAIL, size=[0.003, 0.0065, 0.003], rgba=_STEEL, **_FOR_SHOW)
     ends = [*_RAIL, *(_RAIL - 0.05 * UP)]
-    body.add_geom(type=rod, fromto=ends, size=[0.0022, 0.0, 0.0], rgba=_STEEL, **_DRAWN)
+    body.add_geom(type=rod, fromto=ends, size=[0.0022, 0.0, 0.0], rgba=_STEEL, **_FOR_SHOW)
 
 
 def _add_motor(spec: mujoco.MjSpec, finger: Finger, tendon: str) -> None:
@@ -366,11 +366,11 @@ def _draw_pin(body: mujoco.MjsBody, guide: FloatArray) -> None:
         fromto=[*(guide + front * FLEXION), *(guide + back * FLEXION)],
         size=[radius, 0.0, 0.0],
         rgba=_STEEL,
-        **_DRAWN,
+        **_FOR_SHOW,
     )
 
 
-def _add_sensors(spec: mujoco.MjSpec, tendons: tuple[str, ...]) -> None:
+def _add_finger_sensors(spec: mujoco.MjSpec, tendons: tuple[str, ...]) -> None:
     def add(name: str, kind: mujoco.mjtSensor, of: str, object_type: mujoco.mjtObj) -> None:
         spec.add_sensor(name=name, type=kind, objtype=object_type, objname=of)
 
@@ -386,7 +386,7 @@ def _add_sensors(spec: mujoco.MjSpec, tendons: tuple[str, ...]) -> None:
             add_sensor(spec, f"{tendon}_sheath", kind, f"{tendon}_{kind}")
 
 
-def _balance(spec: mujoco.MjSpec, finger: Finger, tendons: tuple[str, ...]) -> None:
+def _balance_springs(spec: mujoco.MjSpec, finger: Finger, tendons: tuple[str, ...]) -> None:
     """Let the springs rest where they bear pretension and weight in the reference pose."""
     model = spec.compile()
     data = mujoco.MjData(model)

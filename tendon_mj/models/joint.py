@@ -99,7 +99,7 @@ def build_joint(joint: Joint) -> mujoco.MjSpec:
             output_radius=-side * joint.moment_arm,
             sensors=(),
         )
-    _add_sensors(spec)
+    _add_joint_sensors(spec)
     return spec
 
 
@@ -138,7 +138,7 @@ def _add_wheel(
     return body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
 
 
-def _add_sensors(spec: mujoco.MjSpec) -> None:
+def _add_joint_sensors(spec: mujoco.MjSpec) -> None:
     for name in ("joint", "spool"):
         spec.add_sensor(
             name=f"{name}_angle",

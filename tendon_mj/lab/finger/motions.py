@@ -21,15 +21,15 @@ from tendon_mj.typing import FloatArray
 
 ANGLES = tuple(f"{joint}_rad" for joint in JOINTS)
 TENSIONS = tuple(f"{tendon}_N" for tendon in TENDONS)
-_INTERVAL = 0.01  # between samples of the named ones [s]
+_TICK = 0.01  # between samples of the named ones [s]
 _CURLED = np.radians([75.0, 80.0, 60.0])  # joint angles at the height of a curl
-_TOUCHING = np.radians([45.0, 34.0, 45.0])  # beyond the pose in which the tip touches the object
-_REST = 4.0  # tension that both tendons are kept at [N], the default pretension
-_SLACK = 1e-3  # by which a trajectory may exceed a range, as rounded tables do [rad or N]
+_PRESSED = np.radians([45.0, 34.0, 45.0])  # beyond the pose in which the tip touches the object
+_RESTING = 4.0  # tension that both tendons are kept at [N], the default pretension
+_TABLE_ERROR = 1e-3  # by which a trajectory may exceed a range, as rounded tables do [rad or N]
 _FINGERS = ("finger", "finger_spring")  # models that follow trajectories
 OUT_OF_REACH = 0.5  # where the object rests on its slide for the finger to miss it [m]
-_UNITS = {"angle": "rad", "force": "N", "tension": "N", "displacement": "m"}
-_LEAST = 1e-3  # output tension that a ratio divides by at least [N]
+_UNIT_OF = {"angle": "rad", "force": "N", "tension": "N", "displacement": "m"}
+_LEAST_N = 1e-3  # output tension that a ratio divides by at least [N]
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Trajectory:
 
 
 def _time(duration: float) -> FloatArray:
-    return np.linspace(0.0, duration, round(duration / _INTERVAL) + 1)
+    return np.linspace(0.0, duration, round(duration / _TICK) + 1)
 
 
 def _by_angles(name: str, duration: float, period: float, pose: FloatArray) -> Trajectory:
@@ -62,7 +62,7 @@ def _by_tensions(name: str, knots: list[tuple[float, float]]) -> Trajectory:
     """Flexor through (time, tension) knots, linear between; extensor kept at rest."""
     at, tension = np.array(knots).T
     time = _time(at[-1])
-    flexor, extensor = np.interp(time, at, tension), np.full(len(time), _REST)
+    flexor, extensor = np.interp(time, at, tension), np.full(len(time), _RESTING)
     return Trajectory(name, time, dict(zip(TENSIONS, (flexor, extensor), strict=True)))
 
 
@@ -73,18 +73,18 @@ def curl() -> Trajectory:
 
 def tap() -> Trajectory:
     """Three taps on the object, one a second."""
-    return _by_angles("tap", 3.0, 1.0, _TOUCHING)
+    return _by_angles("tap", 3.0, 1.0, _PRESSED)
 
 
 def press() -> Trajectory:
     """Flexor tension up to 24 N and down again, twice: onto the object and off it."""
-    knots = [(0.0, _REST), (2.0, 24.0), (4.0, _REST), (6.0, 24.0), (8.0, _REST)]
+    knots = [(0.0, _RESTING), (2.0, 24.0), (4.0, _RESTING), (6.0, 24.0), (8.0, _RESTING)]
     return _by_tensions("press", knots)
 
 
 def hold() -> Trajectory:
     """Flexor tension held at 14 N, once come from below and once from above."""
-    knots = [(0.0, _REST), (1.0, 14.0), (3.0, 14.0), (4.0, 24.0), (5.0, 24.0), (6.0, 14.0)]
+    knots = [(0.0, _RESTING), (1.0, 14.0), (3.0, 14.0), (4.0, 24.0), (5.0, 24.0), (6.0, 14.0)]
     return _by_tensions("hold", [*knots, (8.0, 14.0)])
 
 
@@ -112,9 +112,9 @@ def find_trajectory(name: str) -> Trajectory:
 def check_reach(trajectory: Trajectory, finger: Finger) -> None:
     """Refuse joint angles beyond the joints' ranges, and tensions that no motor brings up."""
     kind = "tendon" if trajectory.by_tension else "joint"
-    for column, (low, high) in _reach(trajectory, finger).items():
+    for column, (low, high) in _reachable(trajectory, finger).items():
         values, (name, _, unit) = trajectory.columns[column], column.rpartition("_")
-        beyond = np.flatnonzero((values < low - _SLACK) | (values > high + _SLACK))
+        beyond = np.flatnonzero((values < low - _TABLE_ERROR) | (values > high + _TABLE_ERROR))
         if beyond.size:
             k = beyond[0]
             degrees = f" ({np.degrees(values[k]):.4g} deg)" if unit == "rad" else ""
@@ -129,21 +129,21 @@ def clamped(trajectory: Trajectory, finger: Finger) -> Trajectory:
     """A trajectory with every value clipped to the range that `check_reach` accepts."""
     columns = {
         column: np.clip(trajectory.columns[column], *limits)
-        for column, limits in _reach(trajectory, finger).items()
+        for column, limits in _reachable(trajectory, finger).items()
     }
     return dataclasses.replace(trajectory, columns=columns)
 
 
 def lasting(trajectory: Trajectory, duration: float) -> Trajectory:
     """A trajectory cut after a duration [s], or held at its last values until then."""
-    if not np.isfinite(duration) or duration < 2.0 * _INTERVAL:
-        raise InvalidValueError(f"duration = {duration} [s] must be finite and ≥ {2 * _INTERVAL}")
+    if not np.isfinite(duration) or duration < 2.0 * _TICK:
+        raise InvalidValueError(f"duration = {duration} [s] must be finite and ≥ {2 * _TICK}")
     time = np.append(trajectory.time[trajectory.time < duration], duration)
     columns = {c: np.interp(time, trajectory.time, v) for c, v in trajectory.columns.items()}
     return dataclasses.replace(trajectory, time=time, columns=columns)
 
 
-def _reach(trajectory: Trajectory, finger: Finger) -> dict[str, tuple[float, float]]:
+def _reachable(trajectory: Trajectory, finger: Finger) -> dict[str, tuple[float, float]]:
     """Lowest and highest value of every column."""
     if not trajectory.by_tension:
         ranges = [(joint.low, joint.high) for joint in finger.joints.values()]
@@ -186,10 +186,10 @@ def find_motion(
     trajectory = find_trajectory(motion or "curl")
     if duration is not None:
         trajectory = lasting(trajectory, duration)
-    return _along(trajectory, model, _drive_recording(trajectory, model, Finger(), name=name))
+    return _to_motion(trajectory, model, _drive_recording(trajectory, model, Finger(), name=name))
 
 
-def _along(trajectory: Trajectory, model: mujoco.MjModel, commands: Recording) -> Motion:
+def _to_motion(trajectory: Trajectory, model: mujoco.MjModel, commands: Recording) -> Motion:
     rows = [(model.actuator(a).id, commands.columns[c]) for c, a in commands.driven]
 
     def drive(now: float) -> FloatArray:
@@ -226,7 +226,7 @@ def _drive_recording(
         known |= {f"{tendon}_sheath.friction": friction for tendon in tendons}
     # a column is one number
     names = [model.sensor(int(k)).name for k in np.flatnonzero(model.sensor_dim == 1)]
-    measured = {f"{name}_{_UNITS[name.rpartition('_')[2]]}": Measured(name) for name in names}
+    measured = {f"{name}_{_UNIT_OF[name.rpartition('_')[2]]}": Measured(name) for name in names}
     asked = {f"asked_{column}": values for column, values in trajectory.columns.items()}
     return Recording(
         name=trajectory.name,
@@ -274,7 +274,7 @@ def prepare_finger(
     For callers that step the model themselves; `simulate_finger` steps it too.
     """
     commands = _drive_recording(trajectory, model, finger or Finger(), friction=friction)
-    motion = _along(trajectory, model, commands)
+    motion = _to_motion(trajectory, model, commands)
     adjustable = replay.Adjustable(copy.copy(model))
     adjustable.set(motion.parameters)
     time = np.arange(0.0, motion.duration, model.opt.timestep)
@@ -306,7 +306,7 @@ def simulate_finger(
 def summarise(answer: Recording) -> dict[str, float]:
     """Largest tip force, and extremes of the flexor's T_in/T_out, of a simulated motion."""
     columns = answer.columns
-    output = np.maximum(columns["flexor_output_tension_N"], _LEAST)
+    output = np.maximum(columns["flexor_output_tension_N"], _LEAST_N)
     ratio = columns["flexor_input_tension_N"] / output
     return {
         "tip_force_max_N": float(columns["tip_force_N"].max()),

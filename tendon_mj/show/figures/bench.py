@@ -40,7 +40,7 @@ def loops_figure(bench: Bench, readings: BenchReadings) -> Figure:
         left, right = figure.subplots(1, 2)
         left.plot(went_in, came_out, color=style.SKY, linewidth=3.0, label="MuJoCo with the plugin")
         right.plot(1e3 * wound, came_out, color=style.SKY, linewidth=3.0)
-        span = _span(came_out)
+        span = _padded_span(came_out)
         for sign, label, colour, dashes in _DIRECTIONS:
             lam = sign * bench.exponent
             _line(left, span * np.exp(lam), span, f"closed form, {label}", colour, dashes)
@@ -53,7 +53,7 @@ def loops_figure(bench: Bench, readings: BenchReadings) -> Figure:
                 ("right", "left")[sign > 0],
             )
             place = 1e3 * backlash, pretension
-            _note(
+            _annotate(
                 right, name, place, (sign * 8, -sign * 4), side, ("bottom", "top")[sign > 0], colour
             )
         _line(left, span, span, "closed form, no friction", style.GREY, ":")
@@ -66,7 +66,7 @@ def loops_figure(bench: Bench, readings: BenchReadings) -> Figure:
         right.set_title("displacement: slopes $K_t(\\pm|\\lambda|)$")
         right.set_xlabel("reel displacement $\\xi_\\mathrm{in}$ [mm]")
         for axes, values in ((left, went_in), (right, 1e3 * wound)):
-            axes.set_xlim(*_span(values))
+            axes.set_xlim(*_padded_span(values))
             axes.set_ylim(*span)
             axes.set_ylabel("output tension $T_\\mathrm{out}$ [N]")
         style.legend_below(figure, left, columns=3)
@@ -81,7 +81,7 @@ def _branch(lam: float, bench: Bench) -> tuple[float, float]:
     return float(stiffness), float(backlash)
 
 
-def _span(values: FloatArray) -> FloatArray:
+def _padded_span(values: FloatArray) -> FloatArray:
     low, high = float(values.min()), float(values.max())
     margin = _MARGIN * (high - low) or 1.0
     return np.array([low - margin, high + margin])
@@ -91,7 +91,7 @@ def _line(axes: Axes, x: FloatArray, y: FloatArray, label: str, colour: str, das
     axes.plot(x, y, color=colour, linestyle=dashes, linewidth=1.3, label=label)
 
 
-def _note(
+def _annotate(
     axes: Axes,
     text: str,
     place: tuple[float, float],
@@ -168,8 +168,8 @@ def convergence_figure(guides: ArrayLike, error: ArrayLike, order: float) -> Fig
         x = np.array([middle, 2.0 * middle])
         y = 0.45 * off[-1] * (x / count[-1]) ** -ORDER
         axes.loglog([x[0], x[0], x[1], x[0]], [y[0], y[1], y[1], y[0]], "-", color=style.GREY)
-        _note(axes, f"{ORDER}", (x[0], float(np.sqrt(y[0] * y[1]))), (-4, 0), "right", "center")
-        _note(axes, "1", (float(np.sqrt(x[0] * x[1])), y[1]), (0, -3), "center", "top")
+        _annotate(axes, f"{ORDER}", (x[0], float(np.sqrt(y[0] * y[1]))), (-4, 0), "right", "center")
+        _annotate(axes, "1", (float(np.sqrt(x[0] * x[1])), y[1]), (0, -3), "center", "top")
         axes.set_xticks(count, [f"{n:g}" for n in count])
         axes.xaxis.set_minor_locator(NullLocator())
         axes.set_xlabel("guides $n$ [–]")

@@ -24,15 +24,15 @@ from tendon_mj.typing import FloatArray
 
 _PALER = 0.5  # share of white in the curve of the output
 _TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
-_SPAN, _MARK = mujoco.mjtGeom.mjGEOM_CAPSULE.value, mujoco.mjtGeom.mjGEOM_SPHERE.value
+_SPAN_GEOM, _MARK_GEOM = mujoco.mjtGeom.mjGEOM_CAPSULE.value, mujoco.mjtGeom.mjGEOM_SPHERE.value
 MOST_TENDONS = 6  # tendons that have curves
-_DPI = 100
+_INCH = 100
 _FONT = 8  # [points]
-_COLUMNS = 2  # of names: input and output of a tendon
+_NAME_COLUMNS = 2  # of names: input and output of a tendon
 # changed most, in the order in which they are shown; the others are folded away
 FIRST = ("friction", "pretension", "backlash", "axial_stiffness")
-_STEPS = 200
-_WIDER = 3.0  # upper end of a slider over the model's value
+_SLIDER_STEPS = 200
+_SLIDER_WIDER = 3.0  # upper end of a slider over the model's value
 # upper ends where the model's value is 0, of the order that real transmissions have
 _TYPICAL = {
     "friction": 0.6,
@@ -120,9 +120,9 @@ def drawn_tendons(
     for geom in scene.geoms[: scene.ngeom]:
         if geom.objtype != _TENDON or geom.emission == 0.0:
             continue
-        if geom.type == _MARK:
+        if geom.type == _MARK_GEOM:
             slipping.append(geom.pos.copy())
-        elif geom.type == _SPAN:
+        elif geom.type == _SPAN_GEOM:
             along = geom.size[2] * geom.mat[:, 2]
             ends.append([geom.pos - along, geom.pos + along])
             colours.append(geom.emission * geom.rgba[:3])
@@ -165,7 +165,7 @@ def colour_key(
     The bar ends at the tensions ``limits`` [N]; the curves of the named tendons at input and output
     have (tendons, 2, 3) colours, 0 to 1.
     """
-    figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, layout="constrained")
+    figure = Figure(figsize=(width / _INCH, height / _INCH), dpi=_INCH, layout="constrained")
     canvas: Any = FigureCanvasAgg(figure)
     scale = ScalarMappable(Normalize(*limits), COLOURS)
     bar = figure.colorbar(scale, cax=figure.add_subplot(), orientation="horizontal", extend="both")
@@ -183,7 +183,7 @@ def colour_key(
         figure.legend(
             handles=lines,
             loc="outside lower center",
-            ncols=_COLUMNS,
+            ncols=_NAME_COLUMNS,
             fontsize=_FONT,
             frameon=False,
             handlelength=1.2,
@@ -195,7 +195,7 @@ def colour_key(
 
 def key_height(tendons: int) -> int:
     """Height that the picture of so many tendons' colours needs [pixels]."""
-    return 92 + 17 * -(-2 * tendons // _COLUMNS)
+    return 92 + 17 * -(-2 * tendons // _NAME_COLUMNS)
 
 
 class Slider(NamedTuple):
@@ -215,10 +215,10 @@ def slider(parameter: str, value: float) -> Slider | None:
     if parameter not in _TYPICAL:
         return None
     known = PARAMETERS[parameter]
-    high = _WIDER * abs(value)
+    high = _SLIDER_WIDER * abs(value)
     if value == 0.0 or parameter in ("friction", "static_friction"):
         high = max(high, _TYPICAL[parameter])
-    step = high / _STEPS
+    step = high / _SLIDER_STEPS
     low = 0.0 if known.range.admits(0.0) else step
     if known.range.low < 0.0:
         low = max(-high, known.range.low + step)

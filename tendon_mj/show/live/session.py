@@ -23,10 +23,10 @@ from tendon_mj.show.live.scene import Viewpoint, first_view
 from tendon_mj.show.render.offscreen import colour_limits
 from tendon_mj.typing import FloatArray
 
-_FPS = 60.0  # [1/s]
-_TRIAL, _TRIAL_FPS = 8.0, 20.0  # length of the run that sets the colours' limits [s], its frames
+_LIVE_FPS = 60.0  # [1/s]
+_TRIAL_TIME, _TRIAL_FPS = 8.0, 20.0  # of the run that sets the colours' limits [s], [1/s]
 _LAG = 0.5  # that is caught up; with more the simulation is slower than the clock [s]
-_LONGEST = 0.1  # between two frames in any case [s]
+_LONGEST_FRAME = 0.1  # between two frames in any case [s]
 _JUMP = 1e-3  # largest distance of a motion's end from its beginning, over its range
 _RETURN = 0.5  # from the last controls of a motion back to its first [s]
 _UNSTABLE = [
@@ -141,11 +141,11 @@ def prepare(name: str, motion: str | None = None) -> Prepared:
     except ValueError as error:
         raise TendonError(f"{model_path(name, scene=True)}: {error}") from error
     model, drive = in_motion(stem, compiled, motion)
-    still, limits = stands_still(model, drive, _TRIAL), model.numeric(TENSION_SCALE).data
+    still, limits = stands_still(model, drive, _TRIAL_TIME), model.numeric(TENSION_SCALE).data
     if not sheaths(model):
         limits[:] = 0.0
     elif not has_scale:
-        trial = record_frames(model, drive, duration=_TRIAL, fps=_TRIAL_FPS)
+        trial = record_frames(model, drive, duration=_TRIAL_TIME, fps=_TRIAL_FPS)
         colours = colour_limits(trial.cables)
         limits[:] = colours.vmin, colours.vmax
     low, high = (float(limit) for limit in limits)
@@ -210,13 +210,13 @@ def run_in_real_time(
         watched = show()  # opens the window or page, which does not count for the pace
         last = time.perf_counter()
         while watched and (seconds is None or elapsed < seconds):
-            time.sleep(max(0.0, last + 1.0 / _FPS - time.perf_counter()))
+            time.sleep(max(0.0, last + 1.0 / _LIVE_FPS - time.perf_counter()))
             now = time.perf_counter()
             passed, last = now - last, now
             if not simulation.paused:
                 elapsed += passed
                 owed = min(owed + passed, _LAG)
-                done = simulation.advance(owed, limit=_LONGEST)
+                done = simulation.advance(owed, limit=_LONGEST_FRAME)
                 simulated, owed = simulated + done, owed - done
             watched = show()
             frames += 1

@@ -25,10 +25,10 @@ from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
 _PANEL = 0.34  # share of the width that the panel takes
-_SMALLEST, _LARGEST = 64, 8192  # [pixels]
+_SMALLEST_SIZE, _LARGEST_SIZE = 64, 8192  # [pixels]
 _QUALITY = 4  # constant rate factor of H.264, less is better: the colour of a tendon is a reading
 # Stated in the file, lest players guess: they take another matrix of colours for large pictures.
-_COLOURS: Final = (
+_COLOUR_FLAGS: Final = (
     "-vf",
     "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+bicubic",
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
@@ -36,8 +36,8 @@ _COLOURS: Final = (
 _HALO: Final[dict[str, Any]] = {"stroke_width": 2, "stroke_fill": "white"}  # on any background
 _ARROW = 0.12  # length of the largest force's arrow over the model's extent
 _ARROW_COLOUR, _RIM = (150, 20, 40), (255, 255, 255)
-_FINE = 4  # pixels drawn for each one shown
-_LEAST = 0.2  # force that is shown, over the largest in the clip
+_OVERSAMPLING = 4  # pixels drawn for each one shown
+_LEAST_FORCE = 0.2  # force that is shown, over the largest in the clip
 
 
 def render_clip(
@@ -102,7 +102,7 @@ def _write_video(
         codec="libx264",
         quality=None,  # but that of the parameters
         macro_block_size=2,
-        output_params=["-crf", str(_QUALITY), *_COLOURS],
+        output_params=["-crf", str(_QUALITY), *_COLOUR_FLAGS],
     )
     with contextlib.closing(writer):
         writer.send(None)
@@ -145,9 +145,9 @@ def draw_frames(
 def check_size(width: int, height: int) -> None:
     """Check the size of a clip."""
     for name, size in (("width", width), ("height", height)):
-        if size % 2 or not _SMALLEST <= size <= _LARGEST:
+        if size % 2 or not _SMALLEST_SIZE <= size <= _LARGEST_SIZE:
             raise InvalidValueError(
-                f"{name} = {size} [pixels] must be even, ≥ {_SMALLEST} and ≤ {_LARGEST}"
+                f"{name} = {size} [pixels] must be even, ≥ {_SMALLEST_SIZE} and ≤ {_LARGEST_SIZE}"
             )
 
 
@@ -209,7 +209,7 @@ class _FramePainter:
         if self._ghost is not None and self._twin is not None:
             image = self._ghost.behind(image, self._offscreen.depth, self._twin.poses[k])
         contacts, labels = self._frames.contacts[k], list[FloatArray]()
-        for contact in contacts[_norms(contacts) > _LEAST * self._largest]:
+        for contact in contacts[_norms(contacts) > _LEAST_FORCE * self._largest]:
             ends = contact[:3] + np.outer((0.0, self._arrow), contact[3:])
             start, end = offscreen.project(self._offscreen.scene, ends, *self._size)
             text = f"{np.linalg.norm(contact[3:]):.1f} N"
@@ -297,7 +297,7 @@ def draw_arrow(
         return image
     picture = Picture.fromarray(image)
     patch = picture.crop((*low, *high))
-    patch = patch.resize(tuple(_FINE * (high - low)), Picture.Resampling.BICUBIC)
+    patch = patch.resize(tuple(_OVERSAMPLING * (high - low)), Picture.Resampling.BICUBIC)
     draw = ImageDraw.Draw(patch)
     side = np.array([-way[1], way[0]])
     for colour, rim in ((_RIM, 0.12 * font.size), (_ARROW_COLOUR, 0.0)):
@@ -312,7 +312,7 @@ def draw_arrow(
             neck - half * side,
             tail - half * side,
         ]
-        draw.polygon([tuple(_FINE * (corner - low)) for corner in outline], fill=colour)
+        draw.polygon([tuple(_OVERSAMPLING * (corner - low)) for corner in outline], fill=colour)
     picture.paste(patch.resize(tuple(high - low), Picture.Resampling.BOX), tuple(low))
     anchor = "rm" if way[0] < 0 else "lm"
     spot = tuple(free_spot(end + 0.5 * font.size * way, labels, font.size))

@@ -33,7 +33,7 @@ from tendon_mj.typing import FloatArray
 
 Image = NDArray[np.uint8]
 _MAX_GEOMS = 20000
-_OFF = ("disable", "disabled", "off", "false", "0")
+_TURNED_OFF = ("disable", "disabled", "off", "false", "0")
 _MODULES = {
     "egl": "mujoco.egl",
     "osmesa": "mujoco.osmesa",
@@ -69,7 +69,7 @@ def gl_platforms() -> tuple[str, ...]:
     chosen = os.environ.get("MUJOCO_GL", "").lower().strip()
     if chosen in _MODULES:
         return (chosen,)
-    if chosen in _OFF:
+    if chosen in _TURNED_OFF:
         raise EngineError(f"MUJOCO_GL={chosen} turns drawing off; unset it or set it to egl")
     if platform.system() == "Darwin":
         return ("cgl", "glfw")
@@ -259,14 +259,14 @@ def add_cable(
     capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
     colours = COLOURS(scale(tensions)).astype(np.float32)
     for start, end, colour in zip(points[:-1], points[1:], colours, strict=True):
-        geom = _new_geom(scene, capsule, start, radius, colour)
+        geom = _next_geom(scene, capsule, start, radius, colour)
         if geom is not None:
             mujoco.mjv_connector(geom, capsule, radius, start, end)
     for guide in points[1:-1]:
-        _new_geom(scene, mujoco.mjtGeom.mjGEOM_SPHERE, guide, _BEAD * radius, _GUIDE)
+        _next_geom(scene, mujoco.mjtGeom.mjGEOM_SPHERE, guide, _BEAD * radius, _GUIDE)
 
 
-def _new_geom(
+def _next_geom(
     scene: mujoco.MjvScene,
     kind: mujoco.mjtGeom,
     where: FloatArray,

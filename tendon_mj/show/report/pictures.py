@@ -26,7 +26,7 @@ from tendon_mj.show.figures.simulations import before_after_figure
 
 TIME_SPENT, BEFORE, SYSID, AFTER = "time spent there", "before", "mujoco.sysid alone", "after"
 FLOOR = "noise and reproducibility"
-_COLOURS = {
+_BAR_COLOURS = {
     TIME_SPENT: style.PALE,
     BEFORE: style.VERMILLION,
     SYSID: style.PURPLE,
@@ -34,7 +34,7 @@ _COLOURS = {
 }
 _HATCHES = {BEFORE: "////", SYSID: "...."}  # apart in grey too
 _AXIS_SPAN = 1.5  # over the longest bar, for the label behind it
-_COLUMNS = 2
+_ACROSS = 2
 _OF_SIGN = LinearSegmentedColormap.from_list("sign", [style.BLUE, "#F7F7F7", style.VERMILLION])
 
 
@@ -57,10 +57,10 @@ def diagnosis_figures(
     figures = {}
     if diagnosis.verdict != "nothing missing":
         remaining = diagnosis.remaining if changed else None
-        figures["misfit"] = _misfit(diagnosis.located, remaining)
-    figures["gap"] = _errors(diagnosis, sysid)
+        figures["misfit"] = _misfit_figure(diagnosis.located, remaining)
+    figures["gap"] = _errors_figure(diagnosis, sysid)
     if changed:
-        figures["proof"] = _proof(*diagnosis.proof, diagnosis.bars)
+        figures["proof"] = _proof_figure(*diagnosis.proof, diagnosis.bars)
     figures["before_after"] = _signals(shown, changed)
     return figures
 
@@ -79,10 +79,10 @@ def whiteness_figure(
     white: Mapping[str, tuple[Autocorrelation, Autocorrelation]], *, changed: bool
 ) -> Figure:
     """Autocorrelation of each signal's residual before and after, and the band of white noise."""
-    rows = -(-len(white) // _COLUMNS)
+    rows = -(-len(white) // _ACROSS)
     with style.print_style():
         figure = style.new_figure(8.0, 0.6 + 1.8 * rows)
-        panels = figure.subplots(rows, _COLUMNS, squeeze=False, sharey=True).ravel()
+        panels = figure.subplots(rows, _ACROSS, squeeze=False, sharey=True).ravel()
         for axes, (column, (before, after)) in zip(panels, white.items(), strict=False):
             unit = replay.engineering_unit("s", after.lags)
             drawn = {BEFORE: before, AFTER: after} if changed else {"residual": before}
@@ -119,7 +119,7 @@ def correlation_figure(correlations: Correlations) -> Figure:
     return figure
 
 
-def _errors(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> Figure:
+def _errors_figure(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> Figure:
     """Rms errors in units of the noise, labelled in the signal's unit, a row for each signal."""
     changed, train, held_out = diagnosis.changed, diagnosis.train, diagnosis.held_out
     with style.print_style():
@@ -158,7 +158,7 @@ def _draw_errors(
             k,
             value / noise,
             0.75,
-            color=_COLOURS[label],
+            color=_BAR_COLOURS[label],
             hatch=_HATCHES.get(label, ""),
             edgecolor="white",
             label=label if changed or label != BEFORE else "calibrated, nothing added",
@@ -177,7 +177,7 @@ def _draw_errors(
     axes.grid(visible=False, axis="y")
 
 
-def _misfit(located: Located, remaining: Located | None) -> Figure:
+def _misfit_figure(located: Located, remaining: Located | None) -> Figure:
     """Share [%] of the misfit in every bin of every regime, before and after, and of the time.
 
     The misfit is the power beyond noise, time × (rms² − 1); that after is in shares of that before.
@@ -189,7 +189,7 @@ def _misfit(located: Located, remaining: Located | None) -> Figure:
         _Bars(BEFORE, "misfit beyond noise, before", lambda b: unit * b.time * (b.rms**2 - 1.0)),
     ]
     if remaining:
-        left = _rms(remaining)
+        left = _by_bin(remaining)
         label = "misfit beyond noise, after (of that before)"
         bars.append(
             _Bars(
@@ -201,13 +201,13 @@ def _misfit(located: Located, remaining: Located | None) -> Figure:
     return _by_regime(located, bars, located.sentence, "share [%]")
 
 
-def _proof(before: Located, after: Located, floors: Mapping[str, float]) -> Figure:
+def _proof_figure(before: Located, after: Located, floors: Mapping[str, float]) -> Figure:
     """Rms error in every bin of every regime, before and after, in units of noise."""
     title = "Error on held-out data, before and after; 1 is the noise floor"
     floor = float(np.sqrt(np.mean(np.square([*floors.values()])))) if floors else 1.0
     if floors:
         title += f", {floor:.2f} that of {FLOOR} together (grey line)"
-    rms = _rms(after)
+    rms = _by_bin(after)
     bars = [
         _Bars(BEFORE, BEFORE, lambda b: b.rms),
         _Bars(AFTER, AFTER, lambda b: rms.get((b.regime, b.label), b.rms)),
@@ -221,7 +221,7 @@ def _proof(before: Located, after: Located, floors: Mapping[str, float]) -> Figu
     return figure
 
 
-def _rms(located: Located) -> Mapping[tuple[str, str], float]:
+def _by_bin(located: Located) -> Mapping[tuple[str, str], float]:
     return {(b.regime, b.label): b.rms for b in located.bins}
 
 
@@ -230,14 +230,14 @@ def _by_regime(located: Located, bars: Sequence[_Bars], title: str, label: str) 
     regimes: dict[str, list[Bin]] = {}
     for b in located.bins:
         regimes.setdefault(b.regime, []).append(b)
-    rows = -(-len(regimes) // _COLUMNS)
+    rows = -(-len(regimes) // _ACROSS)
     with style.print_style():
         counts = [len(bins) for bins in regimes.values()]
         highest = [max(counts[k::rows]) for k in range(rows)]
         figure = style.new_figure(8.0, 1.4 + sum(0.55 + 0.21 * count for count in highest))
         figure.suptitle(textwrap.fill(title, 105), fontsize=9.0)
         grid = figure.subplots(
-            rows, _COLUMNS, squeeze=False, sharex=True, height_ratios=[n + 1.5 for n in highest]
+            rows, _ACROSS, squeeze=False, sharex=True, height_ratios=[n + 1.5 for n in highest]
         )
         panels = grid.T.ravel()
         for axes, (name, bins) in zip(panels, regimes.items(), strict=False):
@@ -258,7 +258,7 @@ def _draw_regime(axes: Axes, bins: Sequence[Bin], bars: Sequence[_Bars]) -> None
             rows + (k - 0.5 * (len(bars) - 1)) * high,
             [one.length(b) for b in bins],
             high,
-            color=_COLOURS[one.kind],
+            color=_BAR_COLOURS[one.kind],
             edgecolor="white",
             linewidth=0.4,
             hatch=_HATCHES.get(one.kind, ""),
