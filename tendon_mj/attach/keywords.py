@@ -26,7 +26,16 @@ def takes(known: Mapping[str, Parameter]) -> Callable[[_F], _F]:
         signature = inspect.signature(function)
         stated = [p for p in signature.parameters.values() if p.kind != p.VAR_KEYWORD]
         named = {p.name for p in stated}
-        derived = [_keyword(name, p) for name, p in known.items() if name not in named]
+        derived = [
+            inspect.Parameter(
+                name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=inspect.Parameter.empty if p.required else p.default,
+                annotation="float" if p.required or p.default is not None else "float | None",
+            )
+            for name, p in known.items()
+            if name not in named
+        ]
         split = next(k for k, p in enumerate(stated) if p.kind == p.KEYWORD_ONLY)
         # first required ones, then the other parameters, then the function's own keywords
         keywords = sorted(
@@ -43,12 +52,6 @@ def takes(known: Mapping[str, Parameter]) -> Callable[[_F], _F]:
         return function
 
     return decorate
-
-
-def _keyword(name: str, parameter: Parameter) -> inspect.Parameter:
-    default = inspect.Parameter.empty if parameter.required else parameter.default
-    kind = "float" if parameter.required or parameter.default is not None else "float | None"
-    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
 
 
 def check_names(known: Mapping[str, Parameter], values: Mapping[str, object], where: str) -> None:

@@ -153,6 +153,12 @@ def design_spool(
     along = turn.T @ (span / np.linalg.norm(span) if span.any() else np.array([1.0, 0.0, 0.0]))
     across = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
     across /= np.linalg.norm(across)
+    angles = []  # at which the tendon is as tight as at `qpos0`, with its stretch on the drum
+    for key in range(model.nkey):
+        mujoco.mj_resetDataKeyframe(model, data, key)
+        _place_tendons(model, data)
+        shorter = float(model.tendon_length0[tendon.id] - data.ten_length[tendon.id])
+        angles.append(shorter / (spool.radius * (1.0 + strain)))
     warning = ""
     if armature < least:
         warning = (
@@ -169,7 +175,7 @@ def design_spool(
         armature=armature,
         damping=spool.damping,
         motors=[(motor, _on_spool(motor, model, spool.radius)) for motor in motors],
-        angles=_angles(model, data, tendon.id, spool.radius * (1.0 + strain)),
+        angles=angles,
         warning=warning,
     )
 
@@ -241,19 +247,6 @@ def _place_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_tendon(model, data)
-
-
-def _angles(model: mujoco.MjModel, data: mujoco.MjData, tendon: int, radius: float) -> list[float]:
-    """Angle in each keyframe at which the tendon is as tight as at `qpos0` [rad].
-
-    The radius is that of the drum times the stretch of the tendon on it.
-    """
-    angles = []
-    for key in range(model.nkey):
-        mujoco.mj_resetDataKeyframe(model, data, key)
-        _place_tendons(model, data)
-        angles.append(float(model.tendon_length0[tendon] - data.ten_length[tendon]) / radius)
-    return angles
 
 
 def add_spools(spec: mujoco.MjSpec, designs: Sequence[SpoolDesign]) -> dict[str, str]:

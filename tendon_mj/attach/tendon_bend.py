@@ -276,7 +276,8 @@ def idlers(model: mujoco.MjModel) -> list[Idler]:
             for body in _chain(model, bodies[k]):
                 if any(_is_carrier(model, body, bodies[j]) for j in bodies if j != k):
                     break
-                for joint in _joints_on(model, body):
+                first_joint = int(model.body_jntadr[body])
+                for joint in range(first_joint, first_joint + int(model.body_jntnum[body])):
                     if joint in held or not _is_axle(model, data, joint, geom):
                         continue
                     turns = side >= 0 and _turns_along(model, data, joint, body, side, geom)
@@ -323,11 +324,6 @@ def _body(model: mujoco.MjModel, element: int) -> int:
         return 0
     is_site = kind == _WRAP.mjWRAP_SITE.value
     return int(model.site_bodyid[target] if is_site else model.geom_bodyid[target])
-
-
-def _joints_on(model: mujoco.MjModel, body: int) -> range:
-    first = int(model.body_jntadr[body])
-    return range(first, first + int(model.body_jntnum[body]))
 
 
 def _chain(model: mujoco.MjModel, body: int) -> Iterator[int]:

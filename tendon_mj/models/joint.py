@@ -68,7 +68,10 @@ def build_joint(joint: Joint) -> mujoco.MjSpec:
     spec.option.timestep = joint.timestep
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.gravity = [0.0, 0.0, 0.0]
-    centre, heading = _centre_line(joint)
+    centre = arc_points(joint.length, joint.bend, joint.guides)  # spool, guides, hinge
+    heading = np.array([np.cos(joint.bend), np.sin(joint.bend), 0.0])
+    centre[0] -= joint.free_length * np.array([1.0, 0.0, 0.0])
+    centre[-1] += joint.free_length * heading
     spool = _add_wheel(spec, "spool", joint, centre[0], -_LEFT, _ACROSS, 1e-6)
     spool.armature = joint.motor_inertia
     axis = -np.cross(_ACROSS, heading)
@@ -99,17 +102,17 @@ def build_joint(joint: Joint) -> mujoco.MjSpec:
             output_radius=-side * joint.moment_arm,
             sensors=(),
         )
-    _add_joint_sensors(spec)
+    for name in ("joint", "spool"):
+        spec.add_sensor(
+            name=f"{name}_angle",
+            type=mujoco.mjtSensor.mjSENS_JOINTPOS,
+            objtype=mujoco.mjtObj.mjOBJ_JOINT,
+            objname=name,
+        )
+    for kind in ("input_tension", "output_tension"):
+        for k in _TENDONS:
+            add_sensor(spec, f"sheath_{k}", kind, f"{kind}_{k}")
     return spec
-
-
-def _centre_line(joint: Joint) -> tuple[FloatArray, FloatArray]:
-    """Spool, guides, hinge as (guides+2, 3) points [m], and the direction in which it ends."""
-    points = arc_points(joint.length, joint.bend, joint.guides)
-    heading = np.array([np.cos(joint.bend), np.sin(joint.bend), 0.0])
-    points[0] -= joint.free_length * np.array([1.0, 0.0, 0.0])
-    points[-1] += joint.free_length * heading
-    return points, heading
 
 
 def _add_wheel(
@@ -136,16 +139,3 @@ def _add_wheel(
         size, ends = [radius, 0.0, 0.0], [*start, *end]
         body.add_geom(type=shape, size=size, fromto=ends, rgba=rgba, contype=0, conaffinity=0)
     return body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
-
-
-def _add_joint_sensors(spec: mujoco.MjSpec) -> None:
-    for name in ("joint", "spool"):
-        spec.add_sensor(
-            name=f"{name}_angle",
-            type=mujoco.mjtSensor.mjSENS_JOINTPOS,
-            objtype=mujoco.mjtObj.mjOBJ_JOINT,
-            objname=name,
-        )
-    for kind in ("input_tension", "output_tension"):
-        for k in _TENDONS:
-            add_sensor(spec, f"sheath_{k}", kind, f"{kind}_{k}")

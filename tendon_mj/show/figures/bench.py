@@ -128,7 +128,10 @@ def sweep_figure(motions: Sequence[FirstMotion]) -> Figure:
             (stiffness_error, 100.0 * (measured / analytic - 1.0), False),
             (lost_error, 100.0 * np.array([m.backlash_error for m in ordered]), False),
         ):
-            _draw_points(axes, lam, values, named)
+            for sign, kind, colour, marker in _KINDS:
+                chosen, label = np.sign(lam) == sign, f"MuJoCo, {kind}" if named else None
+                look: dict[str, Any] = {"markerfacecolor": "none", "markeredgewidth": 1.3}
+                axes.plot(lam[chosen], values[chosen], marker, color=colour, label=label, **look)
         for axes in (stiffness_error, lost_error):
             axes.axhline(0.0, color=style.GREY, linewidth=0.9)
             axes.set_xlabel("friction exponent $\\lambda$ [–]")
@@ -142,13 +145,6 @@ def sweep_figure(motions: Sequence[FirstMotion]) -> Figure:
 
 def _unit_backlash(lam: FloatArray) -> FloatArray:
     return np.asarray(theory.equivalent_backlash(lam, 1.0, 1.0, 1.0))
-
-
-def _draw_points(axes: Axes, lam: FloatArray, values: FloatArray, named: bool) -> None:
-    for sign, kind, colour, marker in _KINDS:
-        chosen, label = np.sign(lam) == sign, f"MuJoCo, {kind}" if named else None
-        look: dict[str, Any] = {"color": colour, "markerfacecolor": "none", "markeredgewidth": 1.3}
-        axes.plot(lam[chosen], values[chosen], marker, label=label, **look)
 
 
 def convergence_figure(guides: ArrayLike, error: ArrayLike, order: float) -> Figure:
