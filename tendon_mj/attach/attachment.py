@@ -193,7 +193,7 @@ def _tendon_row(
         pull = worst_pull(survey.after, element.id, survey.poses[at], ratios)
     wound_in = "reel_joint" in config or any(a.plugin.active for a in actuators)
     idle = idle_reason(element, config, is_driven=is_driven, is_wound_in=wound_in)
-    branches, end = tendons.end_sites(element), config.get("input_end", "first")
+    branches, end = tendons.path_of(element).ends(), config.get("input_end", "first")
     site = branches[0][0] if end == "first" else branches[-1][1]
     return Row(
         tendon=name,

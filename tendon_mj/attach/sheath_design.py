@@ -17,7 +17,6 @@ from tendon_mj.attach.tendons import (
     TendonPath,
     actuators_by_tendon,
     constraints_on,
-    end_sites,
     guides_are_beyond,
     has_own_spring,
     name_of,
@@ -119,7 +118,7 @@ class Designer:
         if not path.is_spatial:
             raise UnsuitedTendonError(f"tendon {name!r} {_IS_FIXED}")
         if request.input_end == "last" and len(path.branches) > 1:
-            site = end_sites(tendon)[0][1]
+            site = path.ends()[0][1]
             raise UnsuitedTendonError(f"tendon {name!r} {_BRANCHES.format(site)}")
         inner, constraints = _inner_guides(path, request), constraints_on(self._spec, tendon)
         is_driven = bool(actuators) and not request.is_wound

@@ -69,10 +69,7 @@ def hold_force(
         ranges: to draw from.
         time_limit: of an episode [s].
     """
-    random = np.random.RandomState(seed)
-    return _environment(
-        _HoldForce(finger or Finger(), ranges or tasks.Ranges(), random), time_limit
-    )
+    return _environment(_HoldForce, seed, finger, ranges, time_limit)
 
 
 def follow_trajectory(
@@ -83,12 +80,18 @@ def follow_trajectory(
     time_limit: float = 6.0,
 ) -> control.Environment:
     """Follow a joint trajectory: `FollowTrajectory` as a `dm_env.Environment`; see `hold_force`."""
+    return _environment(_FollowTrajectory, seed, finger, ranges, time_limit)
+
+
+def _environment(
+    kind: type[tasks.FingerTask],
+    seed: int | None,
+    finger: Finger | None,
+    ranges: tasks.Ranges | None,
+    time_limit: float,
+) -> control.Environment:
     random = np.random.RandomState(seed)
-    task = _FollowTrajectory(finger or Finger(), ranges or tasks.Ranges(), random)
-    return _environment(task, time_limit)
-
-
-def _environment(task: tasks.FingerTask, time_limit: float) -> control.Environment:
+    task = kind(finger or Finger(), ranges or tasks.Ranges(), random)
     return control.Environment(
         FingerPhysics.of(task.finger),
         task,

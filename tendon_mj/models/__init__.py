@@ -6,7 +6,6 @@ from tendon_mj.models.finger import JOINTS as JOINTS
 from tendon_mj.models.finger import TENDON_COLOUR as TENDON_COLOUR
 from tendon_mj.models.finger import TENDONS as TENDONS
 from tendon_mj.models.finger import Finger as Finger
-from tendon_mj.models.finger import FingerJoint as FingerJoint
 from tendon_mj.models.finger import build_finger as build_finger
 from tendon_mj.models.finger import sheath_points as sheath_points
 from tendon_mj.models.finger import spool_angles as spool_angles

@@ -50,8 +50,7 @@ class LiveSimulation:
         self.tendons = {name: sheath.tendon for name, sheath in self._sheaths.items()}
         self.parameters = Parameters(model, self.data)
         self._views = [view_sheath(model, self.data, name) for name in self._sheaths]
-        self._times: deque[float] = deque()
-        self._ends: deque[FloatArray] = deque()
+        self._kept: deque[tuple[float, FloatArray]] = deque()
         self._start()
 
     def advance(self, duration: float, limit: float = float("inf")) -> float:
@@ -93,14 +92,13 @@ class LiveSimulation:
             values = dict(self.parameters)
             mujoco.mj_resetData(self.model, self.data)
             self.parameters.update(values)
-            self._times.clear()
-            self._ends.clear()
+            self._kept.clear()
             self._start()
 
     def curves(self) -> tuple[FloatArray, FloatArray]:
         """Remembered (n,) times [s] and (n, sheaths, 2) tensions at input and output [N]."""
-        shape = (len(self._ends), len(self._sheaths), 2)
-        return np.array(self._times), np.array(self._ends).reshape(shape)
+        times, ends = zip(*self._kept, strict=True)
+        return np.array(times), np.array(ends).reshape(len(times), len(self._sheaths), 2)
 
     def _start(self) -> None:
         self.data.ctrl[:] = self._drive(0.0)
@@ -108,11 +106,10 @@ class LiveSimulation:
         self._keep()
 
     def _keep(self) -> None:
-        self._times.append(float(self.data.time))
-        self._ends.append(np.array([view.tension[[0, -1]] for view in self._views]))
-        while self._times[0] < self.data.time - self._remembered:
-            self._times.popleft()
-            self._ends.popleft()
+        ends = np.array([view.tension[[0, -1]] for view in self._views])
+        self._kept.append((float(self.data.time), ends))
+        while self._kept[0][0] < self.data.time - self._remembered:
+            self._kept.popleft()
 
 
 @dataclass(frozen=True)

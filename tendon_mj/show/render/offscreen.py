@@ -10,6 +10,7 @@ running simulation whose model has a tension scale; recorded frames of any model
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import importlib
 import os
@@ -122,7 +123,7 @@ def find_camera(model: mujoco.MjModel, camera: str | mujoco.MjvCamera | None) ->
     return view
 
 
-class Offscreen:
+class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
     """Offscreen buffer to draw a model on, to be closed after use (it is a context manager)."""
 
     def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
@@ -188,9 +189,6 @@ class Offscreen:
         """Free the graphics memory."""
         self._context.free()
         self._gl.free()
-
-    def __enter__(self) -> Offscreen:
-        return self
 
     def __exit__(self, *error: object) -> None:
         self.close()
