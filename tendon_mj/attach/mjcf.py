@@ -204,8 +204,7 @@ def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
         raise InvalidValueError(f"{path} is a file that {source} is made of: choose another")
     check_suffix(path)
     absent = _write_tendons(text, before, spec)
-    _write_instances(text, before, spec)
-    _write_sensors(text, before, spec)
+    _write_plugins(text, before, spec)
     text.move_to(path.parent, before)
     with whole_file(path) as made:
         text.write(made)
@@ -256,7 +255,8 @@ def _new_instances(before: mujoco.MjSpec, spec: mujoco.MjSpec) -> list[mujoco.Mj
     return [p for p in spec.plugins if p.plugin_name == NAME and p.name not in known]
 
 
-def _write_instances(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
+def _write_plugins(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
+    """Write new instances, and the sensors that were added after the model's own."""
     extension = _section(text, "extension")
     holders = [p for p in text.root.iterfind("extension/plugin") if p.get("plugin") == NAME]
     holder = holders[-1] if holders else ElementTree.SubElement(extension, "plugin", plugin=NAME)
@@ -264,9 +264,6 @@ def _write_instances(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> 
         instance = ElementTree.SubElement(holder, "instance", name=plugin.name)
         for key, value in plugin.config.items():
             ElementTree.SubElement(instance, "config", key=key, value=value)
-
-
-def _write_sensors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
     for sensor in list(spec.sensors)[len(before.sensors) :]:
         attributes = {"name": sensor.name, "plugin": NAME, "instance": sensor.plugin.name}
         if sensor.objtype == mujoco.mjtObj.mjOBJ_TENDON:

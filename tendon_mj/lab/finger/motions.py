@@ -284,6 +284,7 @@ def prepare_finger(
 def simulate_finger(
     trajectory: Trajectory,
     model: mujoco.MjModel,
+    finger: Finger | None = None,
     *,
     name: str = "finger",
     friction: float | None = None,
@@ -295,7 +296,7 @@ def simulate_finger(
     place of the model's; ``recorder`` keeps frames for a clip. Columns are `asked_…` of the
     trajectory, `…_command_…` driven, and one for every sensor.
     """
-    drive = _drive_recording(trajectory, model, Finger(), name=name, friction=friction)
+    drive = _drive_recording(trajectory, model, finger or Finger(), name=name, friction=friction)
     answer = replay.replay_recording(drive, model, recorder=recorder)
     asked = {c: v for c, v in drive.columns.items() if c.startswith("asked_")}
     return dataclasses.replace(
