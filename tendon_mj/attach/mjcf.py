@@ -35,7 +35,7 @@ class Mjcf:
         self.path = path
         self._files = [path]  # this one and its includes
         self._before, self.root, self._after = _parse_mjcf(path)
-        self._include(self.root, [path])
+        self._include(self.root, path)
 
     def joint(self, name: str) -> Element:
         """A joint by name; this and the next raise `TendonError` where the text has none."""
@@ -129,22 +129,20 @@ class Mjcf:
         texts = [ElementTree.tostring(part, encoding="unicode") for part in parts]
         path.write_text("\n".join([*texts, ""]), encoding="utf-8", newline="\n")
 
-    def _include(self, parent: Element, chain: list[Path]) -> None:
-        """Put included elements in their place; ``chain``: files, each includes the next."""
+    def _include(self, parent: Element, within: Path) -> None:
+        """Put included elements in their place; ``within``: file that ``parent`` is in."""
         for child in list(parent):
             if child.tag != "include":
-                self._include(child, chain)
+                self._include(child, within)
                 continue
             # MuJoCo looks next to the main file, and then next to the one that includes
             name = str(child.get("file"))
             file = self.path.parent / name
             if not file.exists():
-                file = chain[-1].parent / name
-            if file.resolve() in map(Path.resolve, chain):
-                raise TendonError(f"{chain[-1]}: {name} is included in itself")
+                file = within.parent / name
             before, included, after = _parse_mjcf(file)
             self._files.append(file)
-            self._include(included, [*chain, file])
+            self._include(included, file)
             at = list(parent).index(child)
             parent[at : at + 1] = [*before, *included, *after]
 

@@ -208,9 +208,8 @@ def _draw_joints(axes: Axes, answers: Mapping[str, Recording]) -> None:
     for k, answer in enumerate(answers.values()):
         for joint, colour in _JOINT_COLOURS.items():
             angle = np.degrees(answer.columns[f"{joint}_angle_rad"])
-            axes.plot(answer.time, angle, color=colour, linestyle=_LINES[k % 3])
-    for joint, colour in _JOINT_COLOURS.items():
-        axes.plot([], [], color=colour, label=joint.upper())
+            label, dashes = joint.upper() if k == 0 else "", _LINES[k % 3]
+            axes.plot(answer.time, angle, color=colour, linestyle=dashes, label=label)
     first = next(iter(answers.values()))
     targets = [c for c in first.columns if c.startswith("asked_") and c.endswith("_rad")]
     for column in targets:
@@ -235,9 +234,8 @@ def _draw_tensions(axes: Axes, answers: Mapping[str, Recording]) -> None:
         for tendon, end, alpha in ends:
             look: dict[str, Any] = {"color": TENDON_COLOUR[tendon], "alpha": alpha}
             values = answer.columns[f"{tendon}_{end}_tension_N"]
-            axes.plot(answer.time, values, linestyle=_LINES[k % 3], **look)
-            if k == 0:
-                axes.plot([], [], label=f"{tendon}, {end}", **look)
+            label = f"{tendon}, {end}" if k == 0 else ""
+            axes.plot(answer.time, values, linestyle=_LINES[k % 3], label=label, **look)
     axes.set_ylabel("tension [N]")
     _key(axes)
 
