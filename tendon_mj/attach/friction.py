@@ -122,9 +122,8 @@ def add_friction(
         spool=spool,
         spring=one_of("spring", spring, SPRINGS, "add_friction"),
     )
-    taken = instances.TakenNames(spec)
     if name is not None:
-        instances.check_instance_name(name, taken.instances)
+        instances.check_instance_name(name, instances.taken_names(spec)[0])
     sheaths, left_out = Designer(spec, request).design_all(choose_tendons(spec, tendon))
     if not sheaths:
         raise InvalidValueError(
@@ -133,8 +132,7 @@ def add_friction(
         )
     side_sites = side_site_warnings(spec, sheaths)
     unnamed = [sheath.name for sheath in sheaths if not sheath.tendon.name]
-    names = [taken.give(s.name, sensors, name, alone=not several) for s in sheaths]
-    _add_sheaths(spec, sheaths, names, reel)
+    _add_sheaths(spec, sheaths, name, reel, sensors, alone=not several)
     for message in [*warnings_of(spec, sheaths, unnamed, left_out), *side_sites]:
         warnings.warn(f"add_friction: {message}", TendonWarning, stacklevel=2)
     return spec
@@ -206,26 +204,38 @@ def _law(
 def _add_sheaths(
     spec: mujoco.MjSpec,
     sheaths: Sequence[NewSheath],
-    names: Sequence[instances.SheathNames],
+    name: str | None,
     reel: str | None,
+    kinds: Sequence[str],
+    *,
+    alone: bool,
 ) -> None:
-    """Add sheaths and sensors or reels, without which `MjSpec.copy` and `attach` lose them."""
+    """Add sheaths and sensors or reels, without which `MjSpec.copy` and `attach` lose them.
+
+    The tendon of one ``alone`` was given by its name, not among several.
+    """
+    take, (taken, sensors) = instances.take_name, instances.taken_names(spec)
     joints = add_spools(spec, [sheath.spool for sheath in sheaths if sheath.spool])
     spec.activate_plugin(NAME)
     shown = instances.Sensors(spec)
-    for sheath, of in zip(sheaths, names, strict=True):
+    for sheath in sheaths:
         tendon = sheath.tendon.name = sheath.name
+        short = ("sheath",) if alone else ()
+        own = take(taken, *short, f"{tendon}_sheath") if name is None else name
+        ends = take(sensors, own, f"{own}_ends")
         config = {"tendon": tendon, **sheath.config}
         if sheath.spool is not None:
             config |= {"reel_joint": joints[tendon], "reel_radius": repr(sheath.spool.radius)}
-        plugin = instances.add_instance(spec, of.sheath, config, NAME)
+        plugin = instances.add_instance(spec, own, config, NAME)
         if reel is None:
-            instances.add_plugin_sensor(spec, of.ends, tendon).plugin = plugin
+            instances.add_plugin_sensor(spec, ends, tendon).plugin = plugin
         else:
             on = {"trntype": mujoco.mjtTrn.mjTRN_TENDON, "target": tendon}
             spec.add_actuator(name=reel, **on).plugin = plugin
-        for kind, (sensor, instance) in of.sensors.items():
-            shown.add(tendon, kind, sensor, instance)
+        for kind in kinds:
+            short, prefix = (kind,) if alone else (), tendon if name is None else name
+            sensor = take(sensors, *short, f"{prefix}_{kind}")
+            shown.add(tendon, kind, sensor, take(taken, f"{own}.{kind}"))
 
 
 def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.MjSpec:

@@ -103,7 +103,7 @@ def example(command: CommandFunction) -> str:
 
 
 def _show_all(given: Sequence[str]) -> None:
-    """Print the help of all commands, or refuse what is none of them; loads no command."""
+    """Print the help of all commands, or refuse an unknown command; loads none."""
 
     def named(summary: str) -> CommandFunction:
         def command() -> None: ...
