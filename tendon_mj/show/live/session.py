@@ -97,7 +97,8 @@ class LiveSimulation:
 
     def curves(self) -> tuple[FloatArray, FloatArray]:
         """Remembered (n,) times [s] and (n, sheaths, 2) tensions at input and output [N]."""
-        times, ends = zip(*self._kept, strict=True)
+        with self.lock:
+            times, ends = zip(*self._kept, strict=True)
         return np.array(times), np.array(ends).reshape(len(times), len(self._sheaths), 2)
 
     def _start(self) -> None:
