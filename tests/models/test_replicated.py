@@ -1,12 +1,14 @@
-"""A sheath beside or in a `<replicate>`."""
+"""A sheath beside or in a `<replicate>`: it loads where MuJoCo can copy it, else it is refused."""
 
 import mujoco
 import pytest
 
 from tendon_mj import add_friction
 from tendon_mj.cli import main
+from tendon_mj.errors import TendonError
 from tendon_mj.models import load_model
 from tendon_mj.plugin import sheaths
+from tests.refusals import refusing
 from tests.rigs import simulated
 
 LINK = """<body pos=".1 0 -.02"><joint name="j" axis="0 1 0"/><geom size=".01"/>
@@ -41,6 +43,57 @@ def test_attach_writes_what_mujoco_can_read(world, tmp_path):
     assert main(arguments) == 0
     assert len(sheaths(load_model(str(out)))) == (1 if world is BESIDE else 3)
     assert {p.name for p in tmp_path.iterdir()} == {"arm.xml", "new.xml"}
+
+
+COPIED = "is on tendon 't', which a <replicate> copies"
+DRUM = {'<geom size=".1"/>': '<geom name="drum" size=".1"/>'}
+ON_DRUM = {'<site site="c"/>': '<geom geom="drum"/><site site="c"/>'}
+X = {'<geom size=".1"/>': '<body name="x"/><site name="x"/>'}
+UNNAMED = {'name="e" plugin="tendon_mj.sheath"': 'name="e"'}  # as MuJoCo writes it
+
+
+@pytest.mark.parametrize(
+    ("world", "sensor", "changes", "fact"),
+    [
+        (BESIDE, "", {}, "has no object"),
+        (AROUND, "", {}, "has no object"),
+        (AROUND, ON_TENDON, {}, COPIED),
+        (BESIDE, ON_TENDON, DRUM | ON_DRUM, COPIED),
+        *[
+            (BESIDE, f'objtype="{kind}" objname="x"', X | UNNAMED, "'x', which a <replicate>")
+            for kind in ("site", "body", "xbody")
+        ],
+    ],
+)
+def test_what_mujoco_would_crash_over_is_refused_by_name(world, sensor, changes, fact, tmp_path):
+    text = arm(world, sensor)
+    for old, new in changes.items():
+        text = text.replace(old, new)
+    (tmp_path / "arm.xml").write_text(text)
+    with refusing(TendonError, "arm.xml", "sensor 'e'", fact):
+        load_model(str(tmp_path / "arm.xml"))
+
+
+def test_text_that_only_mujoco_can_read_is_refused_beside_a_replicate(tmp_path):
+    text = arm(BESIDE, "").replace("<mujoco>", '<mujoco model="a & b">')
+    (tmp_path / "arm.xml").write_text(text)
+    with refusing(TendonError, "arm.xml", "<replicate>"):
+        load_model(str(tmp_path / "arm.xml"))
+
+
+def test_it_is_found_behind_an_include_and_in_a_model_of_the_model(tmp_path):
+    (tmp_path / "many.xml").write_text(
+        "<mujoco><worldbody><replicate count='2'><geom size='1'/></replicate></worldbody></mujoco>"
+    )
+    plain = BESIDE.partition("<replicate")[0]
+    child = arm(plain, "").replace("<mujoco>", '<mujoco><include file="many.xml"/>')
+    (tmp_path / "child.xml").write_text(child)
+    (tmp_path / "main.xml").write_text(
+        '<mujoco><asset><model name="c" file="child.xml"/></asset></mujoco>'
+    )
+    for name in ("child.xml", "main.xml"):
+        with refusing(TendonError, "child.xml", "sensor 'e'"):
+            load_model(str(tmp_path / name))
 
 
 def test_a_sheath_beside_a_replicate_loads_where_its_sensor_has_the_tendon(tmp_path):
