@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import json
 import math
-import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
@@ -14,6 +12,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import filelock
 from rich.console import Console
 from rich.progress import Progress, TaskID
 from rich.table import Table
@@ -31,11 +30,12 @@ typed_command = ContextVar("typed_command", default="")  # for the provenance of
 console = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
 
 RESULT = "result.json"
+LOCK = ".lock"
 _VIEWED = (".html", ".png", ".mp4", ".webp")  # never read by a command
 
 
 class Output:
-    """The folder that a command writes to.
+    """The folder that a command writes to, locked against other runs until it is closed.
 
     `result.json` is written last. That of an earlier run is removed by `begin`, at once or when
     nothing more can be refused, with the pages, pictures and ``tables`` that it lists, so that a
@@ -57,10 +57,14 @@ class Output:
         self.started = time.perf_counter()
         self._tables = tables
         _check_given(folder, (RESULT, *writes), given)
+        self._lock = filelock.FileLock(folder / LOCK, timeout=0)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            if not os.access(folder, os.W_OK):
-                raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+            self._lock.acquire()
+        except filelock.Timeout:
+            raise InvalidValueError(
+                f"--out {folder}: another run is writing there; wait for it, or give another folder"
+            ) from None
         except OSError as error:
             raise InvalidValueError(
                 f"--out {folder}: not a folder to write to ({error.strerror}); give another one"
@@ -103,7 +107,8 @@ class Output:
         return self.add(path)
 
     def close(self, sentence: str = "") -> None:
-        """Print the files, and last the result in a sentence with units."""
+        """Print the files, and last the result in a sentence with units; unlock the folder."""
+        self._lock.release()
         console.print(f"{time.perf_counter() - self.started:.1f} s; wrote")
         for path in self.written:
             console.print(f"  {path}")

@@ -1,6 +1,8 @@
-"""The folder of a command: nothing stale, nothing that was given overwritten."""
+"""The folder of a command: one run at a time, nothing stale, nothing that was given overwritten."""
 
 import json
+import subprocess
+import sys
 
 import pytest
 
@@ -8,6 +10,15 @@ from tendon_mj.cli import Output, console, main
 from tendon_mj.cli.output import print_table
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.models import example_recording
+
+HOLD = """
+import sys
+from pathlib import Path
+from tendon_mj.cli import Output
+output = Output(Path(sys.argv[1]))
+print("open", flush=True)
+sys.stdin.read()
+"""
 
 
 def finished(folder):
@@ -44,7 +55,7 @@ def test_a_new_run_removes_the_earlier_result_and_keeps_the_files_that_it_may_re
     (tmp_path / "photo.png").write_text("mine")
     Output(tmp_path, tables=("rigs.csv",))
     names = {path.name for path in tmp_path.iterdir()}
-    assert names == {"model.xml", "simulated.csv", "photo.png"}
+    assert names == {".lock", "model.xml", "simulated.csv", "photo.png"}
 
 
 @pytest.mark.parametrize("text", ["{", '{"files": ["../a.png", 3, "none.png", "sub.png", ""]}'])
@@ -56,6 +67,20 @@ def test_a_result_of_something_else_is_replaced_and_nothing_else_removed(tmp_pat
     Output(out).result({"error": 2.0})
     assert json.loads((out / "result.json").read_text())["error"] == 2.0
     assert (tmp_path / "a.png").exists()
+
+
+def test_another_run_in_the_same_folder_is_refused(tmp_path):
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(tmp_path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as other:
+        assert other.stdout.readline() == "open\n"
+        assert "another run" in refusal(tmp_path)
+        other.kill()  # a killed run holds no folder
+        other.wait()
+        Output(tmp_path)
 
 
 @pytest.mark.parametrize("below", ["", "sub", "sub/folder"])
