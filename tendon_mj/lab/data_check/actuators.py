@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 import mujoco
 import numpy as np
 
-from tendon_mj.lab.data_check.warning import DataWarning, place_of
+from tendon_mj.lab.data_check.columns import DataWarning, place_of
 from tendon_mj.lab.recordings import Recording, noise_levels
 from tendon_mj.lab.replay import JOINT, Adjustable, Schedule, column_unit, expand, quantity
 from tendon_mj.plugin import sensor_kind, sheath_arrays, sheaths

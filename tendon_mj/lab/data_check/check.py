@@ -17,15 +17,18 @@ from tendon_mj.lab.data_check.actuators import (
     prescribed_warnings,
     stated_play,
 )
-from tendon_mj.lab.data_check.jumps import jump_warnings
-from tendon_mj.lab.data_check.readings import degree_warnings, drive_warnings, reading_warnings
-from tendon_mj.lab.data_check.samples import (
+from tendon_mj.lab.data_check.columns import (
+    DataWarning,
     converter_warnings,
+    degree_warnings,
+    drive_warnings,
+    reading_warnings,
+    row_of,
     slack_warnings,
     spike_warnings,
     turn_warnings,
 )
-from tendon_mj.lab.data_check.warning import DataWarning, row_of
+from tendon_mj.lab.data_check.jumps import jump_warnings
 from tendon_mj.lab.recordings import TIME, TIMES, Recording, noise_levels
 from tendon_mj.lab.replay import Adjustable, Schedule, quantity, replay_recording, stated_values
 from tendon_mj.models import load_model
@@ -75,18 +78,13 @@ _LONG_SETTLE = 60.0  # [s] that no rig needs to come to rest
 
 @dataclass(frozen=True)
 class Checked:
-    """A recording, its simulation, and warnings.
+    """A recording, its simulation, and warnings."""
 
-    Attributes:
-        recording: as given.
-        simulated: at the numbers that the description states; None if the times are wrong, or the
-            simulation failed.
-        warnings: in the order in which to look at them.
-    """
-
-    recording: Recording
+    recording: Recording  # as given
+    # at the numbers that the description states; None if the times are wrong, or the simulation
+    # failed
     simulated: Recording | None
-    warnings: tuple[DataWarning, ...]
+    warnings: tuple[DataWarning, ...]  # in the order in which to look at them
 
 
 def check_recording(

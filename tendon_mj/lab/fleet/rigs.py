@@ -47,17 +47,12 @@ class RigData(NamedTuple):
 
 @dataclass(frozen=True)
 class Rig:
-    """One rig of a fleet.
+    """One rig of a fleet."""
 
-    Attributes:
-        name: of its folder.
-        files: date → table and description of a recording, in the order of time.
-        error: why the rig cannot be used; empty where it can.
-    """
-
-    name: str
+    name: str  # of its folder
+    # date → table and description of a recording, in the order of time
     files: Mapping[datetime, tuple[Path, Path]]
-    error: str = ""
+    error: str = ""  # why the rig cannot be used; empty where it can
 
     @property
     def dates(self) -> tuple[datetime, ...]:

@@ -13,27 +13,34 @@ import numpy as np
 
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.fleet.changes import SIGNIFICANT, daily_deviations, find_change, suspects
-from tendon_mj.lab.fleet.comparison import (
+from tendon_mj.lab.fleet.observation import (
+    Label,
+    Number,
+    NumberSeries,
+    Observation,
+    explanation,
+    fit_series,
+    observe,
+    one_out,
+    usable,
+)
+from tendon_mj.lab.fleet.result import (
     MISFIT,
+    FleetResult,
     FleetSpread,
     RigDifference,
+    RigResult,
     kind,
     larger_misfits,
-    rig_differences,
-    spread_between,
-    unlike,
-)
-from tendon_mj.lab.fleet.observation import Label, Number, Observation, observe, one_out, usable
-from tendon_mj.lab.fleet.result import (
-    FleetResult,
-    RigResult,
     odd_day,
     other_kind,
     remaining,
+    rig_differences,
+    spread_between,
     timing_remarks,
+    unlike,
 )
 from tendon_mj.lab.fleet.rigs import Rig, RigData
-from tendon_mj.lab.fleet.series import NumberSeries, explanation, fit_series
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.tasks import Workers, run_tasks
 from tendon_mj.typing import FloatArray
@@ -45,21 +52,13 @@ _Kept = TypeVar("_Kept")
 
 @dataclass(frozen=True)
 class _Observed:
-    """Result of the first pass over a rig, as it is kept.
+    """Result of the first pass over a rig, as it is kept."""
 
-    Attributes:
-        error: why there is no observation; empty where there is one.
-        observation: of its recordings.
-        reasons: why each recording is left out; empty where it is not.
-        remarks: on the times of its recordings.
-        kind: see `comparison.kind`.
-    """
-
-    error: str = ""
-    observation: Observation | None = None
-    reasons: Sequence[str] = ()
-    remarks: Sequence[str] = ()
-    kind: Mapping[str, str] = field(default_factory=dict)
+    error: str = ""  # why there is no observation; empty where there is one
+    observation: Observation | None = None  # of its recordings
+    reasons: Sequence[str] = ()  # why each recording is left out; empty where it is not
+    remarks: Sequence[str] = ()  # on the times of its recordings
+    kind: Mapping[str, str] = field(default_factory=dict)  # see `kind`
 
 
 def run_fleet(

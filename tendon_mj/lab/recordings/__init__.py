@@ -1,5 +1,6 @@
 """Recordings: tables of measured columns with their descriptions."""
 
+from tendon_mj.lab.recordings.assembly import in_si as in_si
 from tendon_mj.lab.recordings.description import Measured as Measured
 from tendon_mj.lab.recordings.description import Session as Session
 from tendon_mj.lab.recordings.description import Uncertain as Uncertain
@@ -27,7 +28,6 @@ from tendon_mj.lab.recordings.recording import read_columns as read_columns
 from tendon_mj.lab.recordings.recording import read_recording as read_recording
 from tendon_mj.lab.recordings.recording import read_table as read_table
 from tendon_mj.lab.recordings.recording import write_recording as write_recording
-from tendon_mj.lab.recordings.times import in_si as in_si
 from tendon_mj.lab.recordings.units import ANY_NUMBER as ANY_NUMBER
 from tendon_mj.lab.recordings.units import LARGEST as LARGEST
 from tendon_mj.lab.recordings.units import NOT_NEGATIVE as NOT_NEGATIVE

@@ -14,9 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.errors import RecordingError, unknown
-from tendon_mj.lab.recordings.assembly import Table, assemble
-from tendon_mj.lab.recordings.binary_files import open_parquet, read_mcap
-from tendon_mj.lab.recordings.csv_table import open_csv, write_csv
+from tendon_mj.lab.recordings.assembly import Table, assemble, check_table, in_si
 from tendon_mj.lab.recordings.description import (
     Description,
     TableLayout,
@@ -30,7 +28,7 @@ from tendon_mj.lab.recordings.files import (
     read_text,
     table_beside,
 )
-from tendon_mj.lab.recordings.times import check_table, in_si
+from tendon_mj.lab.recordings.table_files import open_csv, open_parquet, read_mcap, write_csv
 from tendon_mj.lab.recordings.units import TIME, si_name
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file

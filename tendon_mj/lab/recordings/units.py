@@ -66,16 +66,12 @@ _CLAIMED = re.compile(r"(?:(?:^|_)[^_]+_per)?_[^_]+$")
 
 
 class NumberRange(NamedTuple):
-    """Allowed values of a number: from ``low`` to ``high``, and 0 or from 1e-30 to 1e30 in size.
+    """Allowed values of a number: from ``low`` to ``high``, and 0 or from 1e-30 to 1e30 in size."""
 
-    Attributes:
-        low, high: ends, which are allowed.
-        zero: whether 0 is allowed.
-    """
-
+    # ends, which are allowed
     low: float = -LARGEST
     high: float = LARGEST
-    zero: bool = True
+    zero: bool = True  # whether 0 is allowed
 
     def admits(self, value: float) -> bool:
         """Whether a value is allowed; nan never is."""

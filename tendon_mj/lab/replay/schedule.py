@@ -17,8 +17,7 @@ from tendon_mj.lab.recordings import (
     Session,
     Uncertain,
 )
-from tendon_mj.lab.replay.names import expand
-from tendon_mj.lab.replay.parameters import Adjustable
+from tendon_mj.lab.replay.parameters import Adjustable, expand
 from tendon_mj.lab.replay.patch import read_intervals
 from tendon_mj.lab.replay.readout import Readout, Sense, make_clock, sense_of
 from tendon_mj.lab.replay.units import column_unit, name_in, reading_unit

@@ -21,15 +21,16 @@ from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Parameter, Simulator, plain_commands, reading_unit, stated_values
-from tendon_mj.lab.sweep.design import Axis, Design, parse_axes
-from tendon_mj.lab.sweep.outputs import (
+from tendon_mj.lab.sweep.design import (
     FEWEST_ROLLOUTS,
+    Axis,
+    Design,
     SensorSummary,
+    parse_axes,
     parse_outputs,
     share_of_variance,
 )
-from tendon_mj.lab.sweep.policy import Policy
-from tendon_mj.lab.sweep.rollouts import FAILED, UNSOLVED, Batch, Rollouts, simulate_batch
+from tendon_mj.lab.sweep.rollouts import FAILED, UNSOLVED, Batch, Policy, Rollouts, simulate_batch
 from tendon_mj.lab.tasks import ParquetParts, Workers, run_tasks, versions
 from tendon_mj.plugin import sheaths
 from tendon_mj.whole_file import whole_file
@@ -293,18 +294,13 @@ def _readings(recording: Recording, model: mujoco.MjModel) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class SweepResult:
-    """Results of a sweep, on disk.
+    """Results of a sweep, on disk."""
 
-    Attributes:
-        axes, outputs: of the sweep.
-        rollouts: number of rows.
-        table: `rollout`, axes, outputs, `failed`, `unsolved`; a row a rollout.
-    """
-
+    # of the sweep
     axes: Sequence[Axis]
     outputs: Sequence[SensorSummary]
-    rollouts: int
-    table: ParquetParts
+    rollouts: int  # number of rows
+    table: ParquetParts  # `rollout`, axes, outputs, `failed`, `unsolved`; a row a rollout
 
     def column(self, name: str) -> NDArray[Any]:
         """A column of the table, (rollouts,)."""

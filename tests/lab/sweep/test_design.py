@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.lab.sweep.design import Design, parse_axes
-from tendon_mj.lab.sweep.outputs import parse_outputs, share_of_variance, summarised
+from tendon_mj.lab.sweep.design import (
+    Design,
+    parse_axes,
+    parse_outputs,
+    share_of_variance,
+    summarised,
+)
 from tests.refusals import refusing
 
 KNOWN = ["flexor_sheath.friction", "extensor_sheath.friction", "mcp.damping", "gravity.z"]

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tendon_mj.errors import WorkerError
-from tendon_mj.lab.tasks import Workers, identity, job, local_cluster, run_tasks, workers
+from tendon_mj.lab.tasks import Workers, identity, local_cluster, run_tasks, workers
 from tests.lab.tasks import functions
 from tests.lab.tasks.functions import KEYS, Kept, number
 from tests.refusals import refusing
@@ -53,8 +53,8 @@ def test_a_lost_worker_loses_only_its_tasks(scheduler, tmp_path):
 
 @pytest.mark.parametrize("later", [False, True])
 def test_workers_with_another_version_are_named(later, scheduler, monkeypatch):
-    real = job.identity
-    monkeypatch.setattr(job, "identity", lambda sources: {**real(sources), "mujoco": "9.9"})
+    real = workers.identity
+    monkeypatch.setattr(workers, "identity", lambda sources: {**real(sources), "mujoco": "9.9"})
     if later:  # they were not there when the run began
         monkeypatch.setattr(workers, "_identity_on_dask", lambda sources, dask_worker: {})
     with pytest.raises(WorkerError, match=r"worker tcp://127\.0\.0\.1:\d+") as refused:
