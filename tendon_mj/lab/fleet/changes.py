@@ -206,13 +206,10 @@ def find_change(
     deviations: FloatArray,
     within: ArrayLike = (-math.inf, math.inf),
 ) -> Change:
-    """The change that explains a series best.
+    """The change that explains (n,) values best, which are four or more, in the order of ``dates``.
 
-    Args:
-        dates: of the values, growing; four at least.
-        values: (n,) day by day.
-        deviations: (n,) standard deviations where nothing changes, > 0.
-        within: (2,) range of the number, to which the values of the change are clipped.
+    ``deviations``: (n,) standard deviations where nothing changes, > 0; ``within``: (2,) range of
+    the number, to which the values of the change are clipped.
     """
     once = _at_once_or_growing(dates, values, deviations)
     pairs = [_fit(pair, values, deviations) for pair in _two_steps(dates)]

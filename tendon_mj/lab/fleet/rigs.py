@@ -112,15 +112,8 @@ def find_rigs(folder: Path, out: Path | None = None) -> list[Rig]:
     """The rigs of a fleet: every subfolder except results and hidden folders.
 
     A rig without recordings, with a table without a date or a description, or with two tables of
-    one date is returned with its error.
-
-    Args:
-        folder: of the fleet, see the module's docstring.
-        out: folder for results, which may lie in ``folder``.
-
-    Raises:
-        RecordingError: no folder has recordings, a recording lies directly in ``folder``, or
-            ``out`` is in the folder of a rig.
+    one date is returned with its error. ``out``: folder for results, which may lie
+    in ``folder``.
     """
     if not folder.is_dir():
         raise RecordingError(f"{folder} is not a folder; a fleet is a folder with one for each rig")

@@ -5,7 +5,6 @@ from tendon_mj.lab.recordings.description import Measured as Measured
 from tendon_mj.lab.recordings.description import Session as Session
 from tendon_mj.lab.recordings.description import Uncertain as Uncertain
 from tendon_mj.lab.recordings.description import check_keys as check_keys
-from tendon_mj.lab.recordings.description import parse_description as parse_description
 from tendon_mj.lab.recordings.description import read_entries as read_entries
 from tendon_mj.lab.recordings.description import read_entry as read_entry
 from tendon_mj.lab.recordings.files import FORMATS as FORMATS
@@ -36,7 +35,6 @@ from tendon_mj.lab.recordings.units import TIME as TIME
 from tendon_mj.lab.recordings.units import TIMES as TIMES
 from tendon_mj.lab.recordings.units import UNIT_FACTORS as UNIT_FACTORS
 from tendon_mj.lab.recordings.units import UNITS as UNITS
-from tendon_mj.lab.recordings.units import NumberRange as NumberRange
 from tendon_mj.lab.recordings.units import excess as excess
 from tendon_mj.lab.recordings.units import si_name as si_name
 from tendon_mj.lab.recordings.units import unit_fault as unit_fault

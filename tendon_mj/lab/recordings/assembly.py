@@ -133,12 +133,6 @@ def at_common_times(
 
     Returns:
         The clock and the columns, each (n,), and the (n,) values of the first that are its rows.
-
-    Raises:
-        RecordingError: there are not two common times.
-
-    Warns:
-        TendonWarning: of values at one time, long gaps, and many rows that are left out.
     """
     joined: dict[str, FloatArray] = {}
     chosen = {column: _in_order(times) for column, (times, _) in series.items()}
@@ -229,12 +223,7 @@ def check_table(table: Mapping[str, FloatArray], where: str, *, si: bool = False
 
 
 def in_si(table: Mapping[str, FloatArray], where: str) -> dict[str, FloatArray]:
-    """A valid table of a file in the units and under the names of SI: ``x_mm`` becomes ``x_m``.
-
-    Raises:
-        RecordingError: two columns would have one name, or times differ by less than a number
-            can hold.
-    """
+    """A valid table of a file in the units and under the names of SI: ``x_mm`` becomes ``x_m``."""
     converted: dict[str, FloatArray] = {}
     before: dict[str, str] = {}
     for name, values in table.items():
@@ -304,10 +293,8 @@ def assemble(
 
     ``where`` and ``toml`` are the files, for messages; ``described``: column → table of the
     description that names it (None: all columns are needed); ``held``: columns that keep their
-    value until the next one; ``elements``: as of `unit_fault`.
-
-    Raises:
-        RecordingError: all that is wrong with the table, a line each.
+    value until the next one; ``elements``: as of `unit_fault`. A `RecordingError` has all that is
+    wrong with the table, a line each.
     """
     names = _Names(table, where, layout or TableLayout(), described or {}, described is None, toml)
     sources, faults = names.sources(elements)
@@ -325,47 +312,23 @@ def assemble(
         time = read_clock(cells[of_clock], clock, sources[clock], rows, where)
     except RecordingError as error:
         raise _refusal([*faults, str(error)]) from None
-    samples = _samples(where, sources, clock, time, rows, cells, needed, faults)
-    if faults := [*faults, *samples.faults()]:
-        raise _refusal(faults)
-    return samples.joined(held) if samples.sparse else samples.table(names.layout)
-
-
-def _samples(
-    where: str,
-    sources: Mapping[str, Source],
-    clock: str,
-    time: Stamps,
-    rows: NDArray[np.int64],
-    cells: Columns,
-    needed: Sequence[str],
-    faults: list[str],
-) -> _Samples:
-    """The rows in which a needed column has a value; their faults are added to the others."""
     numbers = {
         c: cells[s.column] for c, s in sources.items() if c not in TIMES and s.column in cells
     }
-    columns = [column for column in needed if column in numbers]
-    filled = ~np.isnan(np.reshape([numbers[c] for c in columns], (len(columns), rows.size)))
-    kept = filled.any(axis=0) if columns else time.there
+    needed = [column for column in needed if column in numbers]
+    filled = ~np.isnan(np.reshape([numbers[c] for c in needed], (len(needed), rows.size)))
+    kept = filled.any(axis=0) if needed else time.there
     if not time.there[kept].all():
-        column = sources[clock].column
-        faults.append(at(where, rows[kept & ~time.there], column, "empty cell"))
+        faults.append(at(where, rows[kept & ~time.there], of_clock, "empty cell"))
         kept &= time.there
     if kept.sum() < 2 and not faults:
         faults.append(too_few_rows(int(kept.sum()), where))
     numbers = {column: values[kept] for column, values in numbers.items()}
-    return _Samples(
-        where,
-        sources,
-        clock,
-        time,
-        time.stamps[kept],
-        rows[kept],
-        numbers,
-        columns,
-        filled[:, kept],
-    )
+    stamps, rows, filled = time.stamps[kept], rows[kept], filled[:, kept]
+    samples = _Samples(where, sources, clock, time, stamps, rows, numbers, needed, filled)
+    if faults := [*faults, *samples.faults()]:
+        raise _refusal(faults)
+    return samples.joined(held) if samples.sparse else samples.table(names.layout)
 
 
 @dataclass(frozen=True)

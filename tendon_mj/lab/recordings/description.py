@@ -13,7 +13,6 @@ from tendon_mj.errors import InvalidValueError, RecordingError, unknown
 from tendon_mj.lab.recordings.files import read_toml
 from tendon_mj.lab.recordings.units import (
     ANY_NUMBER,
-    LARGEST,
     NOT_NEGATIVE,
     POSITIVE_NUMBER,
     TIMES,
@@ -306,18 +305,8 @@ class Description:
         )
 
 
-def parse_description(text: str, where: str) -> Description:
-    """A description in TOML, as `parse_toml` reads it."""
-    return parse_toml(text, where)[0]
-
-
 def parse_toml(text: str, where: str) -> tuple[Description, TableLayout]:
-    """A description in TOML, and its places of columns; messages begin with ``where``, the file.
-
-    Raises:
-        RecordingError: broken TOML; unknown keys (naming the nearest valid one); values of the
-            wrong kind, and those that `Measured`, `Uncertain`, `Session` and `Source` refuse.
-    """
+    """A description in TOML, and its places of columns; messages begin with ``where``, the file."""
     toml = read_toml(text, where)
     check_keys(toml, KEYS, ("model", "source"), where)
     drive = {
@@ -411,12 +400,7 @@ def _source(name: str, entry: Any, here: str) -> Source:
 
 
 def read_entry(kind: type[_Entry], entry: Any, here: str) -> _Entry:
-    """A dataclass from a TOML table, whose keys are the fields of the class.
-
-    Raises:
-        RecordingError: not a table; a key that is unknown or missing; a value of another type, or
-            one that the class refuses. The message begins with ``here``.
-    """
+    """A dataclass from a TOML table, whose keys are its fields; messages begin with ``here``."""
     known: dict[str, Any] = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
     needed = [name for name, f in known.items() if f.default is MISSING]
     if not isinstance(entry, dict):
@@ -470,10 +454,7 @@ def _number(entry: Any, here: str) -> float:
         raise RecordingError(f"{here}: {_UNQUOTED}")
     if isinstance(entry, bool) or not isinstance(entry, int | float):
         raise RecordingError(f"{here}: must be a number, got {entry!r}")
-    try:
-        return float(entry)
-    except OverflowError:
-        raise RecordingError(f"{here}: is too large; at most {LARGEST:g}") from None
+    return float(entry)
 
 
 def _text(entry: Any, here: str) -> str:

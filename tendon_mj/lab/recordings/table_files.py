@@ -9,6 +9,7 @@ import warnings
 from array import array
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -25,7 +26,7 @@ from tendon_mj.lab.recordings.assembly import (
     check_table,
 )
 from tendon_mj.lab.recordings.description import Source
-from tendon_mj.lab.recordings.files import LARGEST_FILE, check_file, read_text
+from tendon_mj.lab.recordings.files import check_file, read_text
 from tendon_mj.lab.recordings.units import TIME, TIMES, UNIT_FACTORS, proposed_name
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
@@ -37,7 +38,6 @@ _AHEAD = 2**16  # characters that are searched for decimal commas
 _EXACT = 15  # digits of an integer that a float holds; ns since 1970 have more
 _EXTRA = "extra"  # the cells behind the last column
 _DATUM = re.compile(r"\s*(?:[+-]?\.?\d.*|nan)?\s*", re.IGNORECASE)  # a number, a time, or empty
-
 _FIRST = 2  # row of the first values in a CSV of the same table
 
 
@@ -45,14 +45,8 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
     """The names of a CSV's columns, and how to read them.
 
     Lines that begin with ``#`` above the names are passed over. Without names below them, the last
-    of these lines is the names, as `numpy.savetxt` writes them.
-
-    Args:
-        path: UTF-8, a byte-order mark is dropped.
-        header: names of the columns of a file that has none.
-
-    Raises:
-        RecordingError: the file is empty, not UTF-8, too large, or its first row has no names.
+    of these lines is the names, as `numpy.savetxt` writes them. ``header``: names of the columns of
+    a file that has none.
     """
     check_file(path)
     try:
@@ -83,10 +77,8 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
 
 def write_csv(table: Mapping[str, FloatArray], path: Path) -> None:
     """Write columns, each (n,) [its unit], as a CSV that reads back bit for bit."""
-    rows = zip(*(column.tolist() for column in table.values()), strict=True)
-    with whole_file(path) as made, made.open("w", encoding="utf-8", newline="\n") as file:
-        file.write(",".join(table) + "\n")
-        file.writelines(",".join(map(repr, row)) + "\n" for row in rows)
+    with whole_file(path) as made:
+        pd.DataFrame(table).to_csv(made, index=False, lineterminator="\n")
 
 
 def _leading_lines(file: TextIO) -> list[str]:
@@ -204,7 +196,7 @@ class _Body:
             every = [*(f"c{k}" for k in range(len(self.names))), _EXTRA]
             try:
                 return pd.read_csv(
-                    _Named(self.separator.join(every) + "\n", file),
+                    StringIO(self.separator.join(every) + "\n" + file.read()),
                     sep=separator,
                     decimal=self.decimal,
                     usecols=[*labels, _EXTRA],
@@ -235,29 +227,11 @@ class _Body:
         )
 
 
-class _Named:
-    """A file for pandas below a row of names."""
-
-    def __init__(self, names: str, file: TextIO) -> None:
-        self._names, self._file = names, file
-
-    def read(self, size: int = -1) -> str:
-        names, self._names = self._names, ""
-        return names or self._file.read(size)
-
-    def __iter__(self) -> Iterator[str]:  # by which pandas recognises a file
-        raise NotImplementedError
-
-
 def open_parquet(path: Path) -> OpenTable:
     """The names of a Parquet file's columns, and how to read them.
 
     Dots lead into lists and structs: ``position.0``. Rows in messages are those that a CSV of the
     same table would have.
-
-    Raises:
-        RecordingError: not a Parquet file, or one without a column.
-        MissingPackageError: pyarrow is not installed.
     """
     check_file(path)
     try:
@@ -344,11 +318,6 @@ def read_mcap(
     """Read the columns that a description names, at the times of the first one's messages.
 
     ``time_s`` is their log time, from the first row on; other columns are as in `at_common_times`.
-
-    Raises:
-        RecordingError: not an MCAP, no such topic or field, another encoding than JSON, a value
-            that is not a number, or as of `check_table`.
-        MissingPackageError: mcap is not installed.
     """
     check_file(path)
     topics = {column: source for column, source in topics.items() if column not in TIMES}
@@ -388,7 +357,15 @@ def _read_series(path: Path, topics: Mapping[str, Source]) -> dict[str, Samples]
         if topic not in columns:
             continue
         here = f"{path}, topic {topic!r}, message {len(times[topic]) + 1}"
-        decoded = _decoded(channel.message_encoding, message.data, here)
+        if channel.message_encoding != "json":
+            raise RecordingError(
+                f"{here}: it is encoded as {channel.message_encoding!r}; JSON is read, so convert"
+                " the log first"
+            )
+        try:
+            decoded = json.loads(message.data)
+        except ValueError as error:
+            raise RecordingError(f"{here}: not JSON: {error}") from None
         times[topic].append(message.log_time)
         for column in columns[topic]:
             try:
@@ -407,13 +384,12 @@ def _read_series(path: Path, topics: Mapping[str, Source]) -> dict[str, Samples]
 
 
 def _messages(path: Path) -> Iterator[tuple[Channel, Message]]:
-    """Messages of a log in the order of the file."""
     try:
         from mcap.reader import NonSeekingReader
     except ImportError:
         raise _missing(path, "MCAP", "mcap", "mcap") from None
     with path.open("rb") as file:
-        reader = NonSeekingReader(file, validate_crcs=True, record_size_limit=LARGEST_FILE)
+        reader = NonSeekingReader(file, validate_crcs=True)
         messages = reader.iter_messages(log_time_order=False)
         while True:
             try:
@@ -425,17 +401,6 @@ def _messages(path: Path) -> Iterator[tuple[Channel, Message]]:
                 reason = str(error) or type(error).__name__
                 raise RecordingError(f"{path}: not an MCAP: {reason}") from error
             yield channel, message
-
-
-def _decoded(encoding: str, data: bytes, here: str) -> Any:
-    if encoding != "json":
-        raise RecordingError(
-            f"{here}: it is encoded as {encoding!r}; JSON is read, so convert the log first"
-        )
-    try:
-        return json.loads(data)
-    except (ValueError, RecursionError) as error:
-        raise RecordingError(f"{here}: not JSON: {error}") from None
 
 
 def _field(message: Any, field: str, here: str) -> float:

@@ -59,11 +59,6 @@ class Schedule:
         actuators, joints: (column, id) of the actuators that it drives by their controls, and of
             the joints that it prescribes.
         addresses: sensor and its place in `mjData.sensordata` for every measured column.
-
-    Raises:
-        RecordingError: the model lacks an actuator or sensor, the sensor is not one number, or
-            the recording would take far too many steps.
-        InvalidValueError: ``settle`` or ``timestep`` outside its range.
     """
 
     def __init__(

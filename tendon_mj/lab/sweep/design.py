@@ -240,12 +240,8 @@ def share_of_variance(values: FloatArray, output: FloatArray, among: int = 0) ->
     at a value is over all rollouts that have it: all combinations of the others. Of parameters that
     are drawn together each draw has one value of every one; there E[y | x] is straight lines in
     quantiles of x, and R² is adjusted for their number, so that the others' scatter is not
-    counted. 0 where nothing varies.
-
-    Args:
-        values: (n,) of the parameter.
-        output: (n,) finite.
-        among: number of parameters that are drawn together with this one and itself; 0 for a grid.
+    counted. 0 where nothing varies. ``values`` are (n,) of the parameter, and ``among`` parameters,
+    itself included, are drawn together with it; 0 for a grid.
     """
     spread = float(np.ptp(output)) if len(output) else 0.0
     if not spread > 0.0:
