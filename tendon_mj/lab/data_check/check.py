@@ -328,7 +328,6 @@ def _roughness(time: FloatArray, series: FloatArray) -> tuple[float, float]:
 
 
 def _rest_warning(recording: Recording, place: str, settling: float) -> DataWarning | None:
-    """Warn of rests that are closer to each other than they are long."""
     steps = np.diff(recording.time)
     shortest = int(np.argmin(steps))
     between = float(steps[shortest])

@@ -643,7 +643,6 @@ class _Search:
 
 
 def _score(differences: FloatArray, counts: BoolArray) -> float:
-    """Smallest difference of the pairs that count."""
     return float(differences[counts].min())
 
 

@@ -131,9 +131,7 @@ class Observation:
 
 
 def calibrate(
-    recordings: Sequence[Recording],
-    model: mujoco.MjModel,
-    start: Sequence[float] | None = None,
+    recordings: Sequence[Recording], model: mujoco.MjModel, start: Sequence[float] | None = None
 ) -> Calibrated:
     """Fit the uncertain parameters to all recordings of a rig.
 
@@ -348,7 +346,6 @@ def _series(
 
 
 def _parameter(term: Term, number: float, values: Mapping[str, float]) -> float:
-    """The first parameter that a number writes."""
     return term.write(number, values)[term.targets[0]]
 
 

@@ -99,8 +99,7 @@ def rig_differences(
 
 
 def larger_misfits(
-    misfits: Mapping[str, float],
-    one_out: Mapping[str, Sequence[float]] = MappingProxyType({}),
+    misfits: Mapping[str, float], one_out: Mapping[str, Sequence[float]] = MappingProxyType({})
 ) -> dict[str, RigDifference]:
     """Like `rig_differences`, of the misfit [noise]."""
     errors = dict.fromkeys(misfits, 0.0)

@@ -75,32 +75,18 @@ def run_fleet(
     Each rig is calibrated by itself. The scatter between days where nothing changed, and between
     rigs that are alike, is estimated from all of them, and changes and differences are tested
     against it. A recording that cannot be used is left out with a remark. Results are kept in
-    ``out``, and computed again where a rig's recordings, its model or the version changed.
-
-    Args:
-        rigs: see `find_rigs`.
-        out: folder for intermediate results.
-        on: where to run; default: this machine's cores.
-        again: compute everything again.
-        begin: called before the first rig is computed, when nothing more is refused.
-        progress: called with a label, how many rigs are done, and of how many.
-
-    Raises:
-        WorkerError: see `run_tasks`.
+    ``out``, and computed again where a rig's recordings, its model or the version changed, or all
+    ``again``. ``begin`` is called before the first rig is computed, when nothing more is refused.
     """
     run = partial(run_tasks, on=on, progress=progress)
     by_name = {rig.name: rig for rig in rigs}
+
+    def read(name: str) -> RigData:
+        return by_name[name].read()
+
     digests = {rig.name: rig.digest() for rig in rigs if not rig.error}
     first = _RigFiles(out / "observations", digests, again=again)
-    run(
-        _observe,
-        None,
-        list(digests),
-        lambda name: by_name[name].read(),
-        first,
-        begin=begin,
-        what="calibrate",
-    )
+    run(_observe, None, list(digests), read, first, begin=begin, what="calibrate")
     observed = {rig.name: _Observed(error=rig.error) for rig in rigs}
     observed |= {name: _restored(_Observed, first.read(name)) for name in digests}
     seen = {name: one.observation for name, one in observed.items() if one.observation}

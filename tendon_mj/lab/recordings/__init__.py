@@ -6,7 +6,7 @@ from tendon_mj.lab.recordings.description import Session as Session
 from tendon_mj.lab.recordings.description import Uncertain as Uncertain
 from tendon_mj.lab.recordings.description import check_keys as check_keys
 from tendon_mj.lab.recordings.description import read_entries as read_entries
-from tendon_mj.lab.recordings.description import read_entry as read_entry
+from tendon_mj.lab.recordings.description import read_number as read_number
 from tendon_mj.lab.recordings.files import FORMATS as FORMATS
 from tendon_mj.lab.recordings.files import read_text as read_text
 from tendon_mj.lab.recordings.files import read_toml as read_toml
@@ -35,6 +35,6 @@ from tendon_mj.lab.recordings.units import TIME as TIME
 from tendon_mj.lab.recordings.units import TIMES as TIMES
 from tendon_mj.lab.recordings.units import UNIT_FACTORS as UNIT_FACTORS
 from tendon_mj.lab.recordings.units import UNITS as UNITS
-from tendon_mj.lab.recordings.units import excess as excess
+from tendon_mj.lab.recordings.units import NumberRange as NumberRange
 from tendon_mj.lab.recordings.units import si_name as si_name
 from tendon_mj.lab.recordings.units import unit_fault as unit_fault

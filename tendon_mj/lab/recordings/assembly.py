@@ -534,7 +534,6 @@ def _in_its_unit(column: str, source: Source) -> tuple[Source, str]:
 
 
 def _clock(columns: Collection[str]) -> str:
-    """Name of the column of times; empty if there is none."""
     return next((column for column in columns if column in TIMES), "")
 
 

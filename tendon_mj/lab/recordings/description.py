@@ -317,11 +317,11 @@ def parse_toml(text: str, where: str) -> tuple[Description, TableLayout]:
     description = Description(
         model=_text(toml["model"], f"{where}, model"),
         source=_text(toml["source"], f"{where}, source"),
-        settle=_number(toml.get("settle", Description.settle), f"{where}, settle"),
+        settle=read_number(toml.get("settle", Description.settle), f"{where}, settle"),
         settling_time=timing.settling_time,
         drive={name: entry.actuator for name, entry in drive.items()},
         measured=read_entries(Measured, toml, "measured", where),
-        known={name: _number(*entry) for name, entry in _table(toml, "known", where).items()},
+        known={name: read_number(*entry) for name, entry in _table(toml, "known", where).items()},
         uncertain=read_entries(Uncertain, toml, "uncertain", where),
         session=read_entries(Session, toml, "session", where),
         hold=tuple(name for name, entry in drive.items() if entry.hold),
@@ -449,7 +449,8 @@ def _flag(entry: Any, here: str) -> bool:
     return entry
 
 
-def _number(entry: Any, here: str) -> float:
+def read_number(entry: Any, here: str) -> float:
+    """A number of TOML; messages begin with ``here``."""
     if isinstance(entry, dict):
         raise RecordingError(f"{here}: {_UNQUOTED}")
     if isinstance(entry, bool) or not isinstance(entry, int | float):
@@ -470,8 +471,8 @@ def _names(entry: Any, here: str) -> str | tuple[str, ...]:
 _READERS: dict[str, Callable[[Any, str], Any]] = {
     "str": _text,
     "str | tuple[str, ...]": _names,
-    "float": _number,
-    "float | None": _number,
+    "float": read_number,
+    "float | None": read_number,
     "bool": _flag,
 }
 

@@ -18,12 +18,7 @@ from tendon_mj.lab.recordings.description import (
     format_description,
     parse_toml,
 )
-from tendon_mj.lab.recordings.files import (
-    check_file,
-    check_format,
-    read_text,
-    table_beside,
-)
+from tendon_mj.lab.recordings.files import check_file, check_format, read_text, table_beside
 from tendon_mj.lab.recordings.table_files import open_csv, open_parquet, read_mcap, write_csv
 from tendon_mj.lab.recordings.units import TIME, si_name
 from tendon_mj.typing import FloatArray

@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.attach import Parameters, checked_number
 from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameError
-from tendon_mj.lab.recordings import Recording, excess
+from tendon_mj.lab.recordings import LARGEST, NOT_NEGATIVE, NumberRange, Recording
 from tendon_mj.lab.replay.readout import (
     USER_NUMBERS,
     Readout,
@@ -167,6 +167,11 @@ class Parameter(NamedTuple):
     joints: tuple[str, ...] = ()
     reference: float = 0.0
 
+    @property
+    def range(self) -> NumberRange:
+        """Values that it may have."""
+        return NumberRange(max(self.low, -LARGEST), zero=self.low <= 0.0)
+
 
 class DrawnBends:
     """Bends of the drawn paths of a model's sheaths.
@@ -234,8 +239,7 @@ class DrawnBends:
         sheath, _, parameter = name.rpartition(".")
         extra_bend = f"{sheath}.{EXTRA_BEND}"
         if parameter == DRAWN_BEND:
-            if not (math.isfinite(value) and value >= 0.0):
-                raise InvalidValueError(f"{name} = {value:g} must be finite and ≥ 0")
+            NOT_NEGATIVE.check(name, value, "rad")
             added = self._added.get(sheath, self._live[extra_bend])
             correction = value - self._of_paths[sheath]
         else:
@@ -284,7 +288,7 @@ class Adjustable:
             self._add(f"gravity.{axis}", "gravity", "m/s²", (model.opt.gravity, k, 1.0))
         for name, (parameter, _) in self._entries.items():
             if parameter.kind == "sensor" or ".command_" in name:  # user data, which nobody checked
-                _check(name, parameter.low, parameter.value)
+                parameter.range.check(name, parameter.value)
 
     def names(self) -> list[str]:
         """Every parameter there is."""
@@ -292,10 +296,7 @@ class Adjustable:
 
     def parameters(self) -> dict[str, Parameter]:
         """Every parameter as it is now."""
-        live = {
-            name: Parameter(value, _live_unit(name), "live", _least(name))
-            for name, value in {**self.live, **self.bends.values()}.items()
-        }
+        live = {n: _live(n, value) for n, value in {**self.live, **self.bends.values()}.items()}
         others = {
             name: parameter._replace(value=_value(places))
             for name, (parameter, places) in self._entries.items()
@@ -315,7 +316,7 @@ class Adjustable:
             value = checked_number(name, given)
             if name in self._entries:
                 parameter, places = self._entries[name]
-                _check(name, parameter.low, value)
+                parameter.range.check(name, value)
                 for array, index, factor in places:
                     array[index] = factor * value
             elif self.bends.has(name):
@@ -446,7 +447,6 @@ def joint_of(model: mujoco.MjModel, actuator: int) -> int:
 
 
 def _is_motor(model: mujoco.MjModel, actuator: int) -> bool:
-    """Whether an actuator's force is its control times a gain."""
     return bool(
         model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED.value
         and model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_NONE.value
@@ -498,30 +498,18 @@ def _shown_tendon(model: mujoco.MjModel, sensor: int) -> int:
     return int(mujoco.mj_name2id(model, _OBJ.mjOBJ_TENDON, written.decode()))
 
 
-def _live_unit(name: str) -> str:
-    parameter = name.rsplit(".", 1)[1]
-    return "rad" if parameter == DRAWN_BEND else (PARAMETERS | GAINS)[parameter].unit
-
-
-def _least(name: str) -> float:
+def _live(name: str, value: float) -> Parameter:
+    """A parameter of a sheath or servo."""
     parameter = name.rsplit(".", 1)[1]
     if parameter == DRAWN_BEND:
-        return 0.0
-    law = LAW.get(parameter)
-    return 0.0 if law is not None and not law.range.admits(-1.0) else -math.inf
+        return Parameter(value, "rad", "live", 0.0)
+    low = 0.0 if parameter in LAW and not LAW[parameter].range.admits(-1.0) else -math.inf
+    return Parameter(value, (PARAMETERS | GAINS)[parameter].unit, "live", low)
 
 
 def _value(places: tuple[_Place, ...]) -> float:
     array, index, factor = places[0]
     return float(array[index]) * factor + 0.0  # + 0: no negative zero
-
-
-def _check(name: str, low: float, value: float) -> None:
-    if not (math.isfinite(value) and value >= low):
-        bound = f" and ≥ {low:g}" if math.isfinite(low) else ""
-        raise InvalidValueError(f"{name} = {value:g} must be finite{bound}")
-    if fault := excess(value):
-        raise InvalidValueError(f"{name} = {fault}")
 
 
 def is_muscle(model: mujoco.MjModel, actuator: int) -> bool:

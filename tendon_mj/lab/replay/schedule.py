@@ -10,13 +10,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import RecordingError, UnknownNameError
-from tendon_mj.lab.recordings import (
-    NOT_NEGATIVE,
-    POSITIVE_NUMBER,
-    Recording,
-    Session,
-    Uncertain,
-)
+from tendon_mj.lab.recordings import NOT_NEGATIVE, POSITIVE_NUMBER, Recording, Session, Uncertain
 from tendon_mj.lab.replay.parameters import Adjustable, expand
 from tendon_mj.lab.replay.patch import read_intervals
 from tendon_mj.lab.replay.readout import Readout, Sense, make_clock, sense_of

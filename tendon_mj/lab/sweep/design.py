@@ -144,11 +144,9 @@ class Design:
         self._axes = len(axes)
         self.rollouts = math.prod(self._shape)
         if self.rollouts > MOST_ROLLOUTS:
-            counts = [f"{len(grid)} values" for grid in self._grids.values()]
-            counts += [f"{draws} draws"] if drawn else []
             raise InvalidValueError(
-                f"{' × '.join(counts)} make {self.rollouts} rollouts; a sweep has at most"
-                f" {MOST_ROLLOUTS}, so give fewer --draws, or fewer values of a --parameter"
+                f"{' × '.join(map(str, self._shape))} = {self.rollouts} rollouts; a sweep has at"
+                f" most {MOST_ROLLOUTS}, so give fewer --draws, or fewer values of a --parameter"
             )
         self._draws = np.random.default_rng(seed).uniform(low, high, size)
 

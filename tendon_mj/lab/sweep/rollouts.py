@@ -54,12 +54,8 @@ def motion_recording(
 ) -> Recording:
     """The drive of a model in a motion, with every sensor of one number as measured.
 
-    Args:
-        name: of the model.
-        model: compiled.
-        motion: see `find_motion`.
-        duration: of it [s]; default: that of the motion, or 6.
-        still: whether without a motion every control is 0, for a policy to set.
+    ``motion`` is as of `find_motion`, ``duration`` that of the motion, or 6 s, where none is given.
+    With ``still`` and without a motion every control is 0, for a policy to set.
     """
     if duration is not None:
         _steps(duration, model)  # before anything of that length is made
@@ -223,15 +219,6 @@ class Batch(NamedTuple):
     values: FloatArray
 
 
-class _Ready(NamedTuple):
-    """A model with its data, its drive and the columns of its outputs."""
-
-    adjustable: Adjustable
-    schedule: Schedule
-    sensors: dict[str, str]  # of the outputs → column
-    measured: dict[str, FloatArray]
-
-
 @dataclass(frozen=True, kw_only=True)
 class Rollouts:
     """The rollouts of a sweep; each is that of `Simulator`, to the bit."""
@@ -258,7 +245,7 @@ class Rollouts:
         """Make the policy once, without a simulation."""
         if self.policy is None:
             return
-        if self._ready.schedule.joints:
+        if self._ready[1].joints:
             raise InvalidValueError(
                 f"recording {self.recording.name!r} prescribes a joint, which no policy can take"
                 " part in: let an actuator turn it, or leave out --policy"
@@ -268,17 +255,17 @@ class Rollouts:
     @property
     def steps(self) -> int:
         """Time steps of a rollout."""
-        return self._ready.schedule.steps
+        return self._ready[1].steps
 
     @cached_property
-    def _ready(self) -> _Ready:
+    def _ready(self) -> tuple[Adjustable, Schedule]:
+        """A model with its data, and its drive, which reads the columns of the outputs alone."""
         adjustable = Adjustable(copy.copy(self.model))
-        wanted = {output.sensor for output in self.outputs}
-        columns = {m.sensor: c for c, m in self.recording.measured.items() if m.sensor in wanted}
         schedule = Schedule(self.recording, adjustable.model, self.settle)
-        schedule.addresses = {c: schedule.addresses[c] for c in columns.values()}
-        measured = {sensor: self.recording.columns[column] for sensor, column in columns.items()}
-        return _Ready(adjustable, schedule, columns, measured)
+        wanted = {output.sensor for output in self.outputs}
+        measured = {c for c, m in self.recording.measured.items() if m.sensor in wanted}
+        schedule.addresses = {c: place for c, place in schedule.addresses.items() if c in measured}
+        return adjustable, schedule
 
     def of(self, batch: Batch) -> dict[str, NDArray[Any]]:
         """A table: column → (rollouts,); `rollout`, axes, outputs, `failed` and `unsolved`.
@@ -307,7 +294,7 @@ class Rollouts:
 
     def check(self, values: Sequence[float]) -> None:
         """Set the axes to values, without a simulation."""
-        self._set(self._ready.adjustable, values)
+        self._set(self._ready[0], values)
 
     def _set(self, adjustable: Adjustable, values: Sequence[float]) -> None:
         given = dict(self.described)
@@ -316,7 +303,7 @@ class Rollouts:
         adjustable.set(given)
 
     def _one(self, values: FloatArray) -> tuple[list[float] | None, int]:
-        adjustable, schedule, columns, measured = self._ready
+        adjustable, schedule = self._ready
         if self.policy is not None or schedule.joints:  # which change their model
             adjustable = Adjustable(copy.copy(self.model))
         model, data = adjustable.model, adjustable.data
@@ -332,10 +319,7 @@ class Rollouts:
         if readings is None:
             return None, stuck
         series = schedule.read_out(adjustable, readings)
-        named = {sensor: series[column] for sensor, column in columns.items()}
-        return summarised(self.outputs, named, measured), stuck
-
-
-def simulate_batch(rollouts: Rollouts, batch: Batch) -> dict[str, NDArray[Any]]:
-    """The table of a batch, for `run_tasks`."""
-    return rollouts.of(batch)
+        sensors = {self.recording.measured[column].sensor: column for column in series}
+        simulated = {sensor: series[column] for sensor, column in sensors.items()}
+        measured = {sensor: self.recording.columns[column] for sensor, column in sensors.items()}
+        return summarised(self.outputs, simulated, measured), stuck

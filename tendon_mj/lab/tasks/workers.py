@@ -192,7 +192,8 @@ def run_tasks(
     """Compute ``function(shared, argument(key))`` for every key whose result is not kept yet.
 
     Where it runs and with how many workers changes no number. Two tasks per worker are under way,
-    so memory is bounded, and workers need no folder in common.
+    so memory is bounded, and workers need no folder in common. Results are kept also where a task
+    is refused, or workers are lost.
 
     Args:
         function: of a module that workers can import too.
@@ -206,12 +207,6 @@ def run_tasks(
         begin: called once, before the first task, when the workers are there and may compute.
         progress: called with ``what``, how many are kept, and of how many.
         what: the tasks are.
-
-    Raises:
-        MissingPackageError: Dask is wanted and not installed.
-        WorkerError: a worker has other versions than this process, a process was killed, or the
-            scheduler or its workers are gone. Computed results are kept.
-        TendonError: a task was refused; those that were computed before are kept.
     """
     kept, on = set(store.done()), on or Workers()
     todo = [key for key in keys if key not in kept]
@@ -233,11 +228,7 @@ class _Pool(NamedTuple):
 
 
 def _run_all(
-    on: Workers,
-    pool: _Pool,
-    todo: Sequence[str],
-    argument: Callable[[str], Any],
-    store: Store[Any],
+    on: Workers, pool: _Pool, todo: Sequence[str], argument: Callable[[str], Any], store: Store[Any]
 ) -> Iterator[int]:
     """Do all tasks; yields the number that is left whenever some are done."""
     waiting: dict[Future[Any], str] = {}
