@@ -37,15 +37,8 @@ from tendon_mj.typing import FloatArray
 _WRONG_TIMES = ("times_in_ms", "times_too_short")  # with which no simulation is of use
 _DRIVE_LOST = ("turn", "wraps", "zero_step")
 _JUMPED = {
-    "spike",
-    "frozen",
-    "start",
-    "below_zero",
-    "unit",
-    "sign",
-    "slack",
-    "saturated",
-    "weak_motor",
+    *("spike", "frozen", "start", "below_zero", "unit"),
+    *("sign", "slack", "saturated", "weak_motor"),
 }
 # warning → others of the same column that follow from it
 _FOLLOWS = {

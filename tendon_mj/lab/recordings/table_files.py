@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -48,45 +48,29 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
     of these lines is the names, as `numpy.savetxt` writes them. ``header``: names of the columns of
     a file that has none.
     """
-    check_file(path)
-    try:
-        with path.open(encoding="utf-8-sig") as file:
-            lines = _leading_lines(file)
-            ahead = file.read(_AHEAD)
-    except UnicodeDecodeError:
-        read_text(path)  # raises with the place
-        raise
+    file = StringIO(read_text(path))
+    lines = [file.readline()]
+    while lines[-1] and (lines[-1].startswith("#") or not lines[-1].strip()):
+        lines.append(file.readline())
     if not lines[-1].strip():
         raise RecordingError(f"{path}, row 1: the file is empty")
-    separator = _separator(lines[-1])
-    first, below = _cells(lines[-1], separator), _cells(ahead.partition("\n")[0], separator)
+    rest, separator = file.read(), _separator(lines[-1])
+    first, below = _cells(lines[-1], separator), _cells(rest.partition("\n")[0], separator)
     no_names = all(map(_DATUM.fullmatch, first))
     names = _names(path, lines, separator, first, no_names, header)
     if not header and not no_names:
         _check_units_row(path, len(lines) + 1, first, below)
-    decimal = "," if separator == ";" and "," in ahead else "."
-    skipped = len(lines) - no_names
+    decimal = "," if separator == ";" and "," in rest[:_AHEAD] else "."
     sample = dict(zip(names, first if no_names else below, strict=False))
-    body = _Body(path, names, skipped, separator, decimal)
-
-    def read(wanted: Mapping[str, bool], clock: str) -> tuple[Columns, list[str]]:
-        return body.read(wanted, clock, len(sample.get(clock, "")) in range(1, _EXACT + 1))
-
-    return OpenTable(names, set(names).__contains__, skipped + 1, read, sample)
+    rows, first_row = (lines[-1] + rest, len(lines)) if no_names else (rest, len(lines) + 1)
+    body = _Body(path, names, rows, first_row, separator, decimal, sample)
+    return OpenTable(names, set(names).__contains__, first_row, body.read, sample)
 
 
 def write_csv(table: Mapping[str, FloatArray], path: Path) -> None:
     """Write columns, each (n,) [its unit], as a CSV that reads back bit for bit."""
     with whole_file(path) as made:
         pd.DataFrame(table).to_csv(made, index=False, lineterminator="\n")
-
-
-def _leading_lines(file: TextIO) -> list[str]:
-    """Blank lines and comments at the top of a file, and the first line that is neither."""
-    lines: list[str] = []
-    while not lines or (lines[-1] and (lines[-1].startswith("#") or not lines[-1].strip())):
-        lines.append(file.readline())
-    return lines
 
 
 def _separator(line: str) -> str:
@@ -150,18 +134,19 @@ class _Body:
 
     path: Path
     names: Sequence[str]
-    skipped: int  # rows above
+    rows: str
+    first: int  # row of the file
     separator: str
     decimal: str
+    sample: Mapping[str, str]
 
-    def read(
-        self, wanted: Mapping[str, bool], clock: str, exact: bool
-    ) -> tuple[Columns, list[str]]:
+    def read(self, wanted: Mapping[str, bool], clock: str) -> tuple[Columns, list[str]]:
         """Columns by name, and the faults of their cells; see `OpenTable`.
 
-        Columns are numbers, with NaN for empty cells; the clock may be texts, and is unless it is
-        ``exact`` as a number.
+        Columns are numbers, with NaN for empty cells; a clock of more digits than a number holds is
+        of texts.
         """
+        exact = len(self.sample.get(clock, "")) in range(1, _EXACT + 1)
         labels = {name: f"c{self.names.index(name)}" for name in wanted}
         frame = self._frame([*labels.values()], {} if exact or not clock else {labels[clock]: str})
         cells, faults, width = Columns(), list[str](), len(self.names)
@@ -185,18 +170,16 @@ class _Body:
         return cells, faults
 
     def _row(self, place: int) -> int:
-        return self.skipped + 1 + place
+        return self.first + place
 
     def _frame(self, labels: Sequence[str], kinds: Mapping[str, type]) -> Any:
         separator = r"\s+" if self.separator == " " else self.separator
-        with self.path.open(encoding="utf-8-sig") as file, warnings.catch_warnings():
+        every = [*(f"c{k}" for k in range(len(self.names))), _EXTRA]
+        with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # from pandas 3.1 on `float_precision` is deprecated
-            for _ in range(self.skipped):
-                file.readline()
-            every = [*(f"c{k}" for k in range(len(self.names))), _EXTRA]
             try:
                 return pd.read_csv(
-                    StringIO(self.separator.join(every) + "\n" + file.read()),
+                    StringIO(self.separator.join(every) + "\n" + self.rows),
                     sep=separator,
                     decimal=self.decimal,
                     usecols=[*labels, _EXTRA],
@@ -207,9 +190,6 @@ class _Body:
                     float_precision="round_trip",  # to the last bit, also in older versions
                     low_memory=False,  # one type for the whole of a column
                 )
-            except UnicodeDecodeError:
-                read_text(self.path)  # raises with the place
-                raise
             except pd.errors.ParserError as error:  # such as a quote that does not end
                 raise RecordingError(f"{self.path}: not a CSV: {error}") from None
 

@@ -48,9 +48,9 @@ from tendon_mj.lab.replay.simulation import replay_error as replay_error
 from tendon_mj.lab.replay.simulation import replay_recording as replay_recording
 from tendon_mj.lab.replay.simulation import rollout_named_sensors as rollout_named_sensors
 from tendon_mj.lab.replay.simulation import rollout_sensors as rollout_sensors
+from tendon_mj.lab.replay.simulation import run_open_loop as run_open_loop
 from tendon_mj.lab.replay.simulation import suppress_mujoco_log as suppress_mujoco_log
 from tendon_mj.lab.replay.simulation import suppress_unsolved_warnings as suppress_unsolved_warnings
-from tendon_mj.lab.replay.simulation import try_open_loop as try_open_loop
 from tendon_mj.lab.replay.simulation import unsolved_sheaths as unsolved_sheaths
 from tendon_mj.lab.replay.units import JOINT as JOINT
 from tendon_mj.lab.replay.units import UNKNOWN as UNKNOWN

@@ -61,50 +61,51 @@ def run_open_loop(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     control: FloatArray,
-    where: str,
-    when: Callable[[int], str],
+    rests: Rests | None = None,
     progress: ProgressShare | None = None,
     recorder: FrameRecorder | None = None,
-    rests: Rests | None = None,
-) -> FloatArray:
+) -> FloatArray | None:
     """Step once for every row of controls, and read the sensors as of the start of each step.
 
     A step's readings (steps, nsensordata) therefore belong to its own control and to the pose that
-    the steps before it led to. ``data`` is at the end afterwards. A row of controls has nu numbers,
-    or nu+nv with applied forces. Of ``rests`` the steps are left out in which nothing moves any
-    more. Messages begin with ``where`` and have the time of a step from ``when``. Warns where a
-    sheath's flow was not solved.
+    the steps before it led to; None where MuJoCo warned or one is not finite. ``data`` is at the
+    end afterwards. A row of controls has nu numbers, or nu+nv with applied forces. Of ``rests`` the
+    steps are left out in which nothing moves any more.
     """
-    readings = np.empty((len(control), model.nsensordata))
-    start = full_state(model, data)
-    step, steps = model.opt.timestep, len(control)
-    due = set(recorder.due(data.time, step, steps - 1)) if recorder else set()
+    readings, steps = np.empty((len(control), model.nsensordata)), len(control)
+    due = set(recorder.due(data.time, model.opt.timestep, steps - 1)) if recorder else set()
     pauses = rests.ends if rests else range(0, steps, _CHUNK if progress else steps)
     for first, end in pairwise(sorted({0, *pauses, *due, steps})):
         if recorder and first in due:
             recorder.keep(model, data, control[first, : model.nu])
         if not _run(model, data, control, readings, slice(first, end), rests):
-            raise TendonError(f"{where} failed {_first_failure(model, start, control, when)}")
+            return None
         if progress:
             progress(end / steps)
-    for name, unsolved in unsolved_sheaths(model, data).items():
-        warnings.warn(
-            f"{where}: sheath {name!r} found no equilibrium in {unsolved} of {steps}"
-            " evaluations, and took the best that it had",
-            RuntimeWarning,
-            stacklevel=3,
-        )
     return readings
 
 
-def try_open_loop(
-    model: mujoco.MjModel, data: mujoco.MjData, control: FloatArray, rests: Rests | None = None
-) -> FloatArray | None:
-    """Like `run_open_loop`, but returns None on failure, and warns of nothing."""
-    readings = np.empty((len(control), model.nsensordata))
-    for first, end in pairwise(sorted({0, *(rests.ends if rests else ()), len(control)})):
-        if not _run(model, data, control, readings, slice(first, end), rests):
-            return None
+def _run_strictly(
+    schedule: Schedule,
+    adjustable: Adjustable,
+    progress: ProgressShare | None = None,
+    recorder: FrameRecorder | None = None,
+) -> FloatArray:
+    """Readings of a schedule; raises `TendonError` where it failed, and warns of unsolved flows."""
+    model, data = adjustable.model, adjustable.data
+    control, start = schedule.control(adjustable), full_state(model, data)
+    rests = schedule.rests(adjustable)
+    readings = run_open_loop(model, data, control, rests, progress, recorder)
+    if readings is None:
+        failure = _first_failure(model, start, control, schedule.when)
+        raise TendonError(f"{schedule.where} failed {failure}")
+    for name, unsolved in unsolved_sheaths(model, data).items():
+        warnings.warn(
+            f"{schedule.where}: sheath {name!r} found no equilibrium in {unsolved} of"
+            f" {len(control)} evaluations, and took the best that it had",
+            RuntimeWarning,
+            stacklevel=3,
+        )
     return readings
 
 
@@ -229,17 +230,7 @@ def replay_recording(
     values = {**stated, **(parameters or {})}
     adjustable.set(values)
     schedule.prepare(adjustable)
-    control = schedule.control(adjustable)
-    readings = run_open_loop(
-        adjustable.model,
-        adjustable.data,
-        control,
-        schedule.where,
-        schedule.when,
-        progress,
-        recorder,
-        schedule.rests(adjustable),
-    )
+    readings = _run_strictly(schedule, adjustable, progress, recorder)
     return as_recording(recording, schedule.read_out(adjustable, readings), values)
 
 
@@ -667,22 +658,20 @@ class Simulator:
         adjustable.set(job.acting)
         schedule.prepare(adjustable)
         model, data = adjustable.model, adjustable.data
-        control, plain = schedule.control(adjustable), adjustable.readings.copy()
-        rests = schedule.rests(adjustable)
         if self._strict:
-            readings = run_open_loop(
-                model, data, control, schedule.where, schedule.when, rests=rests
-            )
+            readings, stuck = _run_strictly(schedule, adjustable), set[str]()
         else:
-            tried = try_open_loop(model, data, control, rests)
-            shape = (len(control), model.nsensordata)
-            readings = tried if tried is not None else np.full(shape, np.nan)
-        series = []
+            control, rests = schedule.control(adjustable), schedule.rests(adjustable)
+            tried = run_open_loop(model, data, control, rests)
+            readings = (
+                np.full((len(control), model.nsensordata), np.nan) if tried is None else tried
+            )
+            stuck = set(unsolved_sheaths(model, data))
+        series, plain = [], adjustable.readings.copy()
         for _, reads in job.readouts:
             adjustable.readings[:] = plain
             adjustable.set(reads)
             series.append(schedule.read_out(adjustable, readings))
-        stuck = set() if self._strict else set(unsolved_sheaths(model, data))
         return series, stuck
 
 

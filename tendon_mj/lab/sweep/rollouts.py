@@ -28,8 +28,8 @@ from tendon_mj.lab.replay import (
     control_unit,
     ending_of,
     reading_unit,
+    run_open_loop,
     suppress_mujoco_log,
-    try_open_loop,
     unsolved_sheaths,
 )
 from tendon_mj.lab.sweep.design import SensorSummary, summarised
@@ -312,7 +312,7 @@ class Rollouts:
         schedule.prepare(adjustable)
         control = schedule.control(adjustable)
         if self.policy is None:
-            readings = try_open_loop(model, data, control, schedule.rests(adjustable))
+            readings = run_open_loop(model, data, control, schedule.rests(adjustable))
         else:
             readings = try_policy(model, data, self.policy, control, schedule.lead)
         stuck = sum(unsolved_sheaths(model, data).values())
