@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
@@ -88,7 +89,7 @@ def run_fleet(
     first = _RigFiles(out / "observations", digests, again=again)
     run(_observe, None, list(digests), read, first, begin=begin, what="calibrate")
     observed = {rig.name: _Observed(error=rig.error) for rig in rigs}
-    observed |= {name: _restored(_Observed, first.read(name)) for name in digests}
+    observed |= {name: _restored(_Observed, first.results[name]) for name in digests}
     seen = {name: one.observation for name, one in observed.items() if one.observation}
     used = {name: by_name[name].without(observed[name].reasons) for name in seen}
     spreads = daily_deviations(list(seen.values()))
@@ -112,7 +113,7 @@ def run_fleet(
     )
     results = []
     for rig in rigs:
-        kept = second.read(rig.name)["series"] if rig.name in suspected else []
+        kept = second.results[rig.name]["series"] if rig.name in suspected else []
         series = [_restored(NumberSeries, one) for one in kept]
         results.append(_result(rig, observed[rig.name], series, spreads))
     return _compared(results, seen, unlike({name: observed[name].kind for name in seen}))
@@ -150,29 +151,23 @@ class _RigFiles:
     def __init__(self, folder: Path, of: Mapping[str, str], *, again: bool = False) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder, self._of = folder, of
-        self._done = set[str]() if again else {rig for rig in of if self._valid(rig)}
+        self.results = dict[str, dict[str, Any]]()
+        for rig in () if again else of:
+            with suppress(OSError, ValueError, KeyError, TypeError):
+                kept = json.loads((folder / f"{rig}.json").read_text(encoding="utf-8"))
+                if kept["of"] == of[rig] and not kept["result"].get("error"):
+                    self.results[rig] = kept["result"]
 
-    def done(self) -> set[str]:
+    def done(self) -> Collection[str]:
         """Rigs with a valid file."""
-        return set(self._done)
+        return self.results.keys()
 
     def write(self, key: str, result: Mapping[str, Any]) -> None:
         """Keep the result of a rig."""
         text = json.dumps({"of": self._of[key], "result": result}, default=np.ndarray.tolist)
         with whole_file(self._folder / f"{key}.json") as made:
             made.write_text(text, encoding="utf-8")
-
-    def read(self, key: str) -> dict[str, Any]:
-        """The result of a rig."""
-        text = (self._folder / f"{key}.json").read_text(encoding="utf-8")
-        return dict(json.loads(text)["result"])
-
-    def _valid(self, rig: str) -> bool:
-        try:
-            kept = json.loads((self._folder / f"{rig}.json").read_text(encoding="utf-8"))
-            return bool(kept["of"] == self._of[rig]) and not kept["result"].get("error")
-        except (OSError, ValueError, KeyError, TypeError):
-            return False
+        self.results[key] = json.loads(text)["result"]
 
 
 def _restored(kept: type[_Kept], values: Mapping[str, Any]) -> _Kept:

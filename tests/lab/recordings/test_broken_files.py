@@ -1,8 +1,7 @@
-"""A recording's file with broken bytes is refused by name, or read."""
+"""A recording's file that was cut off, or holds something else, is refused by name."""
 
 from __future__ import annotations
 
-import random
 from pathlib import Path
 
 import numpy as np
@@ -33,44 +32,23 @@ def rig_log(folder: Path, *messages: bytes, field: str = "x.0", compression: str
     return path
 
 
-def damaged(data: bytes, draw: random.Random) -> bytes:
-    """Bytes of which a few are others, or gone."""
-    changed = bytearray(data)
-    at = draw.randrange(len(changed))
-    if draw.random() < 0.5:
-        changed[at] = draw.randrange(256)
-    elif draw.random() < 0.5:
-        del changed[at : at + draw.randrange(1, 40)]
-    else:
-        changed = changed[:at] or bytearray(b"x")
-    return bytes(changed)
+def refusal(path: Path, share: float) -> str:
+    """Message of the refusal of the first part of a file."""
+    data = path.read_bytes()
+    path.write_bytes(data[: int(share * len(data))])
+    with pytest.raises(RecordingError) as caught:
+        read_recording(path) if path.suffix == ".mcap" else read_table(path)
+    return str(caught.value)
 
 
-def refusals(path: Path, count: int = 200) -> list[str]:
-    """Messages of the refusals of a file that is damaged in many ways."""
-    data, draw, messages = path.read_bytes(), random.Random(1), []
-    for _ in range(count):
-        path.write_bytes(damaged(data, draw))
-        try:
-            read_recording(path) if path.suffix == ".mcap" else read_table(path)
-        except RecordingError as error:
-            messages.append(str(error))
-    return messages
-
-
-@pytest.mark.parametrize("compression", ["NONE", "LZ4", "ZSTD"])
-def test_a_damaged_log_is_refused_by_name_or_read(tmp_path: Path, compression: str) -> None:
-    numbers = (b'{"x": [%d]}' % k for k in range(40))
-    path = rig_log(tmp_path, *numbers, compression=compression)
-    assert read_recording(path).time.size == 40
-    messages = refusals(path)
-    assert all("r.mcap" in message for message in messages)
-    assert len(messages) > 50
-
-
-def test_a_damaged_parquet_is_refused_by_name_or_read(tmp_path: Path) -> None:
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.5, 0.99])
+def test_a_file_that_was_cut_off_is_refused_by_name(tmp_path: Path, share: float) -> None:
+    for compression in ("NONE", "LZ4", "ZSTD"):
+        path = rig_log(tmp_path, *(b'{"x": [%d]}' % k for k in range(40)), compression=compression)
+        assert read_recording(path).time.size == 40
+        assert "r.mcap" in refusal(path, share)
     path = parquet(tmp_path / "r.parquet", time_s=np.arange(50.0), a_N=np.arange(50.0))
-    assert all("r.parquet" in message for message in refusals(path))
+    assert "r.parquet" in refusal(path, share)
 
 
 @pytest.mark.parametrize(

@@ -223,14 +223,6 @@ def test_a_recording_made_in_code_obeys_the_laws_of_files(
         bench(**changes)
 
 
-def test_long_recordings_keep_every_bit(tmp_path: Path) -> None:
-    n, rng = 200_000, np.random.default_rng(0)
-    columns = {f"{word}_N": rng.normal(size=n) for word in ("one", "two", "three", "four")}
-    recording = bench(time=np.arange(n) * 1e-3, columns=columns, drive={}, measured={})
-    path = write_recording(recording, tmp_path / "long")
-    assert bits(read_recording(path)) == bits(recording)
-
-
 def test_the_documented_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = Path(__file__).parents[3] / "docs" / "recording.md"
     found = re.findall(r"```(\w+)\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
