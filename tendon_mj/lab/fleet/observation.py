@@ -50,7 +50,6 @@ Label = tuple[str, str, tuple[float, ...]]  # identifier, name, shape
 _CONVERGED, _AGAIN = 25, 2  # evaluations, from anywhere and from where a fit ended
 _INVISIBLE = 1e-8  # mean square of a derivative [noise per probe] that counts as 0
 SINGULAR = 1e-10  # relative eigenvalue below which a direction is left alone
-
 _DAILY = 6  # evaluations, from near the best values
 _NOTABLE = 0.01  # of the residual of the better one, likewise
 _RESOLVED = 2.0  # standard errors of the mean, by which two explanations differ

@@ -30,14 +30,12 @@ from tendon_mj.lab.recordings.units import (
 )
 from tendon_mj.typing import BoolArray, FloatArray
 
+Columns = dict[str, NDArray[Any]]
 Samples = tuple[NDArray[Any], FloatArray]  # times, and values at them
 
 _LONG = 10.0  # times the usual interval: over such a gap values are not interpolated in silence
 _OUTSIDE = 0.25  # share of the rows before and after the common time, above which that is said
 _COARSE = 0.05  # share of equal times from which the clock is coarse, and none a row that is double
-
-Columns = dict[str, NDArray[Any]]
-
 _SPARSE = 0.6  # share of complete rows below which a row is a message: half are, of 100 and 50 Hz
 _DAY = 86400.0  # [s]
 _SINCE_1970 = 1e8  # [s]: a date, not a stopwatch

@@ -200,12 +200,8 @@ def described_model(toml: Path) -> str:
 def is_same_model(one: str, other: str) -> bool:
     """Whether two recordings' models are the same name, or paths to one file in one folder."""
     first, second = Path(one), Path(other)
-    return one == other or (
-        first.name == second.name
-        and first.is_file()
-        and second.parent.is_dir()
-        and first.parent.samefile(second.parent)
-    )
+    files = first.name == second.name and first.is_file() and second.is_file()
+    return one == other or (files and first.parent.samefile(second.parent))
 
 
 def _model_beside(toml: Path, model: str) -> str:

@@ -9,7 +9,7 @@ import warnings
 from array import array
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from io import StringIO
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -48,13 +48,13 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
     of these lines is the names, as `numpy.savetxt` writes them. ``header``: names of the columns of
     a file that has none.
     """
-    file = StringIO(read_text(path))
-    lines = [file.readline()]
-    while lines[-1] and (lines[-1].startswith("#") or not lines[-1].strip()):
-        lines.append(file.readline())
-    if not lines[-1].strip():
+    lines, more, rest = list[str](), "\n", read_text(path)
+    while more and (not lines or lines[-1].startswith("#") or not lines[-1].strip()):
+        line, more, rest = rest.partition("\n")
+        lines.append(line)
+    if lines[-1].startswith("#") or not lines[-1].strip():
         raise RecordingError(f"{path}, row 1: the file is empty")
-    rest, separator = file.read(), _separator(lines[-1])
+    separator = _separator(lines[-1])
     first, below = _cells(lines[-1], separator), _cells(rest.partition("\n")[0], separator)
     no_names = all(map(_DATUM.fullmatch, first))
     names = _names(path, lines, separator, first, no_names, header)
@@ -62,7 +62,9 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
         _check_units_row(path, len(lines) + 1, first, below)
     decimal = "," if separator == ";" and "," in rest[:_AHEAD] else "."
     sample = dict(zip(names, first if no_names else below, strict=False))
-    rows, first_row = (lines[-1] + rest, len(lines)) if no_names else (rest, len(lines) + 1)
+    rows, first_row = rest, len(lines) + 1
+    if no_names:
+        rows, first_row = f"{lines[-1]}\n{rest}", len(lines)
     body = _Body(path, names, rows, first_row, separator, decimal, sample)
     return OpenTable(names, set(names).__contains__, first_row, body.read, sample)
 
@@ -179,7 +181,7 @@ class _Body:
             warnings.simplefilter("ignore")  # from pandas 3.1 on `float_precision` is deprecated
             try:
                 return pd.read_csv(
-                    StringIO(self.separator.join(every) + "\n" + self.rows),
+                    BytesIO((self.separator.join(every) + "\n" + self.rows).encode()),
                     sep=separator,
                     decimal=self.decimal,
                     usecols=[*labels, _EXTRA],

@@ -54,7 +54,6 @@ Entry = TypeVar("Entry")
 
 _WILD = frozenset("*?[")
 _AT = " @ "
-
 _OBJ, _TRN = mujoco.mjtObj, mujoco.mjtTrn
 _HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value
 _ON_JOINT = _TRN.mjTRN_JOINT.value, _TRN.mjTRN_JOINTINPARENT.value

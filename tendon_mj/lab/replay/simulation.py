@@ -44,6 +44,8 @@ from tendon_mj.models import load_model
 from tendon_mj.plugin import sheaths, unsolved_evaluations
 from tendon_mj.typing import FloatArray
 
+Values = Mapping[str, float]
+Series = dict[str, NDArray[np.float64]]
 ProgressShare = Callable[[float], None]  # called with the share that is done, 0 … 1
 
 UNSOLVED_WARNING: Final = "some simulations: sheath"  # how the warning of no equilibrium begins
@@ -52,9 +54,6 @@ _CHUNK = 2000  # steps between two reports of progress
 _WATCHED = 0.05  # of a rest, between two looks at whether anything still moves [s]
 _RESTS = 1e-4  # of a reading's span or a joint's way: less to come until a rest's end is negligible
 _UNMOVED = 1e-3  # [rad or m], by which a joint moves at least for this
-
-Values = Mapping[str, float]
-Series = dict[str, NDArray[np.float64]]
 
 
 def run_open_loop(
