@@ -122,21 +122,16 @@ class _Timing:
 class Source:
     """Place of a column's values in a file, and their conversion.
 
-        value = factor × number + offset   [unit]
-
-    column: of a table; dots lead into lists and objects of Parquet, as in ``position.0``;
-    topic, field: of a log; dots lead into its messages;
-    unit: without its underscore; empty: the one in which the column's name ends;
-    period: number after which a counter begins again, by which its jumps are undone; 0: none.
+    value = factor × number + offset [unit]; dots lead into lists and objects: ``position.0``.
     """
 
-    column: str = ""
-    topic: str = ""
-    field: str = ""
+    column: str = ""  # of a table
+    topic: str = ""  # of a log
+    field: str = ""  # of its messages
     factor: float = 1.0
     offset: float = 0.0
-    unit: str = ""
-    period: float = 0.0
+    unit: str = ""  # without its underscore; empty: the one in which the column's name ends
+    period: float = 0.0  # after which a counter begins again; its jumps are undone; 0: none
 
     def __post_init__(self) -> None:
         NumberRange(zero=False).check("factor", self.factor)
@@ -168,15 +163,11 @@ class Source:
 
 @dataclass(frozen=True)
 class TableLayout:
-    """Places of the columns of a recording in its file.
+    """Places of the columns of a recording in its file."""
 
-    columns: [columns] of the description; topics: the same of a log, where they may be called
-    [mcap]; header: names of the columns of a table that has none.
-    """
-
-    columns: Mapping[str, Source] = field(default_factory=dict)
-    topics: Mapping[str, Source] = field(default_factory=dict)
-    header: tuple[str, ...] = ()
+    columns: Mapping[str, Source] = field(default_factory=dict)  # [columns]
+    topics: Mapping[str, Source] = field(default_factory=dict)  # of a log: that, or [mcap]
+    header: tuple[str, ...] = ()  # names of the columns of a table that has none
 
 
 @dataclass(frozen=True, kw_only=True)

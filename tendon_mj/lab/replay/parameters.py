@@ -248,31 +248,26 @@ class DrawnBends:
 
 
 class Adjustable:
-    """A model and its data with their parameters by name.
+    """A model, which is changed in place, and its data with their parameters by name.
 
-    Args:
-        model: changed in place, so a copy.
-
-    Attributes:
-        model, data: ready to run, with the values that ``set`` was given.
-        commands: (nactuator, 6) scale, offset, delay, slip, its time and its duration, for the
-            caller who runs the model.
-        joint_commands: (njnt, 3) scale, offset and delay of columns that prescribe joints.
-        readings: (nsensor, 8) `Readout` of every sensor, for the caller who runs the model.
-        geared: sensor of a load → actuators that may bear it, and the sense, 1 or −1, in which
-            the control of each moves against the load.
-        live: those of sheaths and servos alone; with ``bends``, the drawn bends of these.
+    Both are ready to run with the values that ``set`` was given. Commands and readings are for the
+    caller who runs them.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model = model
         self.data = mujoco.MjData(model)
+        # (nactuator, 6) scale, offset, delay, slip, its time and its duration
         self.commands = np.hstack([stored_commands(model), np.zeros((model.nactuator, len(SLIP)))])
+        # (njnt, 3) scale, offset and delay of columns that prescribe joints
         self.joint_commands = stored_joint_commands(model)
-        self.live = Parameters(model, self.data)
+        self.live = Parameters(model, self.data)  # of sheaths and servos alone
         self.bends = DrawnBends(model, self.live)
+        # sensor of a load → actuators that may bear it, and in which sense, 1 or −1, the control of
+        # each moves against the load
         self.geared = _geared(model, self.data)
         gearless = np.tile(Readout()[USER_NUMBERS:], (model.nsensor, 1))
+        # (nsensor, 8) `Readout` of every sensor
         self.readings = np.hstack([stored_readouts(model), gearless])
         geared = {model.sensor(k).name: k for k in self.geared}
         stored = custom_numbers(model, GEAR, len(GEARED), geared.__contains__)
