@@ -57,8 +57,20 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
     separator = _separator(lines[-1])
     first, below = _cells(lines[-1], separator), _cells(rest.partition("\n")[0], separator)
     no_names = all(map(_DATUM.fullmatch, first))
-    names = _names(path, lines, separator, first, no_names, header)
-    if not header and not no_names:
+    here = f"{path}, row {len(lines)}"
+    if header and not no_names:
+        raise RecordingError(
+            f"{here}: holds names, {first[0]!r} and so on; take header = … out of the description"
+        )
+    names = list(header) or first
+    if no_names and not header:
+        names = _cells(lines[-2].lstrip("# "), separator) if len(lines) > 1 else []
+        if len(names) != len(first):
+            raise RecordingError(
+                f"{here}: holds numbers, not the names of the columns; write into the description,"
+                f' above its tables: header = ["time_s", …], names of all {len(first)} columns'
+            )
+    elif not header:
         _check_units_row(path, len(lines) + 1, first, below)
     decimal = "," if separator == ";" and "," in rest[:_AHEAD] else "."
     sample = dict(zip(names, first if no_names else below, strict=False))
@@ -87,31 +99,6 @@ def _cells(line: str, separator: str) -> list[str]:
         return line.split()
     rows = csv.reader([line], delimiter=separator, skipinitialspace=True)
     return [cell.strip() for row in rows for cell in row]
-
-
-def _names(
-    path: Path,
-    lines: Sequence[str],
-    separator: str,
-    first: list[str],
-    no_names: bool,
-    header: Sequence[str],
-) -> list[str]:
-    """Names of the columns: of the description, the first row, or the last comment above it."""
-    here = f"{path}, row {len(lines)}"
-    if header and not no_names:
-        raise RecordingError(
-            f"{here}: holds names, {first[0]!r} and so on; take header = … out of the description"
-        )
-    comment = _cells(lines[-2].lstrip("# "), separator) if len(lines) > 1 else []
-    if header or not no_names:
-        return list(header) or first
-    if len(comment) == len(first):
-        return comment
-    raise RecordingError(
-        f"{here}: holds numbers, not the names of the columns; write into the description, above"
-        f' its tables: header = ["time_s", …], names of all {len(first)} columns'
-    )
 
 
 def _check_units_row(path: Path, row: int, names: Sequence[str], below: Sequence[str]) -> None:
