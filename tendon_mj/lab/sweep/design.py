@@ -145,8 +145,8 @@ class Design:
         self.rollouts = math.prod(self._shape)
         if self.rollouts > MOST_ROLLOUTS:
             raise InvalidValueError(
-                f"{' × '.join(map(str, self._shape))} = {self.rollouts} rollouts; a sweep has at"
-                f" most {MOST_ROLLOUTS}, so give fewer --draws, or fewer values of a --parameter"
+                f"{' × '.join(map(str, self._shape))} make {self.rollouts} rollouts; a sweep has"
+                f" at most {MOST_ROLLOUTS}, so give fewer --draws, or fewer values of a --parameter"
             )
         self._draws = np.random.default_rng(seed).uniform(low, high, size)
 
