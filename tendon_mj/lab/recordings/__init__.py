@@ -35,6 +35,5 @@ from tendon_mj.lab.recordings.units import TIME as TIME
 from tendon_mj.lab.recordings.units import TIMES as TIMES
 from tendon_mj.lab.recordings.units import UNIT_FACTORS as UNIT_FACTORS
 from tendon_mj.lab.recordings.units import UNITS as UNITS
-from tendon_mj.lab.recordings.units import NumberRange as NumberRange
 from tendon_mj.lab.recordings.units import si_name as si_name
 from tendon_mj.lab.recordings.units import unit_fault as unit_fault

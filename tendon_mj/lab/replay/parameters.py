@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.attach import Parameters, checked_number
 from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameError
-from tendon_mj.lab.recordings import LARGEST, NOT_NEGATIVE, NumberRange, Recording
+from tendon_mj.lab.recordings import LARGEST, Recording
 from tendon_mj.lab.replay.readout import (
     USER_NUMBERS,
     Readout,
@@ -166,11 +166,6 @@ class Parameter(NamedTuple):
     joints: tuple[str, ...] = ()
     reference: float = 0.0
 
-    @property
-    def range(self) -> NumberRange:
-        """Values that it may have."""
-        return NumberRange(max(self.low, -LARGEST), zero=self.low <= 0.0)
-
 
 class DrawnBends:
     """Bends of the drawn paths of a model's sheaths.
@@ -238,7 +233,7 @@ class DrawnBends:
         sheath, _, parameter = name.rpartition(".")
         extra_bend = f"{sheath}.{EXTRA_BEND}"
         if parameter == DRAWN_BEND:
-            NOT_NEGATIVE.check(name, value, "rad")
+            _check(name, 0.0, value)
             added = self._added.get(sheath, self._live[extra_bend])
             correction = value - self._of_paths[sheath]
         else:
@@ -282,7 +277,7 @@ class Adjustable:
             self._add(f"gravity.{axis}", "gravity", "m/s²", (model.opt.gravity, k, 1.0))
         for name, (parameter, _) in self._entries.items():
             if parameter.kind == "sensor" or ".command_" in name:  # user data, which nobody checked
-                parameter.range.check(name, parameter.value)
+                _check(name, parameter.low, parameter.value)
 
     def names(self) -> list[str]:
         """Every parameter there is."""
@@ -310,7 +305,7 @@ class Adjustable:
             value = checked_number(name, given)
             if name in self._entries:
                 parameter, places = self._entries[name]
-                parameter.range.check(name, value)
+                _check(name, parameter.low, value)
                 for array, index, factor in places:
                     array[index] = factor * value
             elif self.bends.has(name):
@@ -504,6 +499,12 @@ def _live(name: str, value: float) -> Parameter:
 def _value(places: tuple[_Place, ...]) -> float:
     array, index, factor = places[0]
     return float(array[index]) * factor + 0.0  # + 0: no negative zero
+
+
+def _check(name: str, low: float, value: float) -> None:
+    low = max(low, -LARGEST)
+    if not low <= value <= LARGEST:
+        raise InvalidValueError(f"{name} = {value:g} is outside {low:g} … {LARGEST:g}")
 
 
 def is_muscle(model: mujoco.MjModel, actuator: int) -> bool:
