@@ -23,6 +23,7 @@ from tests.rigs import (
 NONE = dict.fromkeys(ALL, 0.0) | {"static_friction": 0.2}
 SCALES = {"stribeck_velocity": 0.02, "creep_time": 0.05}
 MU = 0.2
+SPEEDS = np.array([1e-4, 5e-3, 2e-2, 0.5])  # [m/s]
 
 
 def there_and_back(drives, reach=2e-3, steps=200):
@@ -32,11 +33,10 @@ def there_and_back(drives, reach=2e-3, steps=200):
 
 @pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
 @pytest.mark.parametrize("scales", [{}, SCALES])
-@pytest.mark.parametrize("damping", [0.0, 1.0])
+@pytest.mark.parametrize("damping", [{}, {"axial_damping": 1.0}])
 def test_an_effect_of_zero_is_none_to_the_last_bit(integrator, scales, damping):
-    law = {"spools": True, "axial_damping": damping, "integrator": integrator}
-    zeros = {k: v for k, v in NONE.items() if k != "axial_damping"}
-    plain, zero = arm(**law), arm(**law | zeros | scales)
+    law = {"spools": True, "integrator": integrator} | damping
+    plain, zero = arm(**law), arm(**NONE | scales | law)
     one, other = (run(m, started(m, 2, 2.0), 300) for m in (plain, zero))
     np.testing.assert_array_equal(one.qpos, other.qpos)
     np.testing.assert_array_equal(one.qvel, other.qvel)
@@ -69,29 +69,33 @@ def test_an_effect_that_ends_leaves_nothing_but_where_the_tendon_lies(effect):
     assert drives.loss == pytest.approx(MU * BEND, rel=1e-9)
 
 
-@pytest.mark.parametrize("extra", [0.8, -0.5])
-def test_extra_bend_rubs_like_drawn_bend(extra):
-    drives = Drives(extra_bend=extra)
-    drives.draw(0.05, 200)
-    assert drives.loss == pytest.approx(MU * (BEND + extra), rel=1e-9)
+@pytest.mark.parametrize(
+    ("law", "speed", "exponent"),
+    [
+        *(({"extra_bend": extra}, 0.05, MU * (BEND + extra)) for extra in (0.8, -0.5)),
+        ({"extra_bend": -2.0 * BEND}, 0.05, 0.0),
+        *(
+            ({"direction_asymmetry": a, "static_friction": 0.3}, v, way * MU * (1 + way * a) * BEND)
+            for a in (-0.4, 0.3)
+            for v, way in ((0.05, 1.0), (-0.05, -1.0))
+        ),
+        *(
+            ({"stribeck_friction": 0.1, "stribeck_velocity": 0.01}, v, (MU + 0.1 * e) * BEND)
+            for v, e in zip(SPEEDS, np.exp(-SPEEDS / 0.01), strict=True)
+        ),
+    ],
+)
+def test_a_drawn_tendon_loses_the_exponent_of_its_effect(law, speed, exponent):
+    drives = Drives(timestep=2e-3, **law)
+    drives.draw(speed, 500)
+    rel = 1e-6 if "stribeck_friction" in law else 1e-9
+    assert drives.loss == pytest.approx(exponent, rel=rel, abs=1e-12)
+
+
+def test_extra_bend_rubs_like_drawn_bend():
     np.testing.assert_allclose(
         there_and_back(Drives(extra_bend=BEND, friction=0.1)), there_and_back(Drives()), rtol=1e-9
     )
-
-
-def test_less_bend_than_none_is_none():
-    drives = Drives(extra_bend=-2.0 * BEND)
-    drives.draw(0.05, 20)
-    assert drives.loss == pytest.approx(0.0, abs=1e-12)
-
-
-@pytest.mark.parametrize("asymmetry", [-0.4, 0.3])
-def test_friction_differs_by_direction(asymmetry):
-    drives = Drives(direction_asymmetry=asymmetry, static_friction=0.3)
-    drives.draw(0.05, 200)
-    assert drives.loss == pytest.approx(MU * (1.0 + asymmetry) * BEND, rel=1e-9)
-    drives.draw(-0.05, 200)
-    assert drives.loss == pytest.approx(-MU * (1.0 - asymmetry) * BEND, rel=1e-9)
 
 
 @pytest.mark.parametrize("drift", [0.5, -0.3, -4.0])
@@ -119,14 +123,6 @@ def test_friction_depends_on_what_has_passed(gradient):
         assert drives.loss == pytest.approx(np.sign(speed) * MU * grown * BEND, rel=1e-9)
 
 
-@pytest.mark.parametrize("speed", [1e-4, 5e-3, 2e-2, 0.5])
-def test_friction_fades_with_speed(speed):
-    drives = Drives(stribeck_friction=0.1, stribeck_velocity=0.01, timestep=2e-3)
-    drives.draw(speed, 500)
-    faded = 0.1 * np.exp(-speed / 0.01)
-    assert drives.loss == pytest.approx((MU + faded) * BEND, rel=1e-6)
-
-
 def test_friction_remembers_speed_for_twenty_milliseconds():
     drives = Drives(stribeck_friction=0.1, stribeck_velocity=0.01, timestep=1e-4)
     drives.draw(0.05, 3000)
@@ -137,21 +133,18 @@ def test_friction_remembers_speed_for_twenty_milliseconds():
     np.testing.assert_allclose(guides["sliding_speed"], 0.05 * np.exp(-1.0), rtol=6e-3)
 
 
-@pytest.mark.parametrize("viscosity", [1.0, 40.0])
-def test_viscous_friction_is_linear_in_speed(viscosity):
-    drives = Drives(viscous_friction=viscosity, friction=0.0)
+@pytest.mark.parametrize("friction", [0.0, MU])
+@pytest.mark.parametrize(("viscosity", "constant"), [(1.0, 0.0), (40.0, 0.0), (16.0, 0.8)])
+def test_viscous_and_constant_friction_come_on_top_and_the_first_is_linear_in_speed(
+    viscosity, constant, friction
+):
+    law = {"viscous_friction": viscosity, "constant_friction": constant, "friction": friction}
+    drives = Drives(guides=1, **law)
     for speed in (0.02, 0.5, -0.1):
-        ahead, behind = drives.draw(speed, 400)
-        assert ahead - behind == pytest.approx(viscosity * speed, rel=1e-6)
+        low, high = sorted(drives.draw(speed, 400))
+        more = constant + viscosity * abs(speed)
+        assert high == pytest.approx(low * np.exp(friction * BEND) + more, rel=1e-6)
     assert drives.unsolved == 0.0
-
-
-def test_viscous_friction_comes_on_top_of_the_others():
-    drives = Drives(viscous_friction=16.0, constant_friction=0.8, guides=1)
-    high, low = drives.draw(0.05, 400)
-    assert high == pytest.approx(low * np.exp(MU * BEND) + 0.8 + 16.0 * 0.05, rel=1e-9)
-    low, high = drives.draw(-0.05, 400)
-    assert high == pytest.approx(low * np.exp(MU * BEND) + 0.8 + 16.0 * 0.05, rel=1e-9)
 
 
 def test_viscous_friction_lets_the_tension_even_out_at_rest():

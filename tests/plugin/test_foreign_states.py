@@ -128,13 +128,14 @@ def anything(random, count, kept):
 def try_all(model, cases):
     random, kept = np.random.default_rng(1), moved(model)
     starts = (mujoco.mj_step, mujoco.mj_forward, mujoco.mj_sensorVel, mujoco.mj_fwdActuation)
+    starts += (mujoco.mj_rnePostConstraint, mujoco.mj_sensorAcc)
     for case in range(cases):
         data = mujoco.MjData(model)
         data.plugin_state[:] = anything(random, kept.size, kept)
-        if case % 5 == 4 and hasattr(mujoco, "mj_Euler"):
+        if case % 7 == 6 and hasattr(mujoco, "mj_Euler"):
             mujoco.mj_Euler(model, data)  # advances what was not evaluated
         else:
-            starts[case % 5 % 4](model, data)
+            starts[case % 7 % 6](model, data)
         mujoco.mj_step(model, data, 2)
 
 

@@ -126,10 +126,6 @@ def test_it_acts_on_its_own_tendon_and_joints(prefix, suffix):
         assert data.sensor(f"{prefix}output_tension{suffix}").data[0] > 0.5
         assert view_sheath(model, data, f"{prefix}flexor{suffix}").output_tension > 0.5
         assert Parameters(model, data)[f"{prefix}sheath{suffix}.friction"] == 0.1
-
-
-@pytest.mark.parametrize(("prefix", "suffix"), AFFIXES)
-def test_a_reel_goes_with_it(prefix, suffix):
     model = attached(finger(reel="reel"), prefix, suffix).compile()
     assert pulled(model) == {f"{prefix}knuckle{suffix}"}
 

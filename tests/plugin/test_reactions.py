@@ -152,12 +152,11 @@ def pulled_without_tendon(seed, model, data):
 def constraint_force(model, data):
     """Force along the tendon of its equality, its limit or its `frictionloss` [N]."""
     force = 0.0
+    kinds = mujoco.mjtConstraint
     for kind, value in zip(data.efc_type, data.efc_force, strict=True):
-        if kind == mujoco.mjtConstraint.mjCNSTR_EQUALITY:
+        if any(kind == k for k in (kinds.mjCNSTR_EQUALITY, kinds.mjCNSTR_FRICTION_TENDON)):
             force += value
-        if kind == mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON:
-            force += value
-        if kind == mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON:
+        if kind == kinds.mjCNSTR_LIMIT_TENDON:
             force -= value
     return force
 
