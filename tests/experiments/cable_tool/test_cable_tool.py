@@ -18,7 +18,6 @@ from experiments.cable_tool.recording import COLUMNS, find_strokes, read_folder,
 from experiments.cable_tool.report import TORQUE_ASKED
 from experiments.cable_tool.tool import rate_ratios
 from experiments.cable_tool.transmission import predict_load
-from experiments.command import run_experiment
 from tendon_mj import theory
 from tendon_mj.errors import InvalidValueError, RecordingError
 from tests.experiments.cable_tool.synthetic import TOOL, made_up, suite
@@ -208,18 +207,6 @@ def test_everything_is_written(tmp_path, monkeypatch):
     assert "nan" not in page
     for name in ("sheath_friction", "prediction", "held_out", "residual"):
         assert (tmp_path / "out" / f"{name}.png").stat().st_size > 10_000
-
-
-def test_missing_data_are_told_in_one_line(tmp_path, monkeypatch, capsys):
-    monkeypatch.delenv("TENDON_MJ_DATA", raising=False)
-    assert run_experiment(cable_tool, "cable_tool", ["--out", str(tmp_path / "out")]) == 2
-    assert "set TENDON_MJ_DATA" in capsys.readouterr().err
-    monkeypatch.setenv("TENDON_MJ_DATA", str(tmp_path))
-    assert run_experiment(cable_tool, "cable_tool", ["--out", str(tmp_path / "out")]) == 2
-    error = capsys.readouterr().err
-    assert "holds no CSV file" in error
-    assert error.count("\n") == 1
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.long

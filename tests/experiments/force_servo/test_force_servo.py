@@ -6,7 +6,6 @@ import json
 import numpy as np
 import pytest
 
-from experiments.command import run_experiment
 from experiments.force_servo.__main__ import force_servo
 from experiments.force_servo.describing_function import predict_amplitude
 from experiments.force_servo.limit_cycle import FREQUENCY, limit_cycle, tuned
@@ -131,11 +130,3 @@ def test_the_study_meets_its_figures(tmp_path):
     assert result["tracking"]["rmse_reduction"] > 0.88
     for picture in ("fig6_phase_plane", "fig7_steps", "limit_cycle", "strategies"):
         assert (tmp_path / f"{picture}.png").stat().st_size > 10_000
-
-
-def test_a_file_for_a_folder_is_refused_in_one_line(tmp_path, capsys):
-    (tmp_path / "file").write_text("")
-    assert run_experiment(force_servo, "force_servo", ["--out", str(tmp_path / "file")]) == 2
-    error = capsys.readouterr().err
-    assert error.startswith("python -m experiments.force_servo: --out ")
-    assert error.count("\n") == 1

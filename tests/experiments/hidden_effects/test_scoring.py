@@ -43,19 +43,92 @@ def figures(*cases):
     return {quantity: figure for quantity, _, figure, _ in table(cases)}
 
 
-def test_a_hit_counts_one_a_tie_a_half_and_a_wrong_name_nothing():
-    assert judged().hit == 1.0
-    assert judged(indistinguishable=[["creep", "stiffening"]]).hit == 0.5
-    assert judged(effects=["stiffening"]).hit == 0.0
-    assert judged(effects=["stiffening", "creep"]).hit == 0.0
-    assert judged(effects=["stiffening", "creep"]).contains
-    assert judged(verdict="unknown", effects=[]).hit == 0.0
+TOO_HIGH = {"kind": "too_high", "hidden": ["joint_damping"], "parameters": {"joint.damping": 19.0}}
+GROUP = ["stiffening", "creep", "backlash", "sensor_lag"]
+WRONGLY = ["stiffening", "backlash", "sensor_lag"]
+PAIRS = [["stiffening", rival] for rival in ("creep", "backlash", "sensor_lag")]
 
 
-def test_a_false_name_is_one_where_nothing_is_hidden():
-    assert judged(NOTHING).named_effect
-    assert not judged(NOTHING, verdict="nothing missing", effects=[]).named_effect
-    assert not judged(NOTHING, verdict="parameter", effects=["friction"]).named_effect
+def number(low, high, name="joint.damping", **result):
+    """Result that calls a number wrong, with an interval of the right one."""
+    parameters = {name: {"value": 0.5 * (low + high), "low": low, "high": high}}
+    given = {"verdict": "parameter", "effects": ["joint_damping"], "parameters": parameters}
+    return TOO_HIGH, given | result
+
+
+BESIDE = {
+    "joint.armature": {"value": 0, "low": 0, "high": 0},
+    **number(18.0, 20.0)[1]["parameters"],
+}
+
+
+@pytest.mark.parametrize(
+    ("key", "result", "judgements"),
+    [
+        # a hit counts one, a tie a half, and a wrong name nothing; in part counts like a name
+        ({}, {}, {"hit": 1.0}),
+        ({}, {"verdict": "partly"}, {"hit": 1.0}),
+        ({}, {"indistinguishable": [["creep", "stiffening"]]}, {"hit": 0.5}),
+        ({}, {"effects": ["stiffening"]}, {"hit": 0.0}),
+        ({}, {"effects": ["stiffening", "creep"]}, {"hit": 0.0, "contains": True}),
+        ({}, {"verdict": "unknown", "effects": []}, {"hit": 0.0, "extra": []}),
+        # a false name is one where nothing is hidden
+        (NOTHING, {}, {"named_effect": True}),
+        (NOTHING, {"verdict": "partly"}, {"named_effect": True}),
+        (NOTHING, {"verdict": "nothing missing", "effects": []}, {"named_effect": False}),
+        (NOTHING, {"verdict": "parameter", "effects": ["friction"]}, {"named_effect": False}),
+        # a number falsely called wrong is a false name and takes the lead
+        (
+            {},
+            {"verdict": "partly", "effects": ["friction", "creep"]},
+            {"hit": 1.0, "leads": 0.0, "extra": [], "false_names": ["friction"]},
+        ),
+        ({}, {"verdict": "parameter", "effects": ["friction"]}, {"false_names": ["friction"]}),
+        ({}, {"verdict": "partly", "effects": ["creep", "friction"]}, {"leads": 1.0}),
+        # a number is rightly wrong with its element alone and the truth in its interval
+        (*number(18.0, 20.0), {"right_number": True}),
+        (*number(20.0, 21.0), {"right_number": False}),
+        (*number(18.0, 20.0, verdict="named"), {"right_number": False}),
+        (*number(18.0, 20.0, "other.damping"), {"right_number": False}),
+        (*number(18.0, 20.0, parameters=BESIDE), {"right_number": False}),
+        (
+            *number(18.0, 20.0, effects=["joint_damping", "friction"]),
+            {"right_number": False, "false_names": ["friction"]},
+        ),
+        # two rivals are a tie, and more are named wrongly, counted over all groups of a name
+        (
+            {},
+            {"effects": ["stiffening"], "indistinguishable": [GROUP[:3]]},
+            {"contains": True, "hit": 0.5, "false_names": []},
+        ),
+        (
+            {},
+            {"effects": ["stiffening"], "indistinguishable": [GROUP]},
+            {"contains": False, "hit": 0.0, "ties": [], "false_names": WRONGLY},
+        ),
+        ({}, {"indistinguishable": [GROUP[:2]]}, {"hit": 0.5}),
+        ({}, {"indistinguishable": [GROUP]}, {"false_names": WRONGLY}),
+        (
+            {},
+            {"effects": ["stiffening"], "indistinguishable": PAIRS},
+            {"contains": False, "false_names": WRONGLY},
+        ),
+        (
+            {},
+            {"effects": ["stiffening"], "indistinguishable": [["creep", "backlash"]]},
+            {"contains": False, "false_names": ["stiffening"]},
+        ),
+        (
+            {},
+            {"verdict": "unknown", "effects": [], "indistinguishable": [["creep"]]},
+            {"contains": False},
+        ),
+    ],
+    ids=str,
+)
+def test_a_result_is_judged_by_its_names(key, result, judgements):
+    case = judged(key, **result)
+    assert {name: getattr(case, name) for name in judgements} == judgements
 
 
 def test_errors_are_relative_and_intervals_cover_or_not():
@@ -86,67 +159,6 @@ def test_the_table_and_the_matrix_count_every_case():
     assert rows["nothing hidden: false name"] == ("100.0 %", 1)
     _, matrix = confusion(cases)
     assert sum(sum(row.values()) for row in matrix.values()) == len(cases)
-
-
-def test_a_name_in_part_counts_like_a_name():
-    assert judged(verdict="partly").hit == 1.0
-    assert judged(NOTHING, verdict="partly").named_effect
-    assert judged(verdict="unknown").extra == []
-
-
-def test_a_number_falsely_called_wrong_is_a_false_name_and_takes_the_lead():
-    case = judged(verdict="partly", effects=["friction", "creep"])
-    assert (case.hit, case.leads) == (1.0, 0.0)
-    assert (case.extra, case.false_names) == ([], ["friction"])
-    assert judged(verdict="parameter", effects=["friction"]).false_names == ["friction"]
-    assert judged(verdict="partly", effects=["creep", "friction"]).leads == 1.0
-
-
-TOO_HIGH = {"kind": "too_high", "hidden": ["joint_damping"], "parameters": {"joint.damping": 19.0}}
-
-
-def damping(low, high, **others):
-    return {"joint.damping": {"value": 0.5 * (low + high), "low": low, "high": high}, **others}
-
-
-def test_a_number_is_rightly_wrong_with_its_element_alone_and_the_truth_in_its_interval():
-    def right(verdict="parameter", **parameters):
-        result = {"verdict": verdict, "effects": ["joint_damping"], "parameters": parameters}
-        return judged(TOO_HIGH, **result).right_number
-
-    assert right(**damping(18.0, 20.0))
-    assert not right(**damping(20.0, 21.0))
-    assert not right("named", **damping(18.0, 20.0))
-    assert not right(**{"other.damping": {"value": 19.0, "low": 18.0, "high": 20.0}})
-    assert not right(**damping(18.0, 20.0, **{"joint.armature": {"value": 0, "low": 0, "high": 0}}))
-
-
-def test_a_number_is_not_rightly_wrong_beside_one_that_is_not():
-    effects = ["joint_damping", "friction"]
-    case = judged(TOO_HIGH, verdict="parameter", effects=effects, parameters=damping(18.0, 20.0))
-    assert case.false_names == ["friction"]
-    assert not case.right_number
-
-
-def test_two_rivals_are_a_tie_and_more_are_named_wrongly():
-    tie = judged(effects=["stiffening"], indistinguishable=[["stiffening", "creep", "backlash"]])
-    assert (tie.contains, tie.hit, tie.false_names) == (True, 0.5, [])
-    group = ["stiffening", "creep", "backlash", "sensor_lag"]
-    wide = judged(effects=["stiffening"], indistinguishable=[group])
-    assert (wide.contains, wide.hit, wide.ties) == (False, 0.0, [])
-    assert wide.false_names == ["stiffening", "backlash", "sensor_lag"]
-    assert judged(indistinguishable=[group[:2]]).hit == 0.5
-    assert judged(indistinguishable=[group]).false_names == ["stiffening", "backlash", "sensor_lag"]
-
-
-def test_rivals_of_a_name_count_over_all_groups_and_groups_without_a_name_do_not():
-    rivals = ["creep", "backlash", "sensor_lag"]
-    pairs = judged(effects=["stiffening"], indistinguishable=[["stiffening", r] for r in rivals])
-    assert not pairs.contains
-    assert pairs.false_names == ["stiffening", "backlash", "sensor_lag"]
-    apart = judged(effects=["stiffening"], indistinguishable=[["creep", "backlash"]])
-    assert (apart.contains, apart.false_names) == (False, ["stiffening"])
-    assert not judged(verdict="unknown", effects=[], indistinguishable=[["creep"]]).contains
 
 
 def test_a_verdict_that_lists_everything_contains_nothing():
@@ -240,30 +252,22 @@ def read(folder, result=None, run=None):
 
 def test_any_tool_s_results_are_scored_and_a_case_without_one_failed(tmp_path):
     write_keys(tmp_path, "a", "b")
+    with refusing(TendonError, "no verdict on any of the 2 cases"):
+        judge(tmp_path, tmp_path)
+    with refusing(InvalidValueError, "--keys is the folder of keys"):
+        judge(tmp_path, tmp_path / "none")
     write(tmp_path, "a", {"verdict": "named", "effects": ["creep"]})
     result, missing = judge(tmp_path, tmp_path)
     assert (result.name, result.hit, result.closed, result.left) == ("a", 1.0, None, None)
     assert (missing.name, missing.missing, missing.verdict) == ("b", True, "failed")
 
 
-def test_a_suite_without_any_verdict_is_refused(tmp_path):
-    write_keys(tmp_path, "a", "b")
-    with refusing(TendonError, "no verdict on any of the 2 cases"):
-        judge(tmp_path, tmp_path)
-    with refusing(InvalidValueError, "--keys is the folder of keys"):
-        judge(tmp_path, tmp_path / "none")
-
-
-def test_what_may_be_missing_may_be_null(tmp_path):
+def test_what_may_be_missing_may_be_null_and_an_error_is_a_failure(tmp_path):
     others = ("indistinguishable", "parameters", "confidence", "gap", "seconds")
     case = read(tmp_path, {"verdict": "named", "effects": ["creep"], **dict.fromkeys(others)})
     assert (case.hit, case.errors(), case.left, case.seconds) == (1.0, [], None, None)
     case = read(tmp_path, {**RIGHT, "gap": {"held_out": None}}, {"seconds": None, "error": None})
-    assert (case.left, case.seconds) == (None, 2.0)
-
-
-def test_seconds_are_of_either_file_and_an_error_is_a_failure(tmp_path):
-    assert read(tmp_path, RIGHT, {"error": ""}).seconds == 2.0
+    assert (case.left, case.seconds) == (None, 2.0)  # of either file
     assert read(tmp_path, RIGHT, {"seconds": 3.0, "error": ""}).seconds == 3.0
     failed = read(tmp_path, "{ half of a fi", {"seconds": 3.0, "error": "diverged"})
     assert (failed.verdict, failed.missing, failed.seconds) == ("failed", False, 3.0)
@@ -302,20 +306,16 @@ INTERVAL = {"value": 1.0, "low": 0.0, "high": 2.0}
         ('{"verdict": "unknown", "seconds": 1e999}', "seconds: must be a finite number"),
         ({**RIGHT, "gap": 1.0}, "gap: must be an object"),
         ({**RIGHT, "gap": {"held_out": {"after": -1.0}}}, "gap.held_out, after: must be"),
+        ({"run": {"error": True}}, "run.json, error: must be a text"),
+        ({"run": {"seconds": "long"}}, "run.json, seconds: must be"),
     ],
 )
 def test_a_result_that_is_not_one_is_refused_with_its_file(result, message, tmp_path):
+    run = result.get("run") if isinstance(result, dict) else None
     with pytest.raises((InvalidValueError, UnknownNameError), match=message) as refused:
-        read(tmp_path, result)
-    assert str(tmp_path / "a" / "result.json") in str(refused.value)
+        read(tmp_path, RIGHT if run else result, run)
+    assert str(tmp_path / "a" / ("run.json" if run else "result.json")) in str(refused.value)
     assert "\n" not in str(refused.value)
-
-
-def test_a_run_that_is_not_one_is_refused_with_its_file(tmp_path):
-    with refusing(InvalidValueError, "run.json, error: must be a text"):
-        read(tmp_path, RIGHT, {"error": True})
-    with refusing(InvalidValueError, "run.json, seconds: must be"):
-        read(tmp_path, RIGHT, {"seconds": "long"})
 
 
 def command(tool, tmp_path, *arguments):
@@ -324,20 +324,22 @@ def command(tool, tmp_path, *arguments):
     return run_experiment(tool, f"hidden_effects.{tool.__name__}", paths)
 
 
-@pytest.mark.parametrize("tool", [score, compare])
-def test_a_command_refuses_what_it_cannot_read_in_one_line(tool, tmp_path, capsys):
+@pytest.mark.parametrize(
+    ("tool", "verdicts", "said"),
+    [
+        (score, ["tool"], "result.json"),
+        (compare, ["tool"], "result.json"),
+        (score, ["tool", "two"], "--verdicts names 2 folders and --keys 1"),
+    ],
+)
+def test_a_command_refuses_what_it_cannot_read_in_one_line(tool, verdicts, said, tmp_path, capsys):
     write_keys(tmp_path / "keys", "a")
     write(tmp_path / "tool", "a", "{")
-    assert command(tool, tmp_path, "--verdicts", "tool", "--keys", "keys", "--out", "out") == 2
+    assert command(tool, tmp_path, "--verdicts", *verdicts, "--keys", "keys", "--out", "out") == 2
     error = capsys.readouterr().err
     assert error.startswith(f"python -m experiments.hidden_effects.{tool.__name__}: ")
+    assert said in error
     assert error.count("\n") == 1
-
-
-def test_verdicts_without_keys_are_refused(tmp_path, capsys):
-    arguments = ("--verdicts", "one", "two", "--keys", "keys", "--out", "out")
-    assert command(score, tmp_path, *arguments) == 2
-    assert "--verdicts names 2 folders and --keys 1" in capsys.readouterr().err
 
 
 def test_a_score_counts_and_tells_the_cases_without_a_result(tmp_path):

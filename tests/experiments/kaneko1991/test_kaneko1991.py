@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import experiments.kaneko1991.__main__ as program
-from experiments.command import run_experiment
 from experiments.kaneko1991 import figure_4bc, figure_5, mujoco_routes, routes
 from experiments.kaneko1991.__main__ import kaneko1991
 from experiments.kaneko1991.agreement import compare_routes
@@ -198,33 +197,6 @@ def test_constant_friction_needs_a_bend_to_be_shared_over():
     straight = PaperTendon(friction=0.0, constant_friction=1.0)
     with refusing(InvalidValueError, "friction × bend > 0"):
         routes.closed_form(straight, np.array([20.0, 21.0]), "tension")
-
-
-def nothing(histories, progress):
-    raise AssertionError("computed")
-
-
-def test_an_input_that_is_refused_is_one_line_before_anything_is_computed(
-    tmp_path, monkeypatch, capsys
-):
-    monkeypatch.setattr(program, "reproduce", nothing)
-    arguments = ["--out", str(tmp_path / "new"), "--histories", "-1"]
-    assert run_experiment(kaneko1991, "kaneko1991", arguments) == 2
-    told = "python -m experiments.kaneko1991: histories = -1 must be ≥ 0\n"
-    assert capsys.readouterr().err == told
-    assert not (tmp_path / "new").exists()
-    (tmp_path / "file").write_text("")
-    assert run_experiment(kaneko1991, "kaneko1991", ["--out", str(tmp_path / "file")]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
-
-
-def test_help_names_the_options(capsys):
-    with pytest.raises(SystemExit):
-        run_experiment(kaneko1991, "kaneko1991", ["--help"])
-    text = capsys.readouterr().out
-    assert "python -m experiments.kaneko1991" in text
-    assert "--out" in text
-    assert "--histories" in text
 
 
 @pytest.mark.long

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import experiments.measured_joint.__main__ as program
-from experiments.command import run_experiment
 from experiments.measured_joint import bouc_wen, history_network, study
 from experiments.measured_joint.__main__ import measured_joint
 from experiments.measured_joint.bouc_wen import fit_bouc_wen
@@ -259,15 +258,3 @@ def test_the_command_finds_planted_friction_and_writes_everything(tmp_path, monk
     assert "nan" not in page
     for name in ("angle", "tension", "held_out"):
         assert (tmp_path / "out" / f"{name}.png").stat().st_size > 10_000
-
-
-def test_missing_data_are_told_in_one_line(tmp_path, monkeypatch, capsys):
-    monkeypatch.delenv("TENDON_MJ_DATA", raising=False)
-    assert run_experiment(measured_joint, "measured_joint", ["--out", str(tmp_path / "out")]) == 2
-    assert "set TENDON_MJ_DATA" in capsys.readouterr().err
-    monkeypatch.setenv("TENDON_MJ_DATA", str(tmp_path))
-    assert run_experiment(measured_joint, "measured_joint", ["--out", str(tmp_path / "out")]) == 2
-    error_line = capsys.readouterr().err
-    assert "holds no CSV file" in error_line
-    assert error_line.count("\n") == 1
-    assert not (tmp_path / "out").exists()
