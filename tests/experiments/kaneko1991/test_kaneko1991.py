@@ -25,7 +25,7 @@ from experiments.kaneko1991.loop import (
 )
 from experiments.kaneko1991.paper_tendon import PaperTendon
 from experiments.kaneko1991.refinement import refine
-from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.errors import TendonError
 from tendon_mj.lab.replay import rollout_named_sensors
 from tests.refusals import refusing
 
@@ -109,19 +109,6 @@ def test_plugin_repeats_the_static_friction_of_the_sheath_alone():
     assert plugin.input_tension == pytest.approx(sheath.input_tension, rel=1e-9)
 
 
-def test_an_unstable_simulation_is_refused():
-    model = mujoco_routes.plugin_model(TENDON, 64, 5e-3)
-    reel = 1e-3 * np.sin(np.arange(2000) * 0.1)
-    with refusing(TendonError, "became unstable"):
-        rollout_named_sensors(model, reel)
-
-
-def test_elements_start_from_rest():
-    time = np.arange(3) * 0.1
-    with refusing(InvalidValueError, "must be T_0"):
-        mujoco_routes.mujoco_elements(TENDON, time, time + 25.0, "tension", 4, 1.0, 1.0)
-
-
 def test_without_inertia_static_friction_holds_back_one_guide_at_most():
     sticky = PaperTendon(friction=0.1, static_friction=0.3)
     _, load = tension_sine(1.0, 15.0, 20.0, 1.25, 500)
@@ -193,12 +180,6 @@ def test_constant_friction_moves_a_branch_by_the_same_everywhere():
     assert gone.lower_flat_with[1] < 0.5e-3 < exact[1].input_displacement.max()
 
 
-def test_constant_friction_needs_a_bend_to_be_shared_over():
-    straight = PaperTendon(friction=0.0, constant_friction=1.0)
-    with refusing(InvalidValueError, "friction × bend > 0"):
-        routes.closed_form(straight, np.array([20.0, 21.0]), "tension")
-
-
 @pytest.mark.long
 def test_everything_is_written(tmp_path, monkeypatch):
     for name in ("HEAVY", "OVERDAMPED"):
@@ -226,3 +207,29 @@ def test_everything_is_written(tmp_path, monkeypatch):
     page = (tmp_path / "numbers.md").read_text("utf-8")
     assert "| elements in MuJoCo |" in page
     assert "nan" not in page
+
+
+STRAIGHT = PaperTendon(friction=0.0, constant_friction=1.0)
+RISE = np.arange(3) * 0.1
+
+
+@pytest.mark.parametrize(
+    ("use", "said"),
+    [
+        (
+            lambda: rollout_named_sensors(
+                mujoco_routes.plugin_model(TENDON, 64, 5e-3), 1e-3 * np.sin(np.arange(2000) * 0.1)
+            ),
+            "became unstable",
+        ),
+        (
+            lambda: mujoco_routes.mujoco_elements(TENDON, RISE, RISE + 25, "tension", 4, 1.0, 1.0),
+            "must be T_0",
+        ),
+        (lambda: routes.closed_form(STRAIGHT, RISE + 20, "tension"), "friction × bend > 0"),
+    ],
+    ids=["unstable", "not at rest", "straight"],
+)
+def test_what_cannot_be_simulated_is_refused(use, said):
+    with refusing(TendonError, said):
+        use()

@@ -98,12 +98,14 @@ def test_slack_tendon_has_no_tension_and_recovers():
 
 
 def test_array_function_and_total_give_the_same_sheath():
-    models = [
-        continuum(bend, friction=0.1, intervals=10, **SHEATH)
-        for bend in (1.0, np.linspace(0.0, 1.0, 11), lambda x: 2.0 * x)
-    ]
-    for model in models:
+    for bend in (1.0, np.linspace(0.0, 1.0, 11), lambda x: 2.0 * x):
+        model = continuum(bend, friction=0.1, intervals=10, **SHEATH)
         assert model.bend_angle == pytest.approx(np.linspace(0.0, 1.0, 11))
+    straight = continuum(lambda x: 0.0, friction=0.1, **SHEATH)
+    run = simulate_continuum(straight, input_tension=[20.0, 30.0])
+    assert run.output_tension[-1] == pytest.approx(30.0)
+    with refusing(InvalidValueError, "start at 0"):
+        continuum(lambda x: 2.0, friction=0.1, **SHEATH)
 
 
 @pytest.mark.parametrize(
