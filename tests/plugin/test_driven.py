@@ -102,17 +102,6 @@ def test_the_input_tension_is_the_actuators_force(actuators, tendon, slack, damp
         mujoco.mj_step(model, data)
 
 
-def test_sliding_steadily_the_capstan_ratio_is_exact():
-    model = arm(ACTUATORS["velocity"], friction=0.25)
-    data = mujoco.MjData(model)
-    data.ctrl[:] = -1.0
-    mujoco.mj_step(model, data, nstep=60)
-    state = sheath_view(model, data)
-    tensions, angles = state.segments["tension"], state.guides["angle"]
-    assert (state.guides["trial_flow"] > 0.0).all(), "it is pulled in"
-    assert tensions[:-1] / tensions[1:] == pytest.approx(np.exp(0.25 * angles), rel=1e-9)
-
-
 def test_an_actuator_that_pushes_passes_the_sheath_unrubbed():
     push = '<motor tendon="t" ctrlrange="-5 5"/>'
     stock, rubbed = arm(push), arm(push, friction=0.6)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction, view_sheath
-from tests.plugin.drawn_spans import pieces_of, points_of
+from tests.plugin.drawn_spans import pieces_of
 from tests.rigs import sheath_view
 
 AGREE = 1e-9
@@ -120,25 +120,11 @@ def pulled_without_tendon(seed, model, data):
     mujoco.mj_kinematics(plain, other)
     mujoco.mj_comPos(plain, other)
     view, state = view_sheath(model, data, "sheath"), sheath_view(model, data, "sheath").state
-    points, touched = points_of(data, 0)
-    bodies = np.full(len(points), -1)
-    bodies[touched >= 0] = model.geom_bodyid[touched[touched >= 0]]
-    first, count = int(model.tendon_adr[0]), int(model.tendon_num[0])
-    kinds, objects = (w[first : first + count] for w in (model.wrap_type, model.wrap_objid))
-    sites = iter(objects[kinds == mujoco.mjtWrap.mjWRAP_SITE])
-    for k in np.flatnonzero(touched == -1):
-        bodies[k] = model.site_bodyid[next(sites)]
     late = -constraint_force(model, data) + float(state.constraint_force)  # uniform, not yet rubbed
     for piece in pieces_of(model, data, 0):
-        if piece.geom >= 0:
-            continue
-        tension = view.tension[piece.segment] + late / piece.divisor
-        along = points[piece.second] - points[piece.first]
-        pull = tension * along / np.linalg.norm(along)
-        for at, force in ((piece.first, pull), (piece.second, -pull)):
-            body = bodies[at]
+        for body, at, force in piece.pulls(view.tension[piece.segment] + late / piece.divisor):
             other.xfrc_applied[body, :3] += force
-            other.xfrc_applied[body, 3:] += np.cross(points[at] - other.xipos[body], force)
+            other.xfrc_applied[body, 3:] += np.cross(at - other.xipos[body], force)
     other.xfrc_applied[0] = 0.0
     for end, radius, joint in ((0, 0.01, "wound"), (-1, -0.02, "paid_out")):
         if state.reel_joint >= 0:

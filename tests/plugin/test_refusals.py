@@ -40,6 +40,7 @@ def compiled(*instances, **more):
     return mujoco.MjModel.from_xml_string(hand(*instances, **more))
 
 
+WRAPPED = {"tendon": "wrapped", "arc_guides": "2"}
 KNUCKLE = {"reel_joint": "knuckle", "reel_radius": "0.01"}
 WHERE = "plugin tendon_mj.sheath instance 'bad': "
 CASES = [
@@ -68,6 +69,10 @@ CASES = [
     ({"creep": "0.1", "creep_time": "0"}, "creep = 0.1", "creep_time > 0 [s]"),
     ({"tendon": "coupling"}, "tendon 'coupling'", "fixed tendon"),
     ({"tendon": "wrapped", "guides": "1"}, "'wrapped'", "arc_guides"),
+    *(
+        (WRAPPED | {undrawn: "1"}, f"{undrawn} = 1", "inner_guides")
+        for undrawn in ("extra_bend", "constant_friction")
+    ),
     ({"arc_guides": "0"}, "arc_guides = 0"),
     ({"inner_guides": "some"}, "inner_guides = 'some'"),
     ({"arc_guides": "894783", "inner_guides": "154"}, "arc_guides = 894783 inner_guides = 154"),
