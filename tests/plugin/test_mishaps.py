@@ -17,6 +17,7 @@ from tests.rigs import (
     instance,
     rope,
     run,
+    servo_model,
     simulated,
     tendon_total,
     unpacked,
@@ -72,6 +73,16 @@ def test_a_control_that_is_no_number_is_counted_told_once_and_moves_nothing(cont
         mujoco.mj_resetData(model, data)
         run(model, data, 10)
         assert len(told) == resets
+
+
+def test_a_reference_that_is_not_a_number_leaves_a_servo_s_motor_alone():
+    model = servo_model(friction=0.3, velocity_gain=0.3)
+    data = simulated(model, 10, ctrl=35.0)
+    for control in (np.nan, 35.0):
+        data.ctrl[0] = control
+        mujoco.mj_step(model, data, 10)
+        assert np.isfinite(data.qpos).all()
+    assert np.isfinite(data.plugin_state).all()
 
 
 def test_what_was_only_looked_at_does_not_come_true_instead():
