@@ -6,6 +6,7 @@ import pytest
 from tendon_mj.errors import EngineError
 from tendon_mj.plugin import loading
 from tendon_mj.plugin.abi import layout as layouts
+from tendon_mj.plugin.abi import releases
 from tendon_mj.plugin.abi.layout import LAYOUT, SCENE, read, verify, verify_scene
 from tendon_mj.sheath import record_type
 from tests.refusals import refusing
@@ -22,6 +23,8 @@ def test_the_running_mujoco_is_as_described():
     verify(OFFSETS)
     verify_scene(SCENE_OFFSETS)
     loading._verify_struct()
+    release, offsets = releases.running()
+    assert releases.known()[release] == offsets
 
 
 @pytest.mark.parametrize(("check", "offsets", "field"), FIELDS, ids=str)

@@ -134,9 +134,10 @@ def test_nothing_is_written_beyond_a_scene_s_capacity(room, capfd):
     assert scene.status == (1 if room < 2 else 0)
 
 
-@pytest.mark.parametrize("hide", ["flag", "group", "invisible"])
-def test_what_mujoco_does_not_draw_is_not_drawn(hide):
+@pytest.mark.parametrize("hide", ["flag", "group", "invisible", *range(20)])
+def test_what_mujoco_does_not_draw_or_no_evaluation_has_filled_is_not_drawn(hide):
     model, data = pulled()
+    assert not drawn(scene_of(model, data))
     mujoco.mj_step(model, data)
     assert drawn(scene_of(model, data))
     option = mujoco.MjvOption()
@@ -144,20 +145,14 @@ def test_what_mujoco_does_not_draw_is_not_drawn(hide):
         option.flags[mujoco.mjtVisFlag.mjVIS_TENDON] = 0
     elif hide == "group":
         option.tendongroup[model.tendon_group[0]] = 0
-    else:
+    elif hide == "invisible":
         model.tendon_rgba[0, 3] = 0.0
-    assert not drawn(scene_of(model, data, option=option))
-
-
-def test_a_state_that_no_evaluation_has_filled_draws_nothing():
-    model, data = pulled()
-    assert not drawn(scene_of(model, data))
-    random = np.random.default_rng(0)
-    for _ in range(20):
-        data.plugin_state[:] = random.choice(
+    else:
+        garbage = np.random.default_rng(hide).choice(
             [np.nan, 0.0, 1.0, -1.0, 1e300], data.plugin_state.size
         )
-        assert not drawn(scene_of(model, data))
+        data.plugin_state[:] = garbage
+    assert not drawn(scene_of(model, data, option=option))
 
 
 def test_drawing_changes_nothing_that_is_simulated():
@@ -208,20 +203,16 @@ def test_an_arc_and_a_pulley_are_drawn_along_mujoco_s_path():
     assert len(spans) == 2 + 4 + 1
 
 
-@pytest.mark.parametrize("data", [[3.0, 3.0], [5.0, 1.0], [1.0], [0.0, 1.0, 2.0], [0.0, np.inf]])
-def test_limits_that_are_none_are_refused(data):
-    spec = mujoco.MjSpec.from_string(PULLED)
-    tendon_mj.add_friction(spec, "t", friction=0.1)
-    spec.add_numeric(name=TENSION_SCALE, size=len(data), data=data)
-    with refusing(ValueError, TENSION_SCALE, "two tensions [N]"):
-        spec.compile()
-
-
 def test_limits_can_be_changed_in_a_spec_and_in_a_model():
     spec = mujoco.MjSpec.from_string(PULLED)
     tendon_mj.add_friction(spec, "t", friction=0.0)
     with pytest.raises(InvalidValueError, match="the lower one first"):
         tendon_mj.show_tension(spec, 1.0, 0.0)
+    for wrong in ([3.0, 3.0], [5.0, 1.0], [1.0], [0.0, 1.0, 2.0], [0.0, np.inf]):
+        other = spec.copy()
+        other.add_numeric(name=TENSION_SCALE, size=len(wrong), data=wrong)
+        with refusing(ValueError, TENSION_SCALE, "two tensions [N]"):
+            other.compile()
     tendon_mj.show_tension(spec, 0.0, 1.0)
     model = tendon_mj.show_tension(spec, 0.0, 20.0).compile()
     assert list(model.numeric(TENSION_SCALE).data) == [0.0, 20.0]

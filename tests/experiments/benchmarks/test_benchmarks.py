@@ -69,11 +69,15 @@ def test_every_guide_slides_both_ways(guides, frequency):
     assert view.unsolved == 0
 
 
-def test_each_of_several_benches_moves_as_one_alone():
-    models = [build_bench(Bench()).compile(), several_benches(lambda: build_bench(Bench()), 3)]
-    models[1] = models[1].compile()
+def test_each_of_several_benches_moves_as_one_alone_or_with_instances_that_have_nothing_to_do():
+    idle = {"tendon": "tendon", "sensor": "unsolved"}
+    specs = [
+        build_bench(Bench()),
+        several_benches(lambda: build_bench(Bench()), 3),
+        with_instances(build_bench(Bench()), "tendon_mj.sheath", idle, 5),
+    ]
+    models, results = [spec.compile() for spec in specs], []
     assert len(sheaths(models[1])) == 3
-    results = []
     for model in models:
         data = mujoco.MjData(model)
         for control in 1e-3 * np.sin(np.linspace(0.0, 6.0, 300)):
@@ -81,6 +85,7 @@ def test_each_of_several_benches_moves_as_one_alone():
             mujoco.mj_step(model, data)
         results.append(data.qpos.reshape(-1, 2).copy())
     np.testing.assert_allclose(results[1], np.tile(results[0], (3, 1)), rtol=1e-9)
+    np.testing.assert_array_equal(results[0], results[2])
 
 
 def test_scalings_have_a_cost_for_each_count():
@@ -98,20 +103,6 @@ def test_the_parts_add_up():
     steps = ("empty_plugin", "idle_instance", "first_guide", "more_guides", "sliding")
     total = sum(getattr(parts, name).median for name in steps)
     assert total == pytest.approx(parts.total.median, rel=1e-9)
-
-
-def test_instances_with_nothing_to_do_change_nothing():
-    moved = []
-    for count in (0, 5):
-        spec = build_bench(Bench())
-        idle = {"tendon": "tendon", "sensor": "unsolved"}
-        model = with_instances(spec, "tendon_mj.sheath", idle, count).compile()
-        data = mujoco.MjData(model)
-        for control in np.linspace(0.0, 1e-3, 200):
-            data.ctrl[:] = control
-            mujoco.mj_step(model, data)
-        moved.append(data.qpos.copy())
-    np.testing.assert_array_equal(*moved)
 
 
 def test_the_scaling_shows_medians_in_microseconds_and_leaves_out_what_noise_exceeds():
