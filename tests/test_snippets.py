@@ -75,10 +75,3 @@ def test_the_readme_loses_the_tension_that_it_says(capsys):
     tension = [float(x) for x in re.findall(r"\[([\d.]+)\]", capsys.readouterr().out)]
     assert tension[1] / tension[0] == pytest.approx(np.exp(-0.15 * np.pi), rel=1e-6)
     assert 1 - tension[1] / tension[0] == pytest.approx(1 / 3, abs=0.05)
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
-def test_links_lead_somewhere(page):
-    for target in re.findall(r"\]\(([^)#]+)\)", page.read_text("utf-8")):
-        if not target.startswith("http"):
-            assert (page.parent / target).exists(), f"{page.name} links to {target}"

@@ -137,7 +137,9 @@ def test_a_model_in_the_memory_of_another_is_noticed():
         del model
 
 
-@pytest.mark.parametrize(("array", "rows"), [("actuator_trnid", (0, 1)), ("wrap_objid", (2, 5))])
+@pytest.mark.parametrize(
+    ("array", "rows"), [("actuator_trnid", (0, 1)), ("wrap_objid", (2, 5)), ("site_pos", (0, 1))]
+)
 def test_what_is_written_while_it_is_simulated_acts(array, rows):
     """A changed model and its data go on as those of a model that was so from the start."""
     model, changed = (mujoco.MjModel.from_xml_string(TWINS) for _ in range(2))

@@ -135,18 +135,16 @@ def test_no_energy_is_made_and_friction_holds(mass, stiffness):
 @pytest.mark.parametrize("mass", MASSES)
 def test_it_comes_to_rest_where_a_finer_step_says(mass):
     assert largest_stiffness(carriage(mass, None), "t") < 1e5
-
-    def motion(parts):
+    motions = []
+    for parts in (1, 16):
         model = carriage(mass, None, STEP / parts)
-        data = mujoco.MjData(model)
+        data, positions = mujoco.MjData(model), []
         data.ctrl[0] = -6.0
-        positions = []
         for _ in range(500):
             mujoco.mj_step(model, data, parts)
             positions.append(data.qpos[0])
-        return np.array(positions), view_sheath(model, data, "t").friction_work.sum()
-
-    (own, rubbed), (fine, finely) = motion(1), motion(16)
+        motions.append((np.array(positions), view_sheath(model, data, "t").friction_work.sum()))
+    (own, rubbed), (fine, finely) = motions
     assert np.abs(own - fine).max() < 0.15 * np.ptp(fine)  # of the integrator
     assert abs(own[-1] - fine[-1]) < 0.02 * np.ptp(fine)
     assert rubbed == pytest.approx(finely, rel=0.03)

@@ -11,7 +11,7 @@ import pytest
 
 from tendon_mj import add_friction, view_sheath
 from tests.plugin.drawn_spans import pieces_of
-from tests.rigs import sheath_view
+from tests.rigs import sheath_view, simulated
 
 AGREE = 1e-9
 LINKS = 4
@@ -184,10 +184,7 @@ def test_they_read_the_tendon_s_own_frictionloss(path):
     spec.tendon("tendon").frictionloss = 3.0
     spec.tendon("tendon").damping[0] = 5.0
     model = spec.compile()
-    data = mujoco.MjData(model)
-    data.ctrl[0] = 0.6
-    mujoco.mj_step(model, data, 40)
-    mujoco.mj_forward(model, data)
+    data = simulated(model, 40, forward=True, ctrl=0.6)
     assert abs(constraint_force(model, data)) > 0.1
     check_sensors(model, data, 50, "motor")
 

@@ -89,9 +89,8 @@ def test_a_joint_in_front_of_the_spool_s_may_go():
     fresh = mujoco.MjData(model)
     fresh.joint("motor").qpos[0] = turned
     mujoco.mj_forward(model, fresh)
-    np.testing.assert_allclose(
-        data.sensor("input_tension").data, fresh.sensor("input_tension").data, rtol=0.2
-    )
+    tensions = [each.sensor("input_tension").data for each in (data, fresh)]
+    np.testing.assert_allclose(*tensions, rtol=0.2)
     state = view(data.plugin_state, sheaths(model)["one"].state).state
     assert state.reel_joint == model.joint("motor").id
 

@@ -135,24 +135,20 @@ def engine(request, tmp_path, monkeypatch):
         del mujoco.mjx
 
 
-def refuses(module, name):
-    with refusing(NotImplementedError, "tendon_mj.sheath", name, "rollout"):
+@pytest.mark.parametrize("before_us", [False, True])
+def test_an_engine_without_plugins_refuses_a_sheath(engine, before_us, monkeypatch):
+    if before_us:
+        ours = [finder for finder in sys.meta_path if "tendon" in repr(finder)]
+        monkeypatch.setattr(sys, "meta_path", [f for f in sys.meta_path if f not in ours])
+    module = importlib.import_module(engine)
+    if before_us:
+        assert module.put_model(arm()) > 0
+        guard_engines((NAME, SERVO))
+    with refusing(NotImplementedError, "tendon_mj.sheath", ENGINES[engine], "rollout"):
         module.put_model(arm())
-    with refusing(NotImplementedError, name):
+    with refusing(NotImplementedError, ENGINES[engine]):
         module.put_model(m=arm(), device="cpu")
     assert module.put_model(mujoco.MjModel.from_xml_string("<mujoco/>"), device=None) == 0
-
-
-def test_imported_after_us(engine):
-    refuses(importlib.import_module(engine), ENGINES[engine])
-
-
-def test_imported_before_us(engine, monkeypatch):
-    monkeypatch.setattr(sys, "meta_path", [f for f in sys.meta_path if "tendon" not in repr(f)])
-    module = importlib.import_module(engine)
-    assert module.put_model(arm()) > 0
-    guard_engines((NAME, SERVO))
-    refuses(module, ENGINES[engine])
 
 
 def test_one_that_is_not_installed_is_still_missing(monkeypatch):

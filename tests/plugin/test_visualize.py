@@ -148,10 +148,8 @@ def test_what_mujoco_does_not_draw_or_no_evaluation_has_filled_is_not_drawn(hide
     elif hide == "invisible":
         model.tendon_rgba[0, 3] = 0.0
     else:
-        garbage = np.random.default_rng(hide).choice(
-            [np.nan, 0.0, 1.0, -1.0, 1e300], data.plugin_state.size
-        )
-        data.plugin_state[:] = garbage
+        values = [np.nan, 0.0, 1.0, -1.0, 1e300]
+        data.plugin_state[:] = np.random.default_rng(hide).choice(values, data.plugin_state.size)
     assert not drawn(scene_of(model, data, option=option))
 
 

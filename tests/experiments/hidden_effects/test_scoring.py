@@ -161,34 +161,6 @@ def test_the_table_and_the_matrix_count_every_case():
     assert sum(sum(row.values()) for row in matrix.values()) == len(cases)
 
 
-def test_a_verdict_that_lists_everything_contains_nothing():
-    for listed in (
-        {"effects": list(CATALOGUE)},
-        {"effects": ["creep"], "indistinguishable": [list(CATALOGUE)]},
-    ):
-        result = figures(judged(PAIR, **listed))
-        assert result["two effects: both named"] == "0.0 %"
-        assert result["two effects: something named that is not there"] == "100.0 %"
-    assert not judged(effects=list(CATALOGUE)).contains
-    ties = [["creep", "stiffening", "backlash"], ["sensor_delay", "sensor_lag"]]
-    result = figures(judged(PAIR, effects=["creep", "sensor_delay"], indistinguishable=ties))
-    assert result["two effects: both named"] == "100.0 %"
-    assert result["two effects: something named that is not there"] == "0.0 %"
-
-
-def test_a_number_falsely_called_wrong_is_a_false_name_and_no_abstention():
-    wrong = {"verdict": "parameter", "effects": ["friction"], "parameters": {}}
-    assert figures(judged(NOTHING, **wrong))["nothing hidden: false name"] == "100.0 %"
-    result = figures(judged(**wrong))
-    assert result["one effect: something named that is not there"] == "100.0 %"
-    assert result["one effect: abstained"] == "0.0 %"
-    assert judged({"kind": "outside"}, **wrong).confident
-    another = {"kind": "parameter", "hidden": ["pretension"]}
-    quantity = "wrong parameter: something named that is not there"
-    assert figures(judged(another, **wrong))[quantity] == "100.0 %"
-    assert figures(judged({**another, "hidden": ["friction"]}, **wrong))[quantity] == "0.0 %"
-
-
 def test_a_case_without_a_result_is_right_in_no_figure():
     kinds = ("effect", "pair", "parameter", "outside", "too_high", "session", "remainder")
     hidden = [["creep", "sensor_lag"] if kind == "pair" else ["creep"] for kind in kinds]
@@ -217,12 +189,6 @@ def test_what_a_tool_states_of_itself_says_so_and_what_it_does_not_is_a_dash():
     assert by_name["error left on held-out data, as stated, median / worst decile [noise]"] == (
         "1.20 / 1.20"
     )
-
-
-def test_of_a_tool_that_only_predicts_no_rate_of_names_is_stated():
-    rows = {row[0]: row[2] for row in table([judged(verdict="prediction only", effects=[])])}
-    assert not any("effect" in quantity for quantity in rows)
-    assert "failed" in rows
 
 
 WRITTEN = KEY | {"noise": 0.002}
@@ -362,24 +328,6 @@ def test_a_score_counts_and_tells_the_cases_without_a_result(tmp_path):
     assert figure(first)["figure"] == "100.0 %"
 
 
-def test_a_right_verdict_without_an_error_on_held_out_data_is_no_miss(tmp_path):
-    write_keys(tmp_path / "keys", "a")
-    write(tmp_path / "tool", "a", {"verdict": "named", "effects": ["creep"]})
-    assert command(score, tmp_path, "--verdicts", "tool", "--keys", "keys", "--out", "out") == 0
-    assert len((tmp_path / "out" / "misses.csv").read_text("utf-8").splitlines()) == 1
-    text = (tmp_path / "out" / "score.md").read_text("utf-8")
-    assert "| seconds per diagnosis, as stated, median / longest |  | – | 0 |" in text
-    assert "nan" not in text
-
-
-def test_a_failed_case_is_a_miss_of_whatever_kind(tmp_path):
-    write_keys(tmp_path / "keys", "a", "b", kind="outside")
-    write(tmp_path / "tool", "a", run={"error": "diverged"})
-    assert command(score, tmp_path, "--verdicts", "tool", "--keys", "keys", "--out", "out") == 0
-    lines = (tmp_path / "out" / "misses.csv").read_text("utf-8").splitlines()
-    assert [line.split(",")[6] for line in lines[1:]] == ["failed", "no result"]
-
-
 def test_a_case_that_one_tool_lacks_counts_for_the_others(tmp_path, capsys):
     write_keys(tmp_path / "keys", "a", "b", "c", "d")
     for case in "abcd":
@@ -395,13 +343,67 @@ def test_a_case_that_one_tool_lacks_counts_for_the_others(tmp_path, capsys):
     text = capsys.readouterr().out
     assert "first (tie: half) | ≥ 97 % | 100.0 % | 100.0 % | 1 |" in text
     assert "Scored are the 1 of 4 cases on which each tool has a result" in text
-
-
-def test_tools_without_a_case_in_common_have_nothing_in_part(tmp_path, capsys):
-    write_keys(tmp_path / "keys", "a", "b")
-    write(tmp_path / "one", "a", RIGHT)
-    write(tmp_path / "two", "b", RIGHT)
-    arguments = ("--verdicts", "one", "two", "--keys", "keys")
+    (tmp_path / "whole" / "a" / "result.json").unlink()
     assert command(compare, tmp_path, *arguments, "--partial") == 2
     assert "no case on which each of the tools has a result" in capsys.readouterr().err
-    assert command(compare, tmp_path, *arguments) == 0
+
+
+EVERYTHING = list(CATALOGUE)
+BOTH, FALSE = "two effects: both named", "two effects: something named that is not there"
+TIES = [["creep", "stiffening", "backlash"], ["sensor_delay", "sensor_lag"]]
+WRONG = {"verdict": "parameter", "effects": ["friction"], "parameters": {}}
+PRETENSION, FRICTION = ({"kind": "parameter", "hidden": [n]} for n in ("pretension", "friction"))
+
+
+@pytest.mark.parametrize(
+    ("key", "result", "stated"),
+    [
+        # a verdict that lists everything contains nothing
+        (PAIR, {"effects": EVERYTHING}, {BOTH: "0.0 %", FALSE: "100.0 %"}),
+        (
+            PAIR,
+            {"effects": ["creep"], "indistinguishable": [EVERYTHING]},
+            {BOTH: "0.0 %", FALSE: "100.0 %"},
+        ),
+        (
+            PAIR,
+            {"effects": ["creep", "sensor_delay"], "indistinguishable": TIES},
+            {BOTH: "100.0 %", FALSE: "0.0 %"},
+        ),
+        # a number falsely called wrong is a false name and no abstention
+        (NOTHING, WRONG, {"nothing hidden: false name": "100.0 %"}),
+        (
+            {},
+            WRONG,
+            {
+                "one effect: something named that is not there": "100.0 %",
+                "one effect: abstained": "0.0 %",
+            },
+        ),
+        (PRETENSION, WRONG, {"wrong parameter: something named that is not there": "100.0 %"}),
+        (FRICTION, WRONG, {"wrong parameter: something named that is not there": "0.0 %"}),
+        # of a tool that only predicts no rate of names is stated
+        ({}, {"verdict": "prediction only", "effects": []}, {"one effect: abstained": None}),
+    ],
+    ids=str,
+)
+def test_figures_count_what_is_named(key, result, stated):
+    shown = figures(judged(key, **result))
+    assert {quantity: shown.get(quantity) for quantity in stated} == stated
+    assert "failed" in shown
+
+
+def test_a_miss_is_a_failed_case_of_whatever_kind_and_no_right_verdict_without_an_error(tmp_path):
+    write_keys(tmp_path / "keys", "a", "b", kind="outside")
+    write(tmp_path / "tool", "a", run={"error": "diverged"})
+    arguments = ("--verdicts", "tool", "--keys", "keys", "--out", "out")
+    assert command(score, tmp_path, *arguments) == 0
+    lines = (tmp_path / "out" / "misses.csv").read_text("utf-8").splitlines()
+    assert [line.split(",")[6] for line in lines[1:]] == ["failed", "no result"]
+    write_keys(tmp_path / "keys", "a")
+    write(tmp_path / "tool", "a", {"verdict": "named", "effects": ["creep"]}, {"error": ""})
+    assert command(score, tmp_path, *arguments) == 0
+    assert len((tmp_path / "out" / "misses.csv").read_text("utf-8").splitlines()) == 1
+    text = (tmp_path / "out" / "score.md").read_text("utf-8")
+    assert "| seconds per diagnosis, as stated, median / longest |  | – | 0 |" in text
+    assert "nan" not in text

@@ -130,34 +130,23 @@ def order(chain, state, duration, load, velocity_bound, *, prescribe="input_tens
     return np.array(errors), np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
 
 
-def test_sliding_chain_is_of_order_2():
-    chain = uniform_chain(
-        N,
-        static_friction=0.1,
-        friction_force=0.5,
-        mass=5.0,
-        damping=20.0,
-        environment_stiffness=500.0,
-        **SOFT_SHEATH,
-    )
-    state = ChainState(np.zeros(N), np.full(N, 0.2))
-    errors, orders = order(chain, state, 0.04, lambda t: 60.0 + 4000.0 * t, 0.0)
-    assert errors[-1] < 1e-4
-    assert orders == pytest.approx(2.0, abs=0.05)
+@pytest.mark.parametrize("prescribe", ["input_tension", "input_displacement", "sliding"])
+def test_a_chain_that_slides_or_has_no_friction_is_of_order_2(prescribe):
+    law, still = {"mass": 5.0, "damping": 20.0, **SOFT_SHEATH}, np.zeros(N)
+    if prescribe == "sliding":
+        law |= {"friction_force": 0.5, "environment_stiffness": 500.0}
+        chain = uniform_chain(N, static_friction=0.1, **law)
+        state = ChainState(still, np.full(N, 0.2))
+        errors, orders = order(chain, state, 0.04, lambda t: 60.0 + 4000.0 * t, 0.0)
+        assert errors[-1] < 1e-4
+    else:
+        scale, offset = (15.0, 20.0) if prescribe == "input_tension" else (3e-4, 0.0)
 
+        def load(t):
+            return offset + scale * np.sin(40.0 * t)
 
-@pytest.mark.parametrize("prescribe", ["input_tension", "input_displacement"])
-def test_chain_without_friction_is_of_order_2(prescribe):
-    chain = uniform_chain(N, static_friction=0.0, mass=5.0, damping=20.0, **SOFT_SHEATH)
-    scale, offset = (15.0, 20.0) if prescribe == "input_tension" else (3e-4, 0.0)
-    _errors, orders = order(
-        chain,
-        ChainState(np.zeros(N), np.zeros(N)),
-        0.1,
-        lambda t: offset + scale * np.sin(40.0 * t),
-        -np.inf,
-        prescribe=prescribe,
-    )
+        chain, state = uniform_chain(N, static_friction=0.0, **law), ChainState(still, still)
+        _, orders = order(chain, state, 0.1, load, -np.inf, prescribe=prescribe)
     assert orders == pytest.approx(2.0, abs=0.05)
 
 
