@@ -209,9 +209,7 @@ def written(folder, **changed):
     ("plugin", "attribute", "value"),
     [
         *[("sheath", "friction", value) for value in ("-1", "two", "1e400", "nan", "0.1x", "")],
-        *[("sheath", "axial_stiffness", value) for value in ("0", "-3")],
         ("sheath", "static_friction", "0.05"),
-        ("sheath", "direction_asymmetry", "1"),
         *[("sheath", "tendon", value) for value in ("gone", "fixed")],
         *[("sheath", "reel_joint", value) for value in ("gone", "ball", "")],
         *[("sheath", "guides", value) for value in ("3", "-1", "1e3", "9999999")],

@@ -35,11 +35,3 @@ def test_what_cannot_be_computed_is_refused(
     assert said in error
     assert error.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
-
-
-def test_help_names_the_options(capsys):
-    with pytest.raises(SystemExit):
-        run_experiment(kaneko1991, "kaneko1991", ["--help"])
-    text = capsys.readouterr().out
-    for word in ("python -m experiments.kaneko1991", "--out", "--histories"):
-        assert word in text

@@ -181,12 +181,3 @@ def test_each_more_sheath_costs_as_many_reads_as_the_one_before(monkeypatch):
         mujoco.MjData(rig_many_sheaths(count).compile())
         counts.append(len(reads))
     assert counts[2] - counts[1] == 2 * (counts[1] - counts[0])
-
-
-def test_models_compiled_in_turn_do_not_see_each_other():
-    for count in (3, 1, 5, 2):
-        model = rig_many_sheaths(count).compile()
-        assert len(sheaths(model)) == count
-        data = simulated(model)
-        names = [model.sensor(k).name for k in range(model.nsensor)]
-        assert [float(data.sensor(n).data[0]) for n in names] == pytest.approx([1.0] * len(names))

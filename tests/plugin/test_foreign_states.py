@@ -73,17 +73,6 @@ def test_zeros_as_the_initial_state_of_a_rollout_are_a_fresh_sheath(model):
     np.testing.assert_array_equal(states[0, :, :bodies], states[1, :, :bodies])
 
 
-def test_a_state_that_was_not_evaluated_is_not_advanced_or_shown(model):
-    data = mujoco.MjData(model)
-    data.plugin_state[:] = 3.0
-    mujoco.mj_fwdPosition(model, data)  # `mj_Euler` needs the inertia
-    mujoco.mj_sensorVel(model, data)
-    mujoco.mj_fwdActuation(model, data)
-    mujoco.mj_Euler(model, data)
-    mujoco.mj_forward(model, data)
-    assert np.isfinite(data.qacc).all()
-
-
 def test_no_state_ends_the_process():
     command = [sys.executable, "-m", "tests.plugin.test_foreign_states"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)

@@ -93,15 +93,6 @@ def test_a_process_that_only_knows_mujoco_and_its_workers_step_them(tmp_path):
     assert eval(done.stdout) == [run(model, data, 10).sensordata.tolist() for _ in range(2)]
 
 
-@pytest.mark.parametrize("protocol", range(2, pickle.HIGHEST_PROTOCOL + 1))
-def test_a_pickle_repeats_the_simulation(protocol):
-    model = arm()
-    data = run(model, started(model, 6, 2.0), 5)
-    again, data_again = pickle.loads(pickle.dumps((model, data), protocol))
-    ends = [snapshot(m, run(m, d, 5)) for m, d in ((model, data), (again, data_again))]
-    np.testing.assert_array_equal(*ends)
-
-
 def test_other_models_pickle_as_ever():
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     for stock in (model, mujoco.MjData(model)):

@@ -162,7 +162,7 @@ def test_a_look_at_another_pose_commits_nothing(integrator):
 
 
 @each_kind
-def test_rollout_is_the_same_in_one_thread_two_threads_and_step_by_step(kind):
+def test_rollout_in_two_threads_is_the_same_as_step_by_step(kind):
     model = busy(kind, "implicitfast")
     state, steps = mujoco.mjtState.mjSTATE_FULLPHYSICS, 150
     starts = np.empty((12, mujoco.mj_stateSize(model, state)))
@@ -172,14 +172,8 @@ def test_rollout_is_the_same_in_one_thread_two_threads_and_step_by_step(kind):
     controls = np.broadcast_to(
         35.0 + 14.0 * np.sin(np.linspace(0.0, 9.0, steps))[:, None], (steps, model.nu)
     )
-    (states, shown), others = (
-        rollout.rollout(
-            model, [mujoco.MjData(model) for _ in range(n)], starts, controls[None], nstep=steps
-        )
-        for n in (1, 2)
-    )
-    for one, two in zip((states, shown), others, strict=True):
-        np.testing.assert_array_equal(one, two)
+    threads = [mujoco.MjData(model) for _ in range(2)]
+    states, shown = rollout.rollout(model, threads, starts, controls[None], nstep=steps)
     for seed in (0, 5, 11):
         data, now = mujoco.MjData(model), np.empty_like(starts[0])
         mujoco.mj_setState(model, data, starts[seed], state)

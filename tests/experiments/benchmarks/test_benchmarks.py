@@ -29,10 +29,8 @@ from experiments.benchmarks.scaling import (
     cost_parts,
     exponent,
     guide_runs,
-    guide_scaling,
     parts_of,
     several_benches,
-    sheath_scaling,
     with_instances,
 )
 from experiments.benchmarks.study import CostSeries, run_benchmark, scaling_figure
@@ -86,13 +84,6 @@ def test_each_of_several_benches_moves_as_one_alone_or_with_instances_that_have_
         results.append(data.qpos.reshape(-1, 2).copy())
     np.testing.assert_allclose(results[1], np.tile(results[0], (3, 1)), rtol=1e-9)
     np.testing.assert_array_equal(results[0], results[2])
-
-
-def test_scalings_have_a_cost_for_each_count():
-    guides = guide_scaling(Bench(), (4, 16, 32), rounds=1)
-    assert guides.slow.counts == guides.fast.counts == (4, 16, 32)
-    assert guides.slow.added.shape == (3, 3)
-    assert sheath_scaling(Bench(), (1, 2), rounds=1).added.shape == (2, 3)
 
 
 def test_the_parts_add_up():

@@ -1,12 +1,8 @@
 """The chain as a value: the arguments it accepts, the quantities it derives."""
 
-import ast
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-import experiments.references
 from experiments.references import ElementChain, quasi_static, simulate_chain, uniform_chain
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tests.refusals import refusing
@@ -110,13 +106,3 @@ def test_values_are_out_of_reach():
         chain.mass[0] = 1.0
     with pytest.raises(AttributeError):
         chain.pretension = 1.0
-
-
-def test_the_reference_shares_no_code_with_the_packages_it_checks():
-    allowed = {"tendon_mj.errors", "tendon_mj.typing"}
-    for path in Path(experiments.references.__file__).parent.glob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
-            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-            for name in names:
-                assert not name.startswith("tendon_mj") or name in allowed, (path, name)
