@@ -179,11 +179,9 @@ def test_a_drive_that_the_law_does_not_fit_is_refused(actuators, law, facts):
 
 @pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")  # of muscles over two sites
 @pytest.mark.parametrize("name", GIVEN)
-@pytest.mark.parametrize("friction", [0.0, 0.1])
-def test_models_of_others(name, friction):
-    plain, model = stock(name), sheathed(name, friction=friction)
+def test_without_friction_models_of_others_move_as_they_do(name):
+    plain, model = stock(name), sheathed(name, friction=0.0)
     inputs = controls(plain, 2.0)
     expected, actual = run(plain, inputs)[0], run(model, inputs)[0]
     assert np.isfinite(actual).all()
-    difference = np.abs(actual - expected).max()
-    assert difference == 0.0 if friction == 0.0 else difference > 1e-3
+    np.testing.assert_array_equal(actual, expected)

@@ -44,20 +44,14 @@ def reality(*kinds):
 
 
 def test_effects_are_hidden_among_sessions_and_above_remainders_once_each():
-    for kind, least in (("session", set(HIDDEN) - {"sensor_bias"}), ("remainder", set(HIDDEN))):
-        names = [p.names[0] for p in reality(kind) if p.names and p.rig == "bench"]
-        assert sorted(names) == sorted(least)
-
-
-def test_sessions_hide_nothing_that_they_set_anew_and_some_hide_nothing():
-    plans = reality("session")
-    assert all("sensor_bias" not in p.names for p in plans)
-    assert sum(not p.names for p in plans) == 2
-    assert 0 < sum(p.bends for p in plans) < len(plans)
-
-
-def test_what_leaves_a_remainder_can_neither_be_named_nor_imitate_what_is_hidden():
-    for plan in reality("remainder"):
+    sessions, remainders = reality("session"), reality("remainder")
+    for plans, hidden in ((sessions, set(HIDDEN) - {"sensor_bias"}), (remainders, set(HIDDEN))):
+        names = [p.names[0] for p in plans if p.names and p.rig == "bench"]
+        assert sorted(names) == sorted(hidden)
+    assert all("sensor_bias" not in p.names for p in sessions)  # which is set anew for each
+    assert sum(not p.names for p in sessions) == 2
+    assert 0 < sum(p.bends for p in sessions) < len(sessions)
+    for plan in remainders:  # what remains can neither be named nor imitate what is hidden
         assert len(set(plan.small)) == 2
         for name in (*plan.names, *plan.small):
             others = {*plan.names, *plan.small} - {name}

@@ -62,14 +62,19 @@ def test_displacement_drive_inverts_tension_drive():
     assert back.tension == pytest.approx(by_tension.tension, rel=1e-10)
 
 
-def test_a_closed_loop_returns_to_where_it_began():
+def test_a_closed_loop_returns_to_where_it_began_at_the_cost_of_work_and_slack_is_taken_up():
     model = continuum(np.pi, friction=0.3, **SHEATH, **END)
     loop = np.concatenate((np.linspace(20, 60, 40), np.linspace(60, 9, 40), np.linspace(9, 60, 40)))
     run = simulate_continuum(model, input_tension=np.concatenate((loop, loop[40:])))
     assert run.output_tension[-80:] == pytest.approx(run.output_tension[-160:-80], rel=1e-13)
-    assert run.input_displacement[-80:] == pytest.approx(
-        run.input_displacement[-160:-80], rel=1e-11
-    )
+    again = run.input_displacement[-160:-80]
+    assert run.input_displacement[-80:] == pytest.approx(again, rel=1e-11)
+    mean = 0.5 * (run.input_tension[1:] + run.input_tension[:-1])
+    work = np.cumsum(mean * np.diff(run.input_displacement))
+    assert work[-1] - work[-81] > 0.0  # over one closed cycle of tension
+    slack = simulate_continuum(model, input_displacement=[0.0, -0.1, -0.2, 0.0, 1e-2])
+    assert slack.input_tension[1] == slack.input_tension[2] == slack.output_tension[2] == 0.0
+    assert slack.input_tension[4] > slack.output_tension[4] > 0.0
 
 
 def test_rate_does_not_matter():
@@ -79,22 +84,6 @@ def test_rate_does_not_matter():
     coarse, fine = (simulate_continuum(model, input_tension=t) for t in (turns, dense))
     assert fine.output_tension[::100] == pytest.approx(coarse.output_tension, rel=1e-13)
     assert fine.input_displacement[::100] == pytest.approx(coarse.input_displacement, abs=1e-15)
-
-
-def test_friction_never_adds_energy():
-    model = continuum(np.pi, friction=0.3, **SHEATH)
-    swing = np.interp(np.linspace(0, 4, 4001), [0, 1, 2, 3, 4], [20, 60, 9, 60, 20])
-    run = simulate_continuum(model, input_tension=swing)
-    mean = 0.5 * (run.input_tension[1:] + run.input_tension[:-1])
-    work = np.cumsum(mean * np.diff(run.input_displacement))
-    assert work[-1] - work[1999] > 0.0  # over one closed cycle of tension
-
-
-def test_slack_tendon_has_no_tension_and_recovers():
-    model = continuum(np.pi, friction=0.3, **SHEATH, **END)
-    run = simulate_continuum(model, input_displacement=[0.0, -0.1, -0.2, 0.0, 1e-2])
-    assert run.input_tension[1] == run.input_tension[2] == run.output_tension[2] == 0.0
-    assert run.input_tension[4] > run.output_tension[4] > 0.0
 
 
 def test_array_function_and_total_give_the_same_sheath():
