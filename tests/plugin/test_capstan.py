@@ -180,20 +180,6 @@ def test_drums_one_behind_the_other(degrees, way, arc_guides):
     assert view.unsolved == 0
 
 
-@pytest.mark.parametrize("inner_guides", [None, 3])
-@pytest.mark.parametrize("way", PULLS)
-@pytest.mark.parametrize("degrees", TURNS)
-def test_a_drum_and_bend_that_is_not_drawn(degrees, way, inner_guides):
-    pull, sense = PULLS[way]
-    drawn = min(degrees, 90)
-    more = math.radians(degrees - drawn)
-    spec = row_of_drums(math.radians(drawn), drums=1)
-    view = slide(spec, pull, extra_bend=more, inner_guides=inner_guides)
-    expected = math.exp(sense * FRICTION * math.radians(degrees))
-    assert view.input_tension / view.output_tension == pytest.approx(expected, rel=1e-9)
-    assert view.unsolved == 0
-
-
 DIRECTIONS = np.concatenate(
     [
         np.linspace(0.0, np.pi, 20_001),
