@@ -1,6 +1,9 @@
 """Refusals when a model is compiled; each message has the place, the value and a remedy."""
 
 import contextlib
+import ctypes
+import gc
+import sys
 from itertools import starmap
 
 import mujoco
@@ -8,6 +11,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction
+from tests.plugin.test_servo_refusals import compiled as servo
 from tests.refusals import refusing
 from tests.rigs import instance, rope, shown, simulated, spatial, unpacked
 
@@ -153,6 +157,58 @@ def test_a_mistake_in_a_sheath_is_told_before_what_follows_from_it_in_a_servo():
             servos + '<plugin plugin="tendon_mj.sheath">' + instance("s", **LAW, **spool),
             actuators=pull,
         )
+
+
+class Heap(ctypes.Structure):
+    """`struct mallinfo2` of glibc: ten numbers, of bytes mapped by themselves and in use."""
+
+    _fields_ = (("numbers", ctypes.c_size_t * 10),)
+
+
+# The first and last instance of a model are MuJoCo's own: one has begun when ours is refused.
+PID = """</plugin><plugin plugin="mujoco.pid"><instance name="p"><config key="kp" value="1"/>
+  </instance></plugin><plugin plugin="tendon_mj.sheath">"""
+DRIVEN = """<plugin plugin="mujoco.pid" instance="p" joint="knuckle"/>
+  <plugin plugin="mujoco.pid" joint="knuckle"><config key="kp" value="1"/></plugin>"""
+
+
+def spoiled_data():
+    """Of a model whose tendon, once compiled, is given what its sheath cannot be on."""
+    model = compiled(instance("s", **LAW, **KNUCKLE))
+    model.tendon_stiffness[0] = 5.0
+    return mujoco.MjData(model)
+
+
+def bad(**values):
+    return instance("bad", **LAW | values)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only glibc tells what it holds")
+@pytest.mark.parametrize(
+    "refusal",
+    [
+        lambda: compiled(bad(friction="-1")),
+        lambda: compiled(instance("good", **LAW), bad(tendon="extensor", guides="x")),
+        lambda: compiled(bad(tendon="forked", pretension="1")),
+        lambda: compiled(PID, bad(tendon="forked"), actuators=DRIVEN),
+        lambda: servo(tension_gain="-1"),
+        lambda: servo(target='site="a"'),
+        spoiled_data,
+    ],
+)
+def test_a_refusal_leaves_nothing_behind(refusal):
+    mallinfo2 = ctypes.CDLL(None).mallinfo2
+    mallinfo2.restype = Heap
+
+    def held(times=0):
+        for _ in range(times):
+            with refusing((ValueError, mujoco.FatalError), "plugin tendon_mj"):
+                refusal()
+        gc.collect()
+        return sum(mallinfo2().numbers[k] for k in (4, 7))
+
+    grown = min(-held() + held(50) for _ in range(3))
+    assert grown < 50 * 16  # other things are kept once
 
 
 def asleep(flag, policy):
