@@ -39,19 +39,20 @@ SERVOS = {
         "speed_limit": 0.7,
     },
 }
-LAST = "input at the last site"
-each_kind = pytest.mark.parametrize("kind", [*LAWS, *SERVOS, LAST])
+LAST, LIMITED = "input at the last site", "at its limit"
+each_kind = pytest.mark.parametrize("kind", [*LAWS, *SERVOS, LAST, LIMITED])
 each_integrator = pytest.mark.parametrize("integrator", INTEGRATORS)
 
 
 def busy(kind="plain", integrator="Euler"):
     """An arm with spools, a motor with a servo, or links that a motor pulls from the last site."""
-    if kind == LAST:
+    if kind in (LAST, LIMITED):
+        limit = 'limited="true" range="0 .5" solreflimit=".01 1"' if kind == LIMITED else ""
         law = {"friction": 0.3, "arc_guides": 2, "input_end": "last"}
         option = f'timestep="0.001" integrator="{integrator}"'
         pull = '<motor tendon="t" gear="-.5"/>'
-        text = two_links("e d ball@t c wheel@s b a", law=law, actuator=pull, option=option)
-        return compiled(text)
+        given = {"tendon": limit, "law": law, "actuator": pull, "option": option}
+        return compiled(two_links("e d ball@t c wheel@s b a", **given))
     if kind in SERVOS:
         return servo_model(friction=0.3, integrator=integrator, velocity_gain=0.3, **SERVOS[kind])
     law = {"static_friction": 0.35} | LAWS[kind]
