@@ -57,7 +57,7 @@ def test_xml_snippet_loads(code):
     text = FINGER.replace(' stiffness="2000"', "")
     extension = next(b.values[0] for b in blocks("xml") if "<extension>" in b.values[0])
     parts = code if code == extension else extension + code
-    mujoco.MjModel.from_xml_string(text.format(parts))
+    assert mujoco.MjModel.from_xml_string(text.format(parts)).nplugin > 0
 
 
 def test_the_readme_loses_the_tension_that_it_says(capsys):

@@ -20,7 +20,18 @@ PATHS = {
     "wraps": ["a", "b0", "drum1", "m1", "ball2", "b3"],
     "pulley": ["a", "b0", "m1", "/2", "b1", "b2", "/3", "m2", "b3"],
 }
-DRIVES = ["motor", "muscle", "input", "cable", "reel", "spools", "equality", "limit"]
+# what drives the tendon, and what its sheath is given
+DRIVES = {
+    "motor": {},
+    "muscle": {},
+    "input": {"spring": "input"},
+    "cable": {"spring": "cable"},
+    "reel": {"axial_stiffness": 2e3, "pretension": 10.0, "reel": "reel"},
+    "spools": {"axial_stiffness": 2e3, "pretension": 30.0, "reel_joint": "wound",
+               "reel_radius": 0.01, "output_joint": "paid_out", "output_radius": -0.02},
+    "equality": {},
+    "limit": {},
+}  # fmt: skip
 
 
 def arm(seed, path="", drive=""):
@@ -81,35 +92,23 @@ def draw(spec, path, drive):
             tendon.wrap_site(name)
         else:
             tendon.wrap_geom(name, "")
-    given = {}
     if drive in ("motor", "muscle"):
-        actuator = spec.add_actuator(
-            name="pull", trntype=mujoco.mjtTrn.mjTRN_TENDON, target="tendon"
-        )
+        on_tendon = {"trntype": mujoco.mjtTrn.mjTRN_TENDON, "target": "tendon"}
+        actuator = spec.add_actuator(name="pull", **on_tendon)
+        actuator.gear[0] = -20.0
         if drive == "muscle":
+            actuator.gear[0] = 1.0
             actuator.set_to_muscle(tausmooth=0.0, force=50.0)
             actuator.lengthrange = [0.3, 0.7]
             actuator.ctrlrange, actuator.ctrllimited = [0, 1], 1
-        else:
-            actuator.gear[0] = -20.0
     if drive in ("input", "cable"):
         tendon.stiffness[0], tendon.springlength = 300.0, [0.4, 0.4]
-        given = {"spring": drive}
-    if drive == "reel":
-        given = {"axial_stiffness": 2e3, "pretension": 10.0, "reel": "reel"}
-    if drive == "spools":
-        given = {"axial_stiffness": 2e3, "pretension": 30.0}
-        given |= {"reel_joint": "wound", "reel_radius": 0.01}
-        given |= {"output_joint": "paid_out", "output_radius": -0.02}
     if drive == "equality":
-        spec.add_equality(
-            type=mujoco.mjtEq.mjEQ_TENDON,
-            name1="tendon",
-            data=[-0.02] + [0] * (mujoco.mjNEQDATA - 1),
-        )
+        offset = [-0.02] + [0] * (mujoco.mjNEQDATA - 1)
+        spec.add_equality(type=mujoco.mjtEq.mjEQ_TENDON, name1="tendon", data=offset)
     if drive == "limit":
         tendon.limited, tendon.range = 1, [0.0, 0.1]
-    add_friction(spec, "tendon", friction=0.2, name="sheath", **given)
+    add_friction(spec, "tendon", friction=0.2, name="sheath", **DRIVES[drive])
 
 
 def pulled_without_tendon(seed, model, data):

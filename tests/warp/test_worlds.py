@@ -110,6 +110,8 @@ def test_a_step_waits_for_nothing(model, on_device, monkeypatch):
     monkeypatch.setattr(wp.array, "numpy", waits)
     monkeypatch.setattr(wp, "synchronize", waits)
     mjw.step(on_device, d)
+    monkeypatch.undo()
+    assert d.time.numpy() == pytest.approx(2.0 * model.opt.timestep)
 
 
 def test_parameters_are_checked_and_named(model):
