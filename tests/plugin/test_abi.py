@@ -27,7 +27,7 @@ def test_the_running_mujoco_is_as_described():
     assert releases.known()[release] == offsets
 
 
-@pytest.mark.parametrize(("check", "offsets", "field"), FIELDS, ids=str)
+@pytest.mark.parametrize(("check", "offsets", "field"), FIELDS, ids=[field for *_, field in FIELDS])
 @pytest.mark.parametrize("shift", [8, 4, -4, -8])
 def test_a_wrong_offset_is_refused_by_name(check, offsets, field, shift):
     where = f"{PARTS[field[0]]}.{field[2:]}" if check is verify else "mjv"
