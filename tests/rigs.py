@@ -227,11 +227,6 @@ def finger(more=""):
     return mujoco.MjSpec.from_string(FINGER.format(more=more))
 
 
-SHEATH = """
-  <extension>
-    <plugin plugin="tendon_mj.sheath"><instance name="sheath">{config}</instance>{views}</plugin>
-  </extension>
-"""
 # Three links in space, a tendon over sites on all of them and on the ground.
 ARM = """
 <mujoco model="arm">
@@ -259,12 +254,12 @@ ARM = """
     {bodies}
   </worldbody>
   <tendon>
-    <spatial name="tendon" {elastic}>
+    <spatial name="tendon">
       <site site="ground"/><site site="one"/><site site="two"/><site site="three"/>
       <site site="four"/><site site="tip"/>
     </spatial>
   </tendon>
-  {rest}
+  <sensor>{sensors}</sensor>
 </mujoco>
 """
 SPOOLS = """
@@ -288,40 +283,19 @@ def arm_xml(
     """The arm with a sheath; ``values`` are attributes of the plugin."""
     law = {"tendon": "tendon", "axial_stiffness": 500.0, "friction": 0.2, "pretension": 8.0}
     law |= (SPOOLED if spools else {}) | values
-    shown = "".join(
-        f'<instance name="{v}">{config(tendon="tendon", sensor=v)}</instance>' for v in views
-    )
-    sensors = "".join(
-        f'<plugin name="{v}" plugin="tendon_mj.sheath" instance="{v}"/>' for v in views
-    )
+    shown_by = (instance(view, tendon="tendon", sensor=view) for view in views)
     return ARM.format(
         timestep=timestep,
         integrator=integrator,
         damping=damping,
-        extension=SHEATH.format(config=config(**law), views=shown),
+        extension=f"<extension>{plugin(instance('sheath', **law), *shown_by)}</extension>",
         bodies=SPOOLS.format(damping=damping) if spools else "",
-        elastic="",
-        rest=f"<sensor>{sensors}</sensor>",
+        sensors="".join(shown(view, f'name="{view}"') for view in views),
     )
 
 
 def arm(**values):
     return mujoco.MjModel.from_xml_string(arm_xml(**values))
-
-
-def plain_arm(stiffness, springlength, timestep=0.0005, integrator="Euler"):
-    """The arm with MuJoCo's own tendon: a spring that does not push."""
-    return mujoco.MjModel.from_xml_string(
-        ARM.format(
-            timestep=timestep,
-            integrator=integrator,
-            damping=0.0,
-            extension="",
-            bodies="",
-            elastic=f'stiffness="{stiffness!r}" springlength="0 {springlength!r}"',
-            rest="",
-        )
-    )
 
 
 def fixed_sheaths(sheaths_of, timestep=0.001):

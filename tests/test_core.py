@@ -44,11 +44,6 @@ def run(code, folder=None):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
 
 
-def test_the_core_requires_two_packages():
-    assert names(PROJECT["dependencies"]) == {"mujoco", "numpy"}
-    assert not LAB & names(PROJECT["dependencies"])
-
-
 def test_the_first_snippets_of_the_readme_run_without_the_laboratory(tmp_path):
     snippets = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text("utf-8"), re.S)
     (tmp_path / "hand.xml").write_text(FINGER.format(""))

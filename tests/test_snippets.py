@@ -1,6 +1,5 @@
 """Every snippet of the README and the docs runs as it is pasted."""
 
-import ast
 import re
 from pathlib import Path
 
@@ -53,19 +52,12 @@ def test_python_snippet_runs(code, tmp_path, monkeypatch, capsys):
         assert mujoco.MjData(names["model"]).plugin_state.size > 0
 
 
-@pytest.mark.parametrize("code", list(blocks("py")))
-def test_what_a_snippet_for_readers_imports_is_there(code):
-    imports = [n for n in ast.parse(code).body if isinstance(n, ast.Import | ast.ImportFrom)]
-    assert imports
-    exec(compile(ast.Module(imports, []), "snippet", "exec"), {})  # our own documentation
-
-
 @pytest.mark.parametrize("code", list(blocks("xml")))
 def test_xml_snippet_loads(code):
     text = FINGER.replace(' stiffness="2000"', "")
     extension = next(b.values[0] for b in blocks("xml") if "<extension>" in b.values[0])
     parts = code if code == extension else extension + code
-    mujoco.MjModel.from_xml_string(text.format(parts))
+    assert mujoco.MjModel.from_xml_string(text.format(parts)).nplugin > 0
 
 
 def test_the_readme_loses_the_tension_that_it_says(capsys):
@@ -75,10 +67,3 @@ def test_the_readme_loses_the_tension_that_it_says(capsys):
     tension = [float(x) for x in re.findall(r"\[([\d.]+)\]", capsys.readouterr().out)]
     assert tension[1] / tension[0] == pytest.approx(np.exp(-0.15 * np.pi), rel=1e-6)
     assert 1 - tension[1] / tension[0] == pytest.approx(1 / 3, abs=0.05)
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
-def test_links_lead_somewhere(page):
-    for target in re.findall(r"\]\(([^)#]+)\)", page.read_text("utf-8")):
-        if not target.startswith("http"):
-            assert (page.parent / target).exists(), f"{page.name} links to {target}"

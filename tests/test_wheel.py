@@ -43,14 +43,6 @@ def test_the_wheel_is_the_package_with_its_models(wheel):
     assert packaged == expected
 
 
-def test_what_is_read_at_run_time_is_in_the_wheel(wheel):
-    suffixes = {Path(name).suffix for name in wheel if name.startswith("tendon_mj/")}
-    assert {".py", ".xml", ".toml", ".csv", ".html"} <= suffixes
-    assert "tendon_mj/py.typed" in wheel
-    assert "tendon_mj/models/bench/recordings/twin.csv" in wheel
-    assert "tendon_mj/models/rig/triangles.csv" in wheel
-
-
 @pytest.mark.parametrize("python", ["3.11", "3.12", "3.13", "3.14"])
 def test_dm_control_comes_with_the_extra_where_labmaze_can_be_installed(wheel, python):
     plain, extra = (required(wheel, python, extra) for extra in ("", "environments"))

@@ -12,7 +12,6 @@ from tendon_mj.attach.instances import add_sensor as add_sensor
 from tendon_mj.attach.instances import show_tension as show_tension
 from tendon_mj.attach.keywords import checked_number as checked_number
 from tendon_mj.attach.live import Parameters as Parameters
-from tendon_mj.attach.live import SheathView as SheathView
 from tendon_mj.attach.live import view_sheath as view_sheath
 from tendon_mj.attach.mjcf import Element as Element
 from tendon_mj.attach.mjcf import Mjcf as Mjcf

@@ -1,8 +1,7 @@
-"""Gives tendons of a model sheaths with friction, and takes them off again."""
+"""Gives tendons of a model sheaths with friction, warns of limits of that, and takes them off."""
 
 from __future__ import annotations
 
-import functools
 import math
 import warnings
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -10,45 +9,21 @@ from typing import Any, Literal, SupportsFloat, Unpack
 
 import mujoco
 
-from tendon_mj.attach.friction_warnings import (
-    NewSheath,
-    listed,
-    listed_reasons,
-    side_site_warnings,
-    warnings_of,
-)
-from tendon_mj.attach.instances import (
-    Sensors,
-    SheathNames,
-    TakenNames,
-    add_instance,
-    add_plugin_sensor,
-    check_instance_name,
-    check_kinds,
-    instances,
-    is_shared,
-    sheaths_by_tendon,
-)
-from tendon_mj.attach.keywords import as_count, check_names, checked_number, takes
-from tendon_mj.attach.sheath_design import Request, design_sheath
-from tendon_mj.attach.spool import (
-    Spool,
-    add_spools,
-    design_spool,
-    remove_spools,
-    restore_keyframes,
-)
-from tendon_mj.attach.tendons import (
-    Chosen,
-    actuators_by_tendon,
-    asks_for_several,
-    check_spec,
-    choose_tendons,
-    constraints_on,
-)
-from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError, UnsuitedTendonError
+from tendon_mj.attach import instances, tendons
+from tendon_mj.attach.keywords import as_count, check_names, checked_number, one_of, takes
+from tendon_mj.attach.sheath_design import Designer, NewSheath, Request
+from tendon_mj.attach.spool import Spool, add_spools, remove_spools, restore_keyframes
+from tendon_mj.attach.tendon_bend import idlers
+from tendon_mj.attach.tendons import asks_for_several, check_spec, choose_tendons
+from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError
 from tendon_mj.plugin import INPUT_ENDS, NAME, SERVO, SPRINGS
 from tendon_mj.sheath import LAW, Law, OptionalParameters
+
+# EA and T_0, which then follow from the model, and parameters that are off
+_MAY_BE_NONE = {
+    *("axial_stiffness", "pretension"),
+    *(name for name, known in LAW.items() if known.default is None and not known.required),
+}
 
 
 @takes(LAW)
@@ -126,30 +101,30 @@ def add_friction(
     """
     check_spec(spec)
     check_names(LAW, parameters, "add_friction")
-    check_kinds(sensors)
+    instances.check_kinds(sensors)
     several = asks_for_several(spec, tendon)
     if several:
         ends = {"reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
         _refuse_for_several(spec, tendon, name, ends)
     _check_reel(spec, reel, reel_joint, spool)
-    drums = _end(spec, "reel", reel_joint, reel_radius)
-    drums |= _end(spec, "output", output_joint, output_radius)
+    drums = _end_attributes(spec, "reel", reel_joint, reel_radius)
+    drums |= _end_attributes(spec, "output", output_joint, output_radius)
     is_wound_in = any(given is not None for given in (reel_joint, reel, spool))
+    numbers = {"axial_stiffness": axial_stiffness, "pretension": pretension, "friction": friction}
     request = Request(
-        *_law(spec, friction, axial_stiffness, pretension, spool, parameters),
+        *_law(spec, spool, numbers | parameters),
         arc_guides=as_count("arc_guides", arc_guides, 1),
         inner_guides=None if inner_guides is None else as_count("inner_guides", inner_guides, 0),
-        input_end=_one_of("input_end", input_end, INPUT_ENDS),
+        input_end=one_of("input_end", input_end, INPUT_ENDS, "add_friction"),
         ends=drums,
         is_wound=bool(drums) or is_wound_in,
         is_wound_in=is_wound_in,
         spool=spool,
-        spring=_one_of("spring", spring, SPRINGS),
+        spring=one_of("spring", spring, SPRINGS, "add_friction"),
     )
-    taken = TakenNames(spec)
     if name is not None:
-        check_instance_name(name, taken.instances)
-    sheaths, left_out = _design(spec, choose_tendons(spec, tendon), request)
+        instances.check_instance_name(name, instances.taken_names(spec)[0])
+    sheaths, left_out = Designer(spec, request).design_all(choose_tendons(spec, tendon))
     if not sheaths:
         raise InvalidValueError(
             f"none of the tendons that {listed(tendon)} means can be given a sheath:"
@@ -157,8 +132,7 @@ def add_friction(
         )
     side_sites = side_site_warnings(spec, sheaths)
     unnamed = [sheath.name for sheath in sheaths if not sheath.tendon.name]
-    names = [taken.give(s.name, sensors, name, alone=not several) for s in sheaths]
-    _add(spec, sheaths, names, reel)
+    _add_sheaths(spec, sheaths, name, reel, sensors, alone=not several)
     for message in [*warnings_of(spec, sheaths, unnamed, left_out), *side_sites]:
         warnings.warn(f"add_friction: {message}", TendonWarning, stacklevel=2)
     return spec
@@ -190,13 +164,7 @@ def _check_reel(
         raise InvalidValueError(f"the model already has an actuator {reel!r}")
 
 
-def _one_of(keyword: str, value: str, known: Iterable[str]) -> str:
-    if value not in known:
-        raise UnknownNameError(keyword, str(value), known, "add_friction")
-    return value
-
-
-def _end(
+def _end_attributes(
     spec: mujoco.MjSpec, end: str, joint: str | None, radius: SupportsFloat | None
 ) -> dict[str, str]:
     """Attributes of the joint that winds a tendon in or out at one end; none without one."""
@@ -214,95 +182,60 @@ def _end(
 
 
 def _law(
-    spec: mujoco.MjSpec,
-    friction: SupportsFloat,
-    axial_stiffness: SupportsFloat | None,
-    pretension: SupportsFloat | None,
-    spool: Spool | None,
-    parameters: OptionalParameters,
+    spec: mujoco.MjSpec, spool: Spool | None, given: Mapping[str, Any]
 ) -> tuple[Law, float | None, float | None]:
     """The law of the sheaths, and EA and T_0 where they are given."""
-    stiffness = (
-        None if axial_stiffness is None else checked_number("axial_stiffness", axial_stiffness)
-    )
-    tension = None if pretension is None else checked_number("pretension", pretension)
-    values = {"friction": checked_number("friction", friction)}
-    for key, value in parameters.items():
-        if value is not None or LAW[key].default is not None:
-            values[key] = checked_number(key, value)
+    values = {
+        key: checked_number(key, value)
+        for key, value in given.items()
+        if value is not None or key not in _MAY_BE_NONE
+    }
     if spool is not None:
-        if stiffness is None:
+        if "axial_stiffness" not in values:
             raise InvalidValueError("a spool needs axial_stiffness [N]")
-        values = {"axial_damping": stiffness * float(spec.option.timestep)} | values
-        tension = 0.0 if tension is None and not values.get("slack") else tension
-    law = Law(
-        axial_stiffness=1.0 if stiffness is None else stiffness,
-        pretension=0.0 if tension is None else tension,
-        **values,
-    )
-    return law, stiffness, tension
+        damping = values["axial_stiffness"] * float(spec.option.timestep)
+        values = {"axial_damping": damping} | values
+        if not values.get("slack"):
+            values.setdefault("pretension", 0.0)
+    law = Law(**{"axial_stiffness": 1.0, "pretension": 0.0} | values)
+    return law, values.get("axial_stiffness"), values.get("pretension")
 
 
-def _design(
-    spec: mujoco.MjSpec, chosen: Sequence[Chosen], request: Request
-) -> tuple[list[NewSheath], dict[str, str]]:
-    """Sheaths to be added; tendons that a pattern leaves out → why.
-
-    Raises:
-        InvalidValueError: a tendon that was given by its name cannot have a sheath.
-    """
-    # not a copy, which would drop elements that nothing refers to
-    compiled = functools.cache(spec.compile)
-    sheathed = sheaths_by_tendon(spec)
-    actuators = actuators_by_tendon(spec)
-    sheaths, left_out = [], {}
-    for tendon, name, by_name in chosen:
-        pulling = actuators.get(name, [])
-        try:
-            if name in sheathed:
-                raise UnsuitedTendonError(
-                    f"tendon {name!r} already runs in sheath {sheathed[name].name!r}"
-                )
-            constraints = constraints_on(spec, tendon)
-            design = design_sheath(tendon, name, request, pulling, constraints, compiled)
-            spool = None
-            if request.spool is not None:
-                at_last = request.input_end == "last"
-                spool = design_spool(
-                    spec, tendon, name, request.spool, at_last, design.config, pulling, compiled
-                )
-        except UnsuitedTendonError as error:
-            if by_name:
-                raise
-            left_out[name] = str(error)
-            continue
-        sheaths.append(NewSheath(tendon, name, design, spool))
-    return sheaths, left_out
-
-
-def _add(
+def _add_sheaths(
     spec: mujoco.MjSpec,
     sheaths: Sequence[NewSheath],
-    names: Sequence[SheathNames],
+    name: str | None,
     reel: str | None,
+    kinds: Sequence[str],
+    *,
+    alone: bool,
 ) -> None:
-    """Add sheaths and sensors or reels, without which `MjSpec.copy` and `attach` lose them."""
+    """Add sheaths and sensors or reels, without which `MjSpec.copy` and `attach` lose them.
+
+    The tendon of one ``alone`` was given by its name, not among several.
+    """
+    take, (taken, sensors) = instances.take_name, instances.taken_names(spec)
     joints = add_spools(spec, [sheath.spool for sheath in sheaths if sheath.spool])
     spec.activate_plugin(NAME)
-    shown = Sensors(spec)
-    for sheath, of in zip(sheaths, names, strict=True):
+    shown = instances.Sensors(spec)
+    for sheath in sheaths:
         tendon = sheath.tendon.name = sheath.name
-        config = {"tendon": tendon, **sheath.design.config}
+        short = ("sheath",) if alone else ()
+        own = take(taken, *short, f"{tendon}_sheath") if name is None else name
+        ends = take(sensors, own, f"{own}_ends")
+        config = {"tendon": tendon, **sheath.config}
         if sheath.spool is not None:
             config |= {"reel_joint": joints[tendon], "reel_radius": repr(sheath.spool.radius)}
-        plugin = add_instance(spec, of.sheath, config, NAME)
+        plugin = instances.add_instance(spec, own, config, NAME)
         if reel is None:
-            add_plugin_sensor(spec, of.ends, tendon).plugin = plugin
+            instances.add_plugin_sensor(spec, ends, tendon).plugin = plugin
         else:
             on = {"trntype": mujoco.mjtTrn.mjTRN_TENDON, "target": tendon}
             spec.add_actuator(name=reel, **on).plugin = plugin
-        for kind, (sensor, instance) in of.sensors.items():
-            shown.add(tendon, kind, sensor, instance)
+        for kind in kinds:
+            short, prefix = (kind,) if alone else (), tendon if name is None else name
+            sensor = take(sensors, *short, f"{prefix}_{kind}")
+            shown.add(tendon, kind, sensor, take(taken, f"{own}.{kind}"))
 
 
 def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.MjSpec:
@@ -325,7 +258,7 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
     """
     check_spec(spec)
     removed = _sheathed(spec, tendon)
-    configs = {plugin.name: config for plugin, config in instances(spec) if plugin.name}
+    configs = {plugin.name: config for plugin, config in instances.instances(spec) if plugin.name}
     actuators, sensors = (
         [holder for holder in holders if _is_on(holder, removed, configs)]
         for holders in (spec.actuators, spec.sensors)
@@ -347,7 +280,7 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
 
 def _sheathed(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> set[str]:
     """Tendons with a sheath among those that are chosen."""
-    sheaths, chosen = sheaths_by_tendon(spec), choose_tendons(spec, tendon)
+    sheaths, chosen = instances.sheaths_by_tendon(spec), choose_tendons(spec, tendon)
     for element in chosen:
         if element.by_name and element.name not in sheaths:
             raise InvalidValueError(f"tendon {element.name!r} runs in no sheath")
@@ -361,7 +294,9 @@ def _delete_instances(
     used = {sensor.plugin.name for sensor in spec.sensors if sensor.plugin.active}
     for plugin in list(spec.plugins):
         config = configs.get(plugin.name, {})
-        if config.get("tendon") in tendons or (is_shared(config) and plugin.name not in used):
+        if config.get("tendon") in tendons or (
+            instances.is_shared(config) and plugin.name not in used
+        ):
             spec.delete(plugin)
 
 
@@ -374,7 +309,7 @@ def _is_on(holder: Any, tendons: Collection[str], configs: Mapping[str, Mapping[
     if not plugin.active or plugin.plugin_name not in ("", NAME):
         return False
     config = configs.get(plugin.name, {}) if plugin.name else plugin.config
-    if is_shared(config):
+    if instances.is_shared(config):
         return holder.objtype == mujoco.mjtObj.mjOBJ_TENDON and holder.objname in tendons
     return config.get("tendon") in tendons
 
@@ -383,7 +318,7 @@ def _check_needed(
     spec: mujoco.MjSpec, tendons: Collection[str], actuators: Sequence[mujoco.MjsActuator]
 ) -> None:
     """Refuse to take away an element that a servo or a sensor of the model's own refers to."""
-    for _, config in instances(spec, SERVO):
+    for _, config in instances.instances(spec, SERVO):
         if config.get("tendon") in tendons:
             raise InvalidValueError(
                 f"a servo needs the sheath on tendon {config['tendon']!r}: delete its "
@@ -396,3 +331,101 @@ def _check_needed(
                 f"sensor {sensor.name!r} shows the reel {sensor.objname!r}, which would go with "
                 "its sheath: delete the sensor first"
             )
+
+
+def warnings_of(
+    spec: mujoco.MjSpec,
+    sheaths: Sequence[NewSheath],
+    unnamed: Sequence[str],
+    left_out: Mapping[str, str],
+) -> list[str]:
+    """Warnings of a call that has added its sheaths; ``left_out``: tendon → reason."""
+    pulling = tendons.actuators_by_tendon(spec)
+    driven = [s for s in sheaths if s.is_driven and s.name in pulling]
+    messages = [f"tendons without a name are now {listed(unnamed)}"] if unnamed else []
+    if left_out:
+        messages.append(f"left as they are: {listed_reasons(left_out)}")
+    idle: dict[str, list[str]] = {}
+    for sheath in sheaths:
+        if sheath.idle:
+            idle.setdefault(sheath.idle, []).append(sheath.name)
+    messages += [f"friction can do nothing on {listed(on)}, {why}" for why, on in idle.items()]
+    messages += [s.spool.warning for s in sheaths if s.spool and s.spool.warning]
+    messages += [f"tendon {s.name!r}: {s.passing}" for s in sheaths if s.passing]
+    return messages + _joint_warnings(spec, driven) + _push_warnings(driven, pulling)
+
+
+def _joint_warnings(spec: mujoco.MjSpec, driven: Sequence[NewSheath]) -> list[str]:
+    """Warnings of joints that limit or sense the actuators of driven tendons."""
+    crossed = {sheath.name: tendons.crossed_joints(sheath.tendon) for sheath in driven}
+    joints = {joint.name: joint for joints in crossed.values() for joint in joints}
+    limited = [
+        name for name, j in joints.items() if tendons.is_limited(j.actfrclimited, j.actfrcrange)
+    ]
+    on = [t for t, ends in crossed.items() if any(j.name in limited for j in ends)]
+    sensed = [
+        sensor.name
+        for sensor in spec.sensors
+        if sensor.type == mujoco.mjtSensor.mjSENS_JOINTACTFRC and sensor.objname in joints
+    ]
+    messages = []
+    if limited:
+        messages.append(
+            f"actuatorfrcrange of joint {listed(limited)} limits the actuators' force there, and"
+            f" the sheath on {listed(on)} rubs under their whole force: limit the tendon (its "
+            "actuatorfrcrange) or the actuator (its forcerange) instead"
+        )
+    if sensed:
+        messages.append(
+            f"sensor {listed(sensed)} (jointactuatorfrc) reads the actuators' force there as if"
+            " nothing rubbed: add the joint's qfrc_passive, or read a torque sensor"
+        )
+    return messages
+
+
+def _push_warnings(
+    driven: Sequence[NewSheath], pulling: Mapping[str, Sequence[mujoco.MjsActuator]]
+) -> list[str]:
+    """Warning of the driven tendons that an actuator can push, and of those that it cannot pull."""
+    forces = {
+        s.name: [tendons.force_on_tendon(a, s.tendon) or (-math.inf, 0.0) for a in pulling[s.name]]
+        for s in driven
+    }
+    pushed = [name for name, ranges in forces.items() if max(high for _, high in ranges) > 0.0]
+    if not pushed:
+        return []
+    unpulled = [name for name in pushed if min(low for low, _ in forces[name]) >= 0.0]
+    never = f"; on {listed(unpulled)} it can only push: turn its sign" if unpulled else ""
+    return [
+        f"a cable cannot push, and an actuator can on {listed(pushed)}: a push (a force above 0) "
+        "passes the sheath without friction, and its input tension is 0 meanwhile. End the "
+        f"actuator's forcerange or ctrlrange at 0, and pull with a force below 0{never}"
+    ]
+
+
+def side_site_warnings(spec: mujoco.MjSpec, sheaths: Sequence[NewSheath]) -> list[str]:
+    """Warnings of side sites that friction turns away from their tendon; ``spec``: without it."""
+    if not any(tendons.idlers_are_possible(sheath.tendon) for sheath in sheaths):
+        return []
+    model, ids = spec.compile(), {sheath.tendon.id: sheath.name for sheath in sheaths}
+    return [
+        f"side site {model.site(idler.side_site).name!r} of tendon {ids[idler.tendon]!r} turns "
+        f"with geom {model.geom(idler.geom).name!r}, which friction turns on joint "
+        f"{model.joint(idler.joint).name!r}, and carries the tendon off the geom: put the side "
+        "site on the body that bears the joint"
+        for idler in idlers(model)
+        if idler.side_site >= 0 and idler.tendon in ids
+    ]
+
+
+def listed_reasons(left_out: Mapping[str, str]) -> str:
+    """Tendons by the reason why they have no sheath."""
+    by_reason: dict[str, list[str]] = {}
+    for name, why in left_out.items():
+        by_reason.setdefault(why.removeprefix(f"tendon {name!r} "), []).append(name)
+    return "; ".join(f"{listed(names)}: {why}" for why, names in by_reason.items())
+
+
+def listed(names: str | Iterable[str]) -> str:
+    """A name, or several, in quotes."""
+    return ", ".join(map(repr, [names] if isinstance(names, str) else names))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
 from itertools import count
-from typing import Any, NamedTuple
+from typing import Any
 
 import mujoco
 
@@ -31,6 +31,18 @@ def free_name(taken: Container[str], *candidates: str) -> str:
         if name not in taken:
             return name
     return next(name for k in count(2) if (name := f"{candidates[-1]}_{k}") not in taken)
+
+
+def take_name(taken: set[str], *candidates: str) -> str:
+    """`free_name`, which is taken from then on."""
+    name = free_name(taken, *candidates)
+    taken.add(name)
+    return name
+
+
+def taken_names(spec: mujoco.MjSpec) -> tuple[set[str], set[str]]:
+    """Names of a model's plugin instances, and of its sensors."""
+    return {plugin.name for plugin in spec.plugins}, {sensor.name for sensor in spec.sensors}
 
 
 def add_instance(
@@ -87,43 +99,6 @@ def sheaths_by_tendon(spec: mujoco.MjSpec) -> dict[str, mujoco.MjsPlugin]:
 def is_shared(config: Mapping[str, str]) -> bool:
     """Whether an instance belongs to sensors that state by their object which sheath they show."""
     return "sensor" in config and "tendon" not in config
-
-
-class SheathNames(NamedTuple):
-    """Names of a sheath and of its sensors."""
-
-    sheath: str  # the plugin instance
-    ends: str  # the sensor that shows T_in and T_out
-    sensors: dict[str, tuple[str, str]]  # kind → sensor, its plugin instance
-
-
-class TakenNames:
-    """Names of a model's plugin instances and sensors, and those that were given out since."""
-
-    def __init__(self, spec: mujoco.MjSpec) -> None:
-        self.instances = {plugin.name for plugin in spec.plugins}
-        self.sensors = {sensor.name for sensor in spec.sensors}
-
-    def give(
-        self, tendon: str, kinds: Sequence[str], sheath: str | None, *, alone: bool
-    ) -> SheathNames:
-        """Names for a tendon that a call names alone or among others."""
-        prefix = tendon if sheath is None else sheath
-        if sheath is None:
-            short = ("sheath",) if alone else ()
-            sheath = free_name(self.instances, *short, f"{tendon}_sheath")
-        self.instances.add(sheath)
-        ends = free_name(self.sensors, sheath, f"{sheath}_ends")
-        self.sensors.add(ends)
-        sensors = {}
-        for kind in kinds:
-            short = (kind,) if alone else ()
-            sensor = free_name(self.sensors, *short, f"{prefix}_{kind}")
-            instance = free_name(self.instances, f"{sheath}.{kind}")
-            self.sensors.add(sensor)
-            self.instances.add(instance)
-            sensors[kind] = sensor, instance
-        return SheathNames(sheath, ends, sensors)
 
 
 def check_kinds(kinds: Sequence[str]) -> None:
@@ -202,11 +177,11 @@ def add_sensor(
     if sheath not in sheaths:
         raise UnknownNameError("sheath", sheath, sheaths)
     check_kinds([kind])
-    taken = TakenNames(spec)
-    if name is not None and name in taken.sensors:
+    taken, sensors = taken_names(spec)
+    if name is not None and name in sensors:
         raise InvalidValueError(f"the model already has a sensor {name!r}")
-    free = free_name(taken.sensors, kind, f"{sheath}_{kind}")
-    instance = free_name(taken.instances, f"{sheath}.{kind}")
+    free = free_name(sensors, kind, f"{sheath}_{kind}")
+    instance = free_name(taken, f"{sheath}.{kind}")
     return Sensors(spec).add(sheaths[sheath], kind, free if name is None else name, instance)
 
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import inspect
 import operator
-from collections.abc import Callable, Mapping
-from typing import SupportsFloat, SupportsIndex, TypeVar
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, SupportsIndex, TypeVar
 
 import numpy as np
 
@@ -26,7 +26,16 @@ def takes(known: Mapping[str, Parameter]) -> Callable[[_F], _F]:
         signature = inspect.signature(function)
         stated = [p for p in signature.parameters.values() if p.kind != p.VAR_KEYWORD]
         named = {p.name for p in stated}
-        derived = [_keyword(name, p) for name, p in known.items() if name not in named]
+        derived = [
+            inspect.Parameter(
+                name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=inspect.Parameter.empty if p.required else p.default,
+                annotation="float" if p.required or p.default is not None else "float | None",
+            )
+            for name, p in known.items()
+            if name not in named
+        ]
         split = next(k for k, p in enumerate(stated) if p.kind == p.KEYWORD_ONLY)
         # first required ones, then the other parameters, then the function's own keywords
         keywords = sorted(
@@ -45,12 +54,6 @@ def takes(known: Mapping[str, Parameter]) -> Callable[[_F], _F]:
     return decorate
 
 
-def _keyword(name: str, parameter: Parameter) -> inspect.Parameter:
-    default = inspect.Parameter.empty if parameter.required else parameter.default
-    kind = "float" if parameter.required or parameter.default is not None else "float | None"
-    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
-
-
 def check_names(known: Mapping[str, Parameter], values: Mapping[str, object], where: str) -> None:
     """Refuse names of unknown parameters."""
     for name in values:
@@ -58,23 +61,25 @@ def check_names(known: Mapping[str, Parameter], values: Mapping[str, object], wh
             raise UnknownNameError("parameter", name, known, where)
 
 
-def checked_number(name: str, value: object, unit: str = "") -> float:
-    """A keyword's value as a number; ``unit`` ends messages, such as `` [N]``.
+def one_of(keyword: str, value: object, known: Iterable[str], where: str) -> str:
+    """A keyword's value, which must be one of the known words."""
+    if not isinstance(value, str) or value not in known:
+        raise UnknownNameError(keyword, str(value), known, where)
+    return value
+
+
+def checked_number(name: str, value: Any, unit: str = "") -> float:
+    """A keyword's value as a number, which no bool or text is; ``unit`` ends messages, as " [N]".
 
     Raises:
-        InvalidValueError: a bool, text, several numbers, or one that no float can hold.
+        InvalidValueError: not a number, several, or one that no float can hold.
     """
-    others = bool | np.bool_ | str | bytes  # NumPy's text converts itself
-    if isinstance(value, others) or not isinstance(value, SupportsFloat):
-        raise InvalidValueError(f"{name} = {value!r} is not a number{unit}")
     try:
-        if np.ndim(value):  # type: ignore[arg-type]
-            raise ValueError
+        if isinstance(value, bool | np.bool_ | str | bytes) or np.ndim(value):
+            raise TypeError  # NumPy's text converts itself
         return float(value)
-    except OverflowError:  # an integer, perhaps of more digits than can be shown
-        raise InvalidValueError(f"{name} is beyond the range of a float{unit}") from None
-    except (TypeError, ValueError):  # an array
-        raise InvalidValueError(f"{name} = {value!r} is not one number{unit}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidValueError(f"{name} = {value!r} is not a number{unit}") from None
 
 
 def as_count(name: str, value: SupportsIndex, least: int) -> int:

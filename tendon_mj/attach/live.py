@@ -8,6 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from tendon_mj import plugin
 from tendon_mj.errors import (
     InvalidValueError,
     UnknownAttributeError,
@@ -15,21 +16,11 @@ from tendon_mj.errors import (
     UnknownNameError,
     UnusedKeyError,
 )
-from tendon_mj.plugin import (
-    CHOSEN_STIFFNESS,
-    GAINS,
-    PARAMETERS,
-    check_gain,
-    servos,
-    sheath_arrays,
-    sheaths,
-    unused_parameters,
-)
 from tendon_mj.sheath import LAW, check_range
 from tendon_mj.typing import FloatArray
 
-_FULL, _ALL = mujoco.mjtState.mjSTATE_FULLPHYSICS, mujoco.mjtState.mjSTATE_INTEGRATION
-_FIXED = ("period", "delay")  # gains that state how much memory a servo has
+_FULL_STATE, _ALL_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS, mujoco.mjtState.mjSTATE_INTEGRATION
+_FIXED_GAINS = ("period", "delay")  # gains that state how much memory a servo has
 
 
 class _States:
@@ -50,8 +41,8 @@ class _States:
         size = int(model.npluginstate)
         sizes = {"npluginstate": size}
         if isinstance(data, np.ndarray):
-            sizes["FULLPHYSICS"] = mujoco.mj_stateSize(model, int(_FULL))
-            sizes["INTEGRATION"] = mujoco.mj_stateSize(model, int(_ALL))
+            sizes["FULLPHYSICS"] = mujoco.mj_stateSize(model, int(_FULL_STATE))
+            sizes["INTEGRATION"] = mujoco.mj_stateSize(model, int(_ALL_STATE))
         if not states.ndim or states.shape[-1] not in sizes.values():
             known = ", ".join(f"{size} ({name})" for name, size in sizes.items())
             raise InvalidValueError(
@@ -67,7 +58,7 @@ class _States:
         """
         values = self.numbers[..., address]
         chosen = (values == 0.0) & (parameter == "axial_stiffness")
-        return np.where(chosen, CHOSEN_STIFFNESS, values)[()]
+        return np.where(chosen, plugin.CHOSEN_STIFFNESS, values)[()]
 
     def set(self, name: str, address: int, value: Any) -> None:
         """Set ``<sheath>.<parameter>`` or ``<servo>.<gain>``, within its range."""
@@ -79,8 +70,8 @@ class _States:
         for number in np.unique(values):
             if kind in LAW:
                 check_range(kind, float(number), name)
-            elif kind in GAINS:
-                check_gain(kind, float(number), owner)
+            elif kind in plugin.GAINS:
+                plugin.check_gain(kind, float(number), owner)
             elif not np.isfinite(number):
                 raise InvalidValueError(f"{name} = {number} must be finite")
         shape = self.numbers.shape[:-1]
@@ -124,24 +115,24 @@ class Parameters(MutableMapping[str, float]):
                 f"the plugin state of this model has shape ({model.npluginstate},), not "
                 f"{data.shape}: give that part of one state"
             )
-        known = sheaths(model)
+        known = plugin.sheaths(model)
         for name, instance in known.items():  # which refuses numbers that are not of this model
-            sheath_arrays(model, self._states.numbers, name, instance.state)
+            plugin.sheath_arrays(model, self._states.numbers, name, instance.state)
         self._unused = {
             f"{name}.{parameter}": why
             for name, instance in known.items()
-            for parameter, why in unused_parameters(model, instance.instance).items()
+            for parameter, why in plugin.unused_parameters(model, instance.instance).items()
         }
         self._address = {
             f"{name}.{parameter}": instance.state + k
             for name, instance in known.items()
-            for k, parameter in enumerate(PARAMETERS)
+            for k, parameter in enumerate(plugin.PARAMETERS)
             if f"{name}.{parameter}" not in self._unused
         } | {
             f"{name}.{gain}": instance.state + k
-            for name, instance in servos(model).items()
-            for k, gain in enumerate(GAINS)
-            if gain not in _FIXED
+            for name, instance in plugin.servos(model).items()
+            for k, gain in enumerate(plugin.GAINS)
+            if gain not in _FIXED_GAINS
         }
 
     def _find(self, name: str) -> int:
@@ -190,7 +181,7 @@ class SheathView:
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData | FloatArray, sheath: str
     ) -> None:
-        known = sheaths(model)
+        known = plugin.sheaths(model)
         by_tendon = {instance.tendon: name for name, instance in known.items()}
         name = sheath if sheath in known else by_tendon.get(sheath, "")
         if not name:
@@ -258,26 +249,28 @@ class SheathView:
 
     def __setattr__(self, name: str, value: Any) -> None:
         address, parameter = self._find(name), f"{self.name}.{name}"
-        why = unused_parameters(self._states.model, self._instance.instance).get(name)
+        why = plugin.unused_parameters(self._states.model, self._instance.instance).get(name)
         if why:
             raise InvalidValueError(f"{parameter} {why}")
         self._states.set(parameter, address, value)
 
     def __dir__(self) -> list[str]:
-        return sorted({*object.__dir__(self), *PARAMETERS})
+        return sorted({*object.__dir__(self), *plugin.PARAMETERS})
 
     def __repr__(self) -> str:
         shape = self._states.numbers.shape[:-1]
         return f"SheathView({self.name!r} on tendon {self.tendon!r}, states {shape})"
 
     def _find(self, parameter: str) -> int:
-        if parameter not in PARAMETERS:
-            raise UnknownAttributeError("parameter", parameter, PARAMETERS, f"sheath {self.name!r}")
-        return int(self._instance.state) + list(PARAMETERS).index(parameter)
+        if parameter not in plugin.PARAMETERS:
+            raise UnknownAttributeError(
+                "parameter", parameter, plugin.PARAMETERS, f"sheath {self.name!r}"
+            )
+        return int(self._instance.state) + list(plugin.PARAMETERS).index(parameter)
 
     def _read(self) -> Any:
         states = self._states
-        return sheath_arrays(states.model, states.numbers, self.name, self._instance.state)
+        return plugin.sheath_arrays(states.model, states.numbers, self.name, self._instance.state)
 
 
 def view_sheath(model: mujoco.MjModel, data: mujoco.MjData | FloatArray, sheath: str) -> SheathView:

@@ -23,26 +23,19 @@ from tendon_mj.whole_file import whole_file
 
 Element = ElementTree.Element
 _PROLOG = re.compile(r"^\s*<\?xml.*?\?>|<!DOCTYPE[^\[>]*(?:\[.*?\])?\s*>", re.DOTALL)
-_AGREE = 1e-12  # relative; degrees and radians are not the same to the last bit
+_AGREEMENT = 1e-12  # relative; degrees and radians are not the same to the last bit
 # that follow from the order of names and instances, or from where the file lies
 _DIFFERENT = ("_", "name", "path", "plugin", "sensor_plugin", "actuator_plugin", "text")
 
 
 class Mjcf:
-    """An MJCF file, its includes in place.
-
-    Args:
-        path: of the main file, one that MuJoCo can load.
-
-    Raises:
-        TendonError: a file that is included cannot be read, or is included in itself.
-    """
+    """An MJCF file that MuJoCo can load, its includes in place."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self._files = [path]  # this one and its includes
-        self._before, self.root, self._after = _parse(path)
-        self._include(self.root, [path])
+        self._before, self.root, self._after = _parse_mjcf(path)
+        self._include(self.root, path)
 
     def joint(self, name: str) -> Element:
         """A joint by name; this and the next raise `TendonError` where the text has none."""
@@ -136,22 +129,20 @@ class Mjcf:
         texts = [ElementTree.tostring(part, encoding="unicode") for part in parts]
         path.write_text("\n".join([*texts, ""]), encoding="utf-8", newline="\n")
 
-    def _include(self, parent: Element, chain: list[Path]) -> None:
-        """Put included elements in their place; ``chain``: files, each includes the next."""
+    def _include(self, parent: Element, within: Path) -> None:
+        """Put included elements in their place; ``within``: file that ``parent`` is in."""
         for child in list(parent):
             if child.tag != "include":
-                self._include(child, chain)
+                self._include(child, within)
                 continue
             # MuJoCo looks next to the main file, and then next to the one that includes
             name = str(child.get("file"))
             file = self.path.parent / name
             if not file.exists():
-                file = chain[-1].parent / name
-            if file.resolve() in map(Path.resolve, chain):
-                raise TendonError(f"{chain[-1]}: {name} is included in itself")
-            before, included, after = _parse(file)
+                file = within.parent / name
+            before, included, after = _parse_mjcf(file)
             self._files.append(file)
-            self._include(included, [*chain, file])
+            self._include(included, file)
             at = list(parent).index(child)
             parent[at : at + 1] = [*before, *included, *after]
 
@@ -180,7 +171,7 @@ def numbers(values: Iterable[float]) -> str:
     return " ".join(map(number_text, values))
 
 
-def _parse(path: Path) -> tuple[list[Element], Element, list[Element]]:
+def _parse_mjcf(path: Path) -> tuple[list[Element], Element, list[Element]]:
     """The root element of a file, and the comments before and after it."""
     try:
         text = _PROLOG.sub("", path.read_text("utf-8-sig"))
@@ -190,40 +181,19 @@ def _parse(path: Path) -> tuple[list[Element], Element, list[Element]]:
         for element in around:
             element.tail = None
         at = next(k for k, element in enumerate(around) if isinstance(element.tag, str))
-    except (OSError, ElementTree.ParseError, StopIteration) as error:
+    except (OSError, UnicodeDecodeError, ElementTree.ParseError, StopIteration) as error:
         reason = str(error) or "it has no element"
         raise TendonError(f"{path}: cannot be read as MJCF: {reason}") from error
-    except UnicodeDecodeError as error:
-        row = error.object.count(b"\n", 0, error.start) + 1
-        byte = error.object[error.start]
-        raise TendonError(
-            f"{path}, row {row}: byte 0x{byte:02x} is not UTF-8; save the file as UTF-8"
-        ) from None
     return around[:at], around[at], around[at + 1 :]
 
 
 def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
     """Write the MJCF of a model with the sheaths that its spec has, and compare it with the spec.
 
-    Each number that `add_friction` does not change stays as it is written, with the comments;
-    included files are put in their places. A file at ``path`` is replaced once the new one has been
-    compiled.
-
-    Args:
-        source: MJCF file that ``spec`` was read from.
-        spec: changed by `add_friction` without a reel, and nothing else.
-        path: file to write, in an existing folder.
-
-    Returns:
-        The path.
-
-    Warns:
-        TendonWarning: the model includes files from outside its folder; their text is written too.
-
-    Raises:
-        InvalidValueError: ``path`` is in no folder, or a file that the model is made of.
-        TendonError: a tendon that `attach` or `replicate` makes, which is not in the text; or the
-            written file is not the model.
+    The spec was read from ``source`` and changed by `add_friction` without a reel. Each number that
+    this does not change stays as it is written, with the comments; included files are put in their
+    places, with a warning where they are from outside the folder. A file at ``path`` is replaced
+    once the new one has been compiled and is the model.
     """
     text, before = Mjcf(source), mujoco.MjSpec.from_file(str(source))
     if not path.parent.is_dir() or path.is_dir():
@@ -232,13 +202,12 @@ def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
         raise InvalidValueError(f"{path} is a file that {source} is made of: choose another")
     check_suffix(path)
     absent = _write_tendons(text, before, spec)
-    _write_instances(text, before, spec)
-    _write_sensors(text, before, spec)
+    _write_plugins(text, before, spec)
     text.move_to(path.parent, before)
     with whole_file(path) as made:
         text.write(made)
         try:
-            _check(made, path, spec)
+            _check_written(made, path, spec)
         except (TendonError, ValueError) as error:
             if absent:
                 raise _not_in_text(text, absent[0]) from error
@@ -284,7 +253,8 @@ def _new_instances(before: mujoco.MjSpec, spec: mujoco.MjSpec) -> list[mujoco.Mj
     return [p for p in spec.plugins if p.plugin_name == NAME and p.name not in known]
 
 
-def _write_instances(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
+def _write_plugins(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
+    """Write new instances, and the sensors that were added after the model's own."""
     extension = _section(text, "extension")
     holders = [p for p in text.root.iterfind("extension/plugin") if p.get("plugin") == NAME]
     holder = holders[-1] if holders else ElementTree.SubElement(extension, "plugin", plugin=NAME)
@@ -292,9 +262,6 @@ def _write_instances(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> 
         instance = ElementTree.SubElement(holder, "instance", name=plugin.name)
         for key, value in plugin.config.items():
             ElementTree.SubElement(instance, "config", key=key, value=value)
-
-
-def _write_sensors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
     for sensor in list(spec.sensors)[len(before.sensors) :]:
         attributes = {"name": sensor.name, "plugin": NAME, "instance": sensor.plugin.name}
         if sensor.objtype == mujoco.mjtObj.mjOBJ_TENDON:
@@ -302,7 +269,7 @@ def _write_sensors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> No
         ElementTree.SubElement(_section(text, "sensor"), "plugin", attributes)
 
 
-def _check(written: Path, path: Path, spec: mujoco.MjSpec) -> None:
+def _check_written(written: Path, path: Path, spec: mujoco.MjSpec) -> None:
     """Compare a file, as MuJoCo compiles it, with the model that it is to hold."""
     again = mujoco.MjSpec.from_file(str(written))
     meant, got = spec.compile(), again.compile()
@@ -314,7 +281,7 @@ def _check(written: Path, path: Path, spec: mujoco.MjSpec) -> None:
             or "path" in field
             or (
                 np.shape(expected) == np.shape(actual)
-                and np.allclose(expected, actual, rtol=_AGREE, atol=_AGREE)
+                and np.allclose(expected, actual, rtol=_AGREEMENT, atol=_AGREEMENT)
             )
         ):
             continue

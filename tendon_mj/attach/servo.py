@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach.instances import add_instance, instances
-from tendon_mj.attach.keywords import check_names, checked_number, takes
+from tendon_mj.attach.keywords import check_names, checked_number, one_of, takes
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import FEEDBACKS, GAINS, SERVO, OptionalGains, check_gain
 
@@ -55,8 +55,7 @@ def add_servo(
             f"{where}: the sheath on tendon {tendon!r} has no reel_joint for it to turn"
         )
     check_names(GAINS, gains, where)
-    if feedback not in FEEDBACKS:
-        raise UnknownNameError("feedback", str(feedback), FEEDBACKS, where)
+    one_of("feedback", feedback, FEEDBACKS, where)
     if not isinstance(backdrive, bool | np.bool_):
         raise InvalidValueError(f"{where}: backdrive = {backdrive!r} must be True or False")
     values = {"tension_gain": tension_gain, "velocity_gain": velocity_gain, **gains}

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+import functools
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 import mujoco
 
-from tendon_mj.attach.spool import Spool
+from tendon_mj.attach.instances import sheaths_by_tendon
+from tendon_mj.attach.spool import Spool, SpoolDesign, design_spool
 from tendon_mj.attach.tendons import (
+    Chosen,
     Constraints,
     TendonPath,
-    end_sites,
+    actuators_by_tendon,
+    constraints_on,
     guides_are_beyond,
     has_own_spring,
     name_of,
@@ -22,7 +26,7 @@ from tendon_mj.errors import InvalidValueError, UnsuitedTendonError
 from tendon_mj.sheath import Law
 
 _RUB_UNBENT = ("extra_bend", "constant_friction", "viscous_friction")
-_FIXED = (
+_IS_FIXED = (
     "is fixed, a sum of joint positions without a path that bends: draw it as a spatial tendon, "
     "over sites or cylinders as far from the axis of each hinge as its coefficient [m] says; or, "
     "for a loss that does not grow with the tension, give the tendon frictionloss [N]"
@@ -32,18 +36,18 @@ _BRANCHES = (
     "leave out input_end and draw each branch from its input on, or make each a separate tendon"
 )
 _UNBENT = "with nothing to bend over: give extra_bend [rad], or route it over more sites"
-_BEYOND = (
+_GUIDES_BEYOND = (
     "all of whose guides are on the body at which it ends, so that every joint feels its input "
     "tension: route it over sites of other bodies, or give extra_bend [rad] and inner_guides"
 )
-_HELD = (
+_HELD_AT_INPUT = (
     "all of whose guides are at its {} site, where nothing winds it in: route it over more "
     "sites, or let a reel, a reel_joint or an actuator pull there"
 )
 _PASSING = "{} pulls along the whole tendon, past the sheath that {} it: remove it"
 _OR_DRIVES = ", or leave pretension and slack out, so that it gives the input tension"
 _SHORTER = "; its range lets the tendon be {:.3g} mm longer than the sheath does"
-_SAME = 1e-9  # relative, of two lengths
+_SAME_LENGTH = 1e-9  # relative, of two lengths
 
 
 class Request(NamedTuple):
@@ -62,99 +66,116 @@ class Request(NamedTuple):
     spring: str
 
 
-class SheathDesign(NamedTuple):
-    """A sheath that can be added."""
+class NewSheath(NamedTuple):
+    """A sheath that a call adds."""
 
+    tendon: mujoco.MjsTendon
+    name: str  # that the tendon has or will have
     config: dict[str, str]  # of the plugin instance, but for the tendon's name
     idle: str  # why friction can do nothing, and the remedy; or empty
     passing: str  # force that passes the sheath, and the remedy; or empty
     is_driven: bool  # whether MuJoCo's forces along the tendon give the input tension
+    spool: SpoolDesign | None
 
 
-def design_sheath(
-    tendon: mujoco.MjsTendon,
-    name: str,
-    request: Request,
-    actuators: Sequence[mujoco.MjsActuator],
-    constraints: Constraints,
-    compiled: Callable[[], mujoco.MjModel],
-) -> SheathDesign:
-    """The sheath of a tendon that a request leads to.
+class Designer:
+    """Designs the sheaths that a request leads to; it does not change the spec."""
 
-    A tendon that an actuator pulls is *driven*: the force on it is its input tension. Any other is
-    *wound*: its own spring is the cable's elasticity where it can be, and where it cannot, or is
-    not to be, it drives the tendon. So does the spring of a tendon that has no guide but at its
-    input end: friction there acts only on the tendon that comes in. A tendon that only an equality
-    or a limit pulls, and whose length is not stated, is driven by these.
+    def __init__(self, spec: mujoco.MjSpec, request: Request) -> None:
+        self._spec, self._request = spec, request
+        self._sheathed, self._actuators = sheaths_by_tendon(spec), actuators_by_tendon(spec)
+        # not a copy, which would drop elements that nothing refers to
+        self._compiled = functools.cache(spec.compile)
 
-    Raises:
-        UnsuitedTendonError: a tendon that cannot run in a sheath, or that nothing pulls.
-        InvalidValueError: a parameter outside its range, or a pretension of a driven tendon.
-    """
-    path = path_of(tendon)
-    if not path.is_spatial:
-        raise UnsuitedTendonError(f"tendon {name!r} {_FIXED}")
-    if request.input_end == "last" and len(path.branches) > 1:
-        raise UnsuitedTendonError(f"tendon {name!r} {_BRANCHES.format(end_sites(tendon)[0][1])}")
-    inner = _inner_guides(path, request)
-    only_inner = inner > 0 and path.bends() == 0
-    if actuators and not request.is_wound:
-        if request.pretension is not None:
+    def design_all(self, chosen: Iterable[Chosen]) -> tuple[list[NewSheath], dict[str, str]]:
+        """Sheaths to be added; tendons that a pattern leaves out → why.
+
+        A tendon that was given by its name and cannot have a sheath is refused.
+        """
+        sheaths, left_out = [], {}
+        for tendon, name, by_name in chosen:
+            try:
+                sheaths.append(self._design(tendon, name))
+            except UnsuitedTendonError as error:
+                if by_name:
+                    raise
+                left_out[name] = str(error)
+        return sheaths, left_out
+
+    def _design(self, tendon: mujoco.MjsTendon, name: str) -> NewSheath:
+        """The sheath of a tendon.
+
+        A tendon that an actuator pulls is *driven*: the force on it is its input tension. Any other
+        is *wound*: its own spring is the cable's elasticity where it can be, and where it cannot,
+        or is not to be, it drives the tendon. So does the spring of a tendon that has no guide but
+        at its input end: friction there acts only on the tendon that comes in. A tendon that only
+        an equality or a limit pulls, and whose length is not stated, is driven by these.
+        """
+        request, path, actuators = self._request, path_of(tendon), self._actuators.get(name, [])
+        if name in self._sheathed:
+            sheath = self._sheathed[name].name
+            raise UnsuitedTendonError(f"tendon {name!r} already runs in sheath {sheath!r}")
+        if not path.is_spatial:
+            raise UnsuitedTendonError(f"tendon {name!r} {_IS_FIXED}")
+        if request.input_end == "last" and len(path.branches) > 1:
+            site = path.ends()[0][1]
+            raise UnsuitedTendonError(f"tendon {name!r} {_BRANCHES.format(site)}")
+        inner, constraints = _inner_guides(path, request), constraints_on(self._spec, tendon)
+        is_driven = bool(actuators) and not request.is_wound
+        if is_driven and request.pretension is not None:
             raise InvalidValueError(
                 f"tendon {name!r} is driven by {' and '.join(map(name_of, actuators))}, "
                 "whose force is its input tension: leave pretension out"
             )
-        is_driven = True
-    else:
-        if request.law.slack and request.pretension is None and not has_own_spring(tendon):
-            request = request._replace(pretension=0.0)
-        is_driven = _is_driven(tendon, request, constraints, only_inner) or _own_spring_drives(
-            tendon, name, request, len(path.branches), compiled
+        if not is_driven:
+            if request.law.slack and request.pretension is None and not has_own_spring(tendon):
+                request = request._replace(pretension=0.0)
+            only_inner = inner > 0 and path.bends() == 0
+            is_driven = self._drives_itself(tendon, name, request, constraints, only_inner)
+        is_cable = not is_driven and has_own_spring(tendon)
+        config = _sheath_config(path, request, inner, is_driven=is_driven, is_cable=is_cable)
+        idle = idle_reason(tendon, config, is_driven=is_driven, is_wound_in=request.is_wound_in)
+        passing = (
+            "" if is_driven else _passing_warning(constraints, tendon, request, self._compiled)
         )
-    is_cable = not is_driven and has_own_spring(tendon)
-    config = _config(path, request, inner, is_driven=is_driven, is_cable=is_cable)
-    idle = idle_reason(tendon, config, is_driven=is_driven, is_wound_in=request.is_wound_in)
-    passing = "" if is_driven else _passing(constraints, tendon, request, compiled)
-    return SheathDesign(config | dict(request.ends), idle, passing, is_driven)
+        config |= request.ends
+        at_last, compiled = request.input_end == "last", self._compiled
+        spool = design_spool(
+            self._spec, tendon, name, request.spool, at_last, config, actuators, compiled
+        )
+        return NewSheath(tendon, name, config, idle, passing, is_driven, spool)
 
+    def _drives_itself(
+        self,
+        tendon: mujoco.MjsTendon,
+        name: str,
+        request: Request,
+        constraints: Constraints,
+        only_inner: bool,
+    ) -> bool:
+        """Whether the spring or the constraints of a tendon without actuators drive it.
 
-def _may_be_driven(request: Request) -> bool:
-    return request.pretension is None and not request.law.slack and not request.is_wound
-
-
-def _is_driven(
-    tendon: mujoco.MjsTendon, request: Request, constraints: Constraints, only_inner: bool
-) -> bool:
-    """Whether the spring or the constraints of a tendon without actuators drive it."""
-    if not _may_be_driven(request):
+        A spring that cannot be the elasticity of a wound tendon does.
+        """
+        may_be = request.pretension is None and not request.law.slack and not request.is_wound
+        has_spring = has_own_spring(tendon)
+        is_input = only_inner or request.spring == "input"
+        if may_be and (is_input if has_spring else constraints != Constraints()):
+            return True
+        if request.axial_stiffness is not None and request.pretension is not None:
+            return False
+        try:
+            stiffness, pretension = own_elasticity(tendon, name, self._compiled)
+        except UnsuitedTendonError:
+            if not (may_be and has_spring):
+                raise
+            return True
+        # in range at the moment; the sheath reads them from the model
+        dataclasses.replace(request.law, axial_stiffness=stiffness, pretension=pretension)
         return False
-    if has_own_spring(tendon):
-        return only_inner or request.spring == "input"
-    return constraints != Constraints()
 
 
-def _own_spring_drives(
-    tendon: mujoco.MjsTendon,
-    name: str,
-    request: Request,
-    branches: int,
-    compiled: Callable[[], mujoco.MjModel],
-) -> bool:
-    """Whether a spring that would be the elasticity of a wound tendon has to drive it instead."""
-    if request.axial_stiffness is not None and request.pretension is not None:
-        return False
-    try:
-        stiffness, pretension = own_elasticity(tendon, name, compiled, branches)
-    except UnsuitedTendonError:
-        if not (_may_be_driven(request) and has_own_spring(tendon)):
-            raise
-        return True
-    # in range at the moment; the sheath reads them from the model
-    dataclasses.replace(request.law, axial_stiffness=stiffness, pretension=pretension)
-    return False
-
-
-def _config(
+def _sheath_config(
     path: TendonPath, request: Request, inner: int, *, is_driven: bool, is_cable: bool
 ) -> dict[str, str]:
     counts = {"guides": path.guides(request.arc_guides) + inner}
@@ -184,13 +205,13 @@ def idle_reason(
         if not (inner and any(float(config.get(key, 0.0)) > 0.0 for key in _RUB_UNBENT)):
             return _UNBENT
         if not is_driven and not is_wound_in:
-            return _HELD.format(end)
+            return _HELD_AT_INPUT.format(end)
     elif is_driven and not inner and guides_are_beyond(tendon, end):
-        return _BEYOND
+        return _GUIDES_BEYOND
     return ""
 
 
-def _passing(
+def _passing_warning(
     constraints: Constraints,
     tendon: mujoco.MjsTendon,
     request: Request,
@@ -204,7 +225,7 @@ def _passing(
     rest = float(compiled().tendon_length0[tendon.id]) + request.law.slack
     warning = _PASSING.format(constraints, "winds" if request.is_wound else "holds")
     warning += "" if request.is_wound else _OR_DRIVES
-    if constraints.longest is None or constraints.longest <= rest * (1.0 + _SAME):
+    if constraints.longest is None or constraints.longest <= rest * (1.0 + _SAME_LENGTH):
         return warning
     return warning + _SHORTER.format(1e3 * (constraints.longest - rest))
 
@@ -224,10 +245,7 @@ def _inner_guides(path: TendonPath, request: Request) -> int:
 
 
 def own_elasticity(
-    tendon: mujoco.MjsTendon,
-    name: str,
-    compiled: Callable[[], mujoco.MjModel],
-    branches: int = 1,
+    tendon: mujoco.MjsTendon, name: str, compiled: Callable[[], mujoco.MjModel]
 ) -> tuple[float, float]:
     """EA and T_0 [N] equivalent to a tendon's stiffness k and spring length S at `qpos0`.
 
@@ -244,13 +262,13 @@ def own_elasticity(
             f"{where} has a stiffness that is a polynomial or negative, {stiffness}; a sheath's is "
             f"positive and linear: {advice}"
         )
-    if branches > 1:
+    if len(path_of(tendon).branches) > 1:
         raise UnsuitedTendonError(
             f"{where} runs over pulleys, and its spring is one of all branches together: {advice}"
         )
     model = compiled()
     length = float(model.tendon_length0[tendon.id])
-    shortest, longest = (float(x) for x in model.tendon_lengthspring[tendon.id])
+    shortest, longest = map(float, model.tendon_lengthspring[tendon.id])
     reason = ""
     if not longest > 0.0:
         reason = "has springlength = 0, so no strain is defined"

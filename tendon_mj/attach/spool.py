@@ -32,7 +32,7 @@ _TRN, _OBJ = mujoco.mjtTrn, mujoco.mjtObj
 _GAINS = (_GAIN.mjGAIN_FIXED, _GAIN.mjGAIN_AFFINE)
 _BIASES = (_BIAS.mjBIAS_NONE, _BIAS.mjBIAS_AFFINE)
 _DYNAMICS = (_DYN.mjDYN_NONE, _DYN.mjDYN_INTEGRATOR, _DYN.mjDYN_FILTER, _DYN.mjDYN_FILTEREXACT)
-_RESOLVED = 4.0  # J over r² h² EA/ℓ; a step is stable from 1/4 on, and does not ring from 1 on
+_WELL_RESOLVED = 4.0  # J over r² h² EA/ℓ; a step is stable from 1/4 on, and does not ring from 1 on
 _HALF_WIDTH = 0.004  # of a drum, as drawn [m]
 _MASS, _INERTIA = 1e-6, 1e-12  # of its body, which is all armature [kg], [kg m²]
 _STEEL = [0.45, 0.47, 0.5, 1.0]
@@ -73,15 +73,10 @@ class Spool:
                 )
 
     def inertia(self, stiffness: float, timestep: float) -> float:
-        """J, given or by default [kg m²].
-
-        Args:
-            stiffness: EA/ℓ of the straight span at the input end [N/m].
-            timestep: h [s].
-        """
+        """J [kg m²], given or by default, with EA/ℓ of the straight span at the input end [N/m]."""
         if self.armature is not None:
             return self.armature
-        return _RESOLVED * self.radius**2 * timestep**2 * stiffness
+        return _WELL_RESOLVED * self.radius**2 * timestep**2 * stiffness
 
     def least_inertia(self, stiffness: float, timestep: float) -> float:
         """Inertia above which a step is stable, r² h² EA/4ℓ [kg m²]."""
@@ -119,18 +114,15 @@ def design_spool(
     spec: mujoco.MjSpec,
     tendon: mujoco.MjsTendon,
     name: str,
-    spool: Spool,
+    spool: Spool | None,
     at_last: bool,
     config: Mapping[str, str],
     motors: Sequence[mujoco.MjsActuator],
     compiled: Callable[[], mujoco.MjModel],
-) -> SpoolDesign:
-    """The spool that takes over the actuators of a tendon; ``config`` of the sheath has EA and T_0.
-
-    Raises:
-        UnsuitedTendonError: no actuator on the tendon, one that would not pull as before on a
-            spool, or a spring of the tendon next to it.
-    """
+) -> SpoolDesign | None:
+    """The spool that takes over the actuators of a tendon; ``config`` has EA and T_0."""
+    if spool is None:
+        return None
     if not motors:
         raise UnsuitedTendonError(
             f"tendon {name!r} has no actuator to turn a spool: leave spool out, and give reel, or "
@@ -145,7 +137,7 @@ def design_spool(
         )
     model = compiled()
     data = mujoco.MjData(model)
-    _place(model, data)
+    _place_tendons(model, data)
     axial_stiffness, step = float(config["axial_stiffness"]), float(model.opt.timestep)
     strain = float(config["pretension"]) / axial_stiffness
     start, count = int(data.ten_wrapadr[tendon.id]), int(data.ten_wrapnum[tendon.id])
@@ -161,6 +153,12 @@ def design_spool(
     along = turn.T @ (span / np.linalg.norm(span) if span.any() else np.array([1.0, 0.0, 0.0]))
     across = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
     across /= np.linalg.norm(across)
+    angles = []  # at which the tendon is as tight as at `qpos0`, with its stretch on the drum
+    for key in range(model.nkey):
+        mujoco.mj_resetDataKeyframe(model, data, key)
+        _place_tendons(model, data)
+        shorter = float(model.tendon_length0[tendon.id] - data.ten_length[tendon.id])
+        angles.append(shorter / (spool.radius * (1.0 + strain)))
     warning = ""
     if armature < least:
         warning = (
@@ -177,7 +175,7 @@ def design_spool(
         armature=armature,
         damping=spool.damping,
         motors=[(motor, _on_spool(motor, model, spool.radius)) for motor in motors],
-        angles=_angles(model, data, tendon.id, spool.radius * (1.0 + strain)),
+        angles=angles,
         warning=warning,
     )
 
@@ -245,30 +243,16 @@ def _on_spool(actuator: mujoco.MjsActuator, model: mujoco.MjModel, radius: float
     )
 
 
-def _place(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+def _place_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_tendon(model, data)
 
 
-def _angles(model: mujoco.MjModel, data: mujoco.MjData, tendon: int, radius: float) -> list[float]:
-    """Angle in each keyframe at which the tendon is as tight as at `qpos0` [rad].
-
-    The radius is that of the drum times the stretch of the tendon on it.
-    """
-    angles = []
-    for key in range(model.nkey):
-        mujoco.mj_resetDataKeyframe(model, data, key)
-        _place(model, data)
-        angles.append(float(model.tendon_length0[tendon] - data.ten_length[tendon]) / radius)
-    return angles
-
-
 def add_spools(spec: mujoco.MjSpec, designs: Sequence[SpoolDesign]) -> dict[str, str]:
     """Add spools, move the motors of their tendons to them, and keep their settings in a note.
 
-    Returns:
-        Tendon → the free name that body, joint and drum of its spool are given.
+    Returns tendon → the free name that body, joint and drum of its spool are given.
     """
     if not designs:
         return {}
@@ -316,10 +300,8 @@ def remove_spools(spec: mujoco.MjSpec, reel_joints: Mapping[str, str]) -> list[_
     """Delete spools that `add_friction` added, and let their motors pull their tendons as before.
 
     ``reel_joints``: tendon → joint that winds it in. A spool on which more hangs than was added
-    with it is refused, and none is deleted.
-
-    Returns:
-        The model's keyframes without the spools, for `restore_keyframes`.
+    with it is refused, and none is deleted. Returns the keyframes without the spools, for
+    `restore_keyframes`.
     """
     spools = []
     for tendon, name in reel_joints.items():
@@ -378,19 +360,19 @@ def _check_alone(
 
 def kept_drives(spec: mujoco.MjSpec, tendon: str) -> list[_Settings]:
     """Settings of a tendon's motors before they turned its spool; none without a note of them."""
-    note = _note(spec, tendon)
+    note = _settings_note(spec, tendon)
     numbers = [] if note is None else list(map(float, note.data.split()))
     width = len(_Settings._fields)
     return [_Settings(*numbers[k : k + width]) for k in range(0, len(numbers), width)]
 
 
 def _forget_drives(spec: mujoco.MjSpec, tendon: str) -> None:
-    note = _note(spec, tendon)
+    note = _settings_note(spec, tendon)
     if note is not None:
         spec.delete(note)
 
 
-def _note(spec: mujoco.MjSpec, tendon: str) -> mujoco.MjsText | None:
+def _settings_note(spec: mujoco.MjSpec, tendon: str) -> mujoco.MjsText | None:
     for text in spec.texts:
         if _NOTE in text.name and text.name.replace(_NOTE, "", 1) == tendon:
             return text
@@ -414,29 +396,22 @@ def _insert_joints(
         return
     _write_keyframes(spec, [([], [])] * len(before))
     model = spec.compile()
-    places = sorted((*_address(model, name), name) for name in angles)
-    for k, (qpos, qvel) in enumerate(before):
-        for position, velocity, name in places:
-            if qpos:
-                qpos.insert(position, angles[name][k])
-            if qvel:
-                qvel.insert(velocity, 0.0)
+    for name in sorted(angles, key=lambda name: model.joint(name).id):
+        position, velocity = _address(model, name)
+        for (qpos, qvel), angle in zip(before, angles[name], strict=True):
+            qpos[position:position] = [angle] if qpos else []
+            qvel[velocity:velocity] = [0.0] if qvel else []
     _write_keyframes(spec, before)
 
 
 def _without_joints(spec: mujoco.MjSpec, joints: Sequence[str]) -> list[_Keyframe]:
     """Keyframes of a model as they are once these joints are gone."""
     keys = _keyframes(spec)
-    if not keys:
-        return keys
-    model = spec.compile()
-    places = sorted((_address(model, name) for name in joints), reverse=True)
-    for qpos, qvel in keys:
-        for position, velocity in places:
-            if qpos:
-                del qpos[position]
-            if qvel:
-                del qvel[velocity]
+    if keys:
+        model = spec.compile()
+        for position, velocity in sorted((_address(model, n) for n in joints), reverse=True):
+            for qpos, qvel in keys:  # which may be empty
+                del qpos[position : position + 1], qvel[velocity : velocity + 1]
     return keys
 
 

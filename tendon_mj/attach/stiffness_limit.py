@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -51,7 +52,7 @@ def stiffness_limits(model: mujoco.MjModel, tendons: Sequence[int]) -> list[floa
     limits = []
     for tendon in tendons:
         limit = np.inf
-        for length, jacobian in _spans(model, data, tendon):
+        for length, jacobian in _straight_spans(model, data, tendon):
             mujoco.mj_solveM(model, data, inverse, jacobian[None])
             mobility = float(jacobian @ inverse[0])
             if mobility > 0.0:
@@ -79,7 +80,10 @@ def worst_pull(
 
     ``transmissions`` are (p,) e^{−μφ}.
     """
-    stiffness = _stiffness(model, tendon)
+    acts = (model.actuator_trntype == _ON_TENDON) & (model.actuator_trnid[:, 0] == tendon)
+    acts &= model.actuator_biastype == _AFFINE  # whose force falls with its length
+    servos = model.actuator_gear[acts, 0] ** 2 * np.maximum(-model.actuator_biasprm[acts, 1], 0.0)
+    stiffness = float(model.tendon_stiffness[tendon] + servos.sum())
     pulls = [Pull(stiffness, stiffness, np.inf)]
     data = mujoco.MjData(model)
     jacobian, inverse = np.zeros((1, model.nv)), np.zeros((1, model.nv))
@@ -101,22 +105,22 @@ def worst_pull(
     return max(pulls, key=lambda pull: pull.magnified / pull.largest)
 
 
-def _stiffness(model: mujoco.MjModel, tendon: int) -> float:
-    """k of a tendon's spring and of its actuators whose force falls with its length [N/m]."""
-    acts = (model.actuator_trntype == _ON_TENDON) & (model.actuator_trnid[:, 0] == tendon)
-    acts &= model.actuator_biastype == _AFFINE
-    servos = model.actuator_gear[acts, 0] ** 2 * np.maximum(-model.actuator_biasprm[acts, 1], 0.0)
-    return float(model.tendon_stiffness[tendon] + servos.sum())
-
-
-def _spans(
+def _straight_spans(
     model: mujoco.MjModel, data: mujoco.MjData, tendon: int
 ) -> list[tuple[float, FloatArray]]:
     """ℓ and ∂ℓ/∂q of the straight stretches of a path between two bodies."""
-    points, bodies = _points(model, data, tendon)
+    start, count = data.ten_wrapadr[tendon], data.ten_wrapnum[tendon]
+    points = data.wrap_xpos.reshape(-1, 3)[start : start + count]
+    first = model.tendon_adr[tendon]
+    path = slice(first, first + model.tendon_num[tendon])
+    sites = model.wrap_objid[path][model.wrap_type[path] == _SITE]
+    at_sites = iter(model.site_bodyid[sites])
+    bodies = [  # −1 for a pulley, where the path breaks off
+        int(model.geom_bodyid[on] if on >= 0 else next(at_sites) if on == _ON_SITE else -1)
+        for on in data.wrap_obj.ravel()[start : start + count]
+    ]
     spans = []
-    for k in range(len(points) - 1):
-        near, far = bodies[k], bodies[k + 1]
+    for k, (near, far) in enumerate(itertools.pairwise(bodies)):
         way = points[k + 1] - points[k]
         length = float(np.linalg.norm(way))
         if near < 0 or far < 0 or near == far or length == 0.0:
@@ -126,25 +130,3 @@ def _spans(
             mujoco.mj_jac(model, data, moves[end], None, points[k + end], body)
         spans.append((length, way @ (moves[1] - moves[0]) / length))
     return spans
-
-
-def _points(
-    model: mujoco.MjModel, data: mujoco.MjData, tendon: int
-) -> tuple[FloatArray, list[int]]:
-    """Points of a path, and the body of each; −1 for a pulley, where the path breaks off."""
-    start, count = data.ten_wrapadr[tendon], data.ten_wrapnum[tendon]
-    points = data.wrap_xpos.reshape(-1, 3)[start : start + count]
-    objects = data.wrap_obj.ravel()[start : start + count]
-    first, elements = model.tendon_adr[tendon], model.tendon_num[tendon]
-    sites = iter(
-        int(model.site_bodyid[model.wrap_objid[k]])
-        for k in range(first, first + elements)
-        if model.wrap_type[k] == _SITE
-    )
-    bodies = []
-    for on in objects:
-        if on >= 0:
-            bodies.append(int(model.geom_bodyid[on]))
-        else:
-            bodies.append(next(sites) if on == _ON_SITE else -1)
-    return points, bodies

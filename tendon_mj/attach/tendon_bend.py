@@ -13,9 +13,9 @@ from tendon_mj.typing import FloatArray
 
 _POSES = 100  # in which all joints are anywhere, and in as many more at an end
 _FITTEST, _GENERATIONS = 60, 30  # of a search: poses in which it begins, and rounds
-_JOINT = mujoco.mjtJoint
-_SCALAR = (_JOINT.mjJNT_HINGE.value, _JOINT.mjJNT_SLIDE.value)
-_FREE = _JOINT.mjJNT_FREE.value
+_JOINT_TYPE = mujoco.mjtJoint
+_SCALAR = (_JOINT_TYPE.mjJNT_HINGE.value, _JOINT_TYPE.mjJNT_SLIDE.value)
+_FREE = _JOINT_TYPE.mjJNT_FREE.value
 _COUPLING = mujoco.mjtEq.mjEQ_JOINT.value
 _PULLEY = -2  # in `mjData.wrap_obj`
 _WRAP = mujoco.mjtWrap
@@ -97,7 +97,7 @@ def sampled_poses(model: mujoco.MjModel) -> FloatArray:
     rng = np.random.default_rng(0)
     alone, together = [model.qpos0], np.tile(model.qpos0, (2 * _POSES, 1))
     for joint in (j for j in range(model.njnt) if _is_swept(model, j)):
-        where, ends, anywhere = _sweep(model, joint, rng)
+        where, ends, anywhere = _joint_sweep(model, joint, rng)
         for end in ends:
             alone.append(model.qpos0.copy())
             alone[-1][where] = end
@@ -115,15 +115,12 @@ def extreme_poses(
     bends: FloatArray,
     without: Collection[int] = (),
 ) -> FloatArray:
-    """Poses of the largest and the smallest bend of a tendon, by differential evolution.
+    """(2, nq) poses of the largest and the smallest bend of a tendon, by differential evolution.
 
     The search starts from (p, nq) ``poses``, in which the tendon has (p,) ``bends`` [rad];
     ``joints`` are those that it crosses. Local searches (Nelder-Mead, Powell) get stuck in the many
-    local extremes.
-
-    Returns:
-        (2, nq), or (0, nq) without a ball joint: for hinges and slides the samples already contain
-        the extremes.
+    local extremes. (0, nq) without a ball joint: for hinges and slides the samples already contain
+    the extremes.
     """
     from scipy.optimize import differential_evolution  # of the extra `lab`, as its command is
 
@@ -214,11 +211,11 @@ def unswept_joints(model: mujoco.MjModel) -> list[int]:
 
 def _is_swept(model: mujoco.MjModel, joint: int) -> bool:
     """Whether a joint has a range, or turns."""
-    is_slide = model.jnt_type[joint] == _JOINT.mjJNT_SLIDE.value
+    is_slide = model.jnt_type[joint] == _JOINT_TYPE.mjJNT_SLIDE.value
     return bool(model.jnt_limited[joint]) or not is_slide
 
 
-def _sweep(
+def _joint_sweep(
     model: mujoco.MjModel, joint: int, rng: np.random.Generator
 ) -> tuple[slice, FloatArray, FloatArray]:
     """Slice of a joint in `qpos`, its values at its ends, and `_POSES` values anywhere between."""
@@ -277,12 +274,13 @@ def idlers(model: mujoco.MjModel) -> list[Idler]:
                 continue
             geom, side = int(model.wrap_objid[k]), int(model.wrap_prm[k])
             for body in _chain(model, bodies[k]):
-                if any(_carries(model, body, bodies[j]) for j in bodies if j != k):
+                if any(_is_carrier(model, body, bodies[j]) for j in bodies if j != k):
                     break
-                for joint in _joints(model, body):
+                first_joint = int(model.body_jntadr[body])
+                for joint in range(first_joint, first_joint + int(model.body_jntnum[body])):
                     if joint in held or not _is_axle(model, data, joint, geom):
                         continue
-                    turns = side >= 0 and _turns(model, data, joint, body, side, geom)
+                    turns = side >= 0 and _turns_along(model, data, joint, body, side, geom)
                     rolling.append(Idler(tendon, geom, joint, side if turns else -1))
     return rolling
 
@@ -292,15 +290,15 @@ def _is_axle(model: mujoco.MjModel, data: mujoco.MjData, joint: int, geom: int) 
     hinge, anchor = data.xaxis[joint], data.xanchor[joint]
     misses = np.linalg.norm(np.cross(data.geom_xpos[geom] - anchor, hinge))
     tilt = np.linalg.norm(np.cross(data.geom_xmat[geom].reshape(3, 3)[:, 2], hinge))
-    is_hinge = model.jnt_type[joint] == _JOINT.mjJNT_HINGE.value
+    is_hinge = model.jnt_type[joint] == _JOINT_TYPE.mjJNT_HINGE.value
     return bool(is_hinge and misses <= _COAXIAL * model.geom_size[geom, 0] and tilt <= _COAXIAL)
 
 
-def _turns(
+def _turns_along(
     model: mujoco.MjModel, data: mujoco.MjData, joint: int, body: int, site: int, geom: int
 ) -> bool:
     """Whether a site turns about a hinge of a body that carries a cylinder, off its axis."""
-    if not _carries(model, body, int(model.site_bodyid[site])):
+    if not _is_carrier(model, body, int(model.site_bodyid[site])):
         return False
     arm = np.cross(data.site_xpos[site] - data.xanchor[joint], data.xaxis[joint])
     return bool(np.linalg.norm(arm) > _COAXIAL * model.geom_size[geom, 0])
@@ -328,11 +326,6 @@ def _body(model: mujoco.MjModel, element: int) -> int:
     return int(model.site_bodyid[target] if is_site else model.geom_bodyid[target])
 
 
-def _joints(model: mujoco.MjModel, body: int) -> range:
-    first = int(model.body_jntadr[body])
-    return range(first, first + int(model.body_jntnum[body]))
-
-
 def _chain(model: mujoco.MjModel, body: int) -> Iterator[int]:
     """A body and all that carry it, except the world."""
     while body:
@@ -340,5 +333,5 @@ def _chain(model: mujoco.MjModel, body: int) -> Iterator[int]:
         body = int(model.body_parentid[body])
 
 
-def _carries(model: mujoco.MjModel, body: int, other: int) -> bool:
+def _is_carrier(model: mujoco.MjModel, body: int, other: int) -> bool:
     return body in _chain(model, other)

@@ -88,20 +88,15 @@ def _is_pattern(tendon: str) -> bool:
 class Branch(NamedTuple):
     """Stretch of a tendon between pulleys."""
 
-    sites: int
-    wraps: int  # geoms that it may wrap around
+    sites: tuple[str, ...] = ()  # names
+    wraps: int = 0  # geoms that it may wrap around
 
 
 class TendonPath(NamedTuple):
     """Path of a tendon."""
 
     branches: tuple[Branch, ...]  # one, and one more for each pulley
-    joints: int  # of a fixed tendon
-
-    @property
-    def is_spatial(self) -> bool:
-        """Whether it runs through space, not over joints."""
-        return self.joints == 0
+    is_spatial: bool  # whether it runs through space, not over joints
 
     @property
     def wraps(self) -> int:
@@ -110,39 +105,33 @@ class TendonPath(NamedTuple):
 
     def bends(self, arc_guides: int = 1) -> int:
         """Guides that can bend: the inner sites of each branch, `arc_guides` a geom."""
-        within = sum(max(branch.sites - 2, 0) for branch in self.branches)
+        within = sum(max(len(branch.sites) - 2, 0) for branch in self.branches)
         return within + self.wraps * arc_guides
 
     def guides(self, arc_guides: int = 1) -> int:
         """Number of guides: those that can bend, and one a pulley."""
         return self.bends(arc_guides) + len(self.branches) - 1
 
+    def ends(self) -> list[tuple[str, str]]:
+        """Names of the first and the last site of each branch."""
+        return [(b.sites[0], b.sites[-1]) if b.sites else ("", "") for b in self.branches]
+
 
 def path_of(tendon: mujoco.MjsTendon) -> TendonPath:
     """Path of a tendon."""
-    branches, joints = [Branch(0, 0)], 0
+    branches, is_spatial = [Branch()], True
     for point in tendon.path:
         sites, wraps = branches[-1]
         if point.type == _WRAP.mjWRAP_JOINT:
-            joints += 1
+            is_spatial = False
         elif point.type == _WRAP.mjWRAP_PULLEY:
-            branches.append(Branch(0, 0))
+            branches.append(Branch())
         elif point.type == _WRAP.mjWRAP_SITE:
-            branches[-1] = Branch(sites + 1, wraps)
+            name = point.target.name if point.target is not None else ""
+            branches[-1] = Branch((*sites, name), wraps)
         else:  # a sphere or a cylinder; which of the two is known once it is compiled
             branches[-1] = Branch(sites, wraps + 1)
-    return TendonPath(tuple(branches), joints)
-
-
-def end_sites(tendon: mujoco.MjsTendon) -> list[tuple[str, str]]:
-    """Names of the first and the last site of each branch of a spatial tendon."""
-    branches: list[list[str]] = [[]]
-    for point in tendon.path:
-        if point.type == _WRAP.mjWRAP_PULLEY:
-            branches.append([])
-        elif point.type == _WRAP.mjWRAP_SITE:
-            branches[-1].append(point.target.name if point.target is not None else "")
-    return [(sites[0], sites[-1]) if sites else ("", "") for sites in branches]
+    return TendonPath(tuple(branches), is_spatial)
 
 
 def guides_are_beyond(tendon: mujoco.MjsTendon, input_end: str) -> bool:

@@ -1,4 +1,4 @@
-"""`tendon-mj attach`: friction for the tendons of an MJCF file."""
+"""`tendon-mj attach` and `library`: friction for an MJCF file; the plugins for other programs."""
 
 from __future__ import annotations
 
@@ -13,9 +13,12 @@ from tendon_mj.cli.options import Required, flat
 from tendon_mj.cli.output import console, print_table
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.models import load_spec, model_path
+from tendon_mj.plugin import export_library
 
-_BENDS = ("bend [rad]", "over ranges", "e^(-μφ), least")
-_HEAD = ("tendon", *_BENDS, "EA [N]", "drive", "input end", "done")
+_ATTACHED_HEAD = (
+    *("tendon", "bend [rad]", "over ranges", "e^(-μφ), least"),
+    *("EA [N]", "drive", "input end", "done"),
+)
 
 
 def attach(
@@ -66,11 +69,11 @@ def attach(
         input_end=input_end,
         extra_bend=extra_bend,
     )
-    print_table(_HEAD, [_cells(row) for row in attached.rows])
+    print_table(_ATTACHED_HEAD, [_row_cells(row) for row in attached.rows])
     for text in _remarks(attached):
         console.print(text)
     console.print(f"wrote {attached.path}")
-    console.print(_sentence(attached.rows))
+    console.print(_most_loss_sentence(attached.rows))
     return attached
 
 
@@ -106,7 +109,7 @@ def _remarks(attached: Attached) -> Iterator[str]:
     yield from attached.said
 
 
-def _sentence(rows: Sequence[Row]) -> str:
+def _most_loss_sentence(rows: Sequence[Row]) -> str:
     sheathed = [row for row in rows if row.sheath]
     if not sheathed:
         return "No tendon runs in a sheath: the last column says why."
@@ -124,7 +127,7 @@ def _sentence(rows: Sequence[Row]) -> str:
     )
 
 
-def _cells(row: Row) -> tuple[str, ...]:
+def _row_cells(row: Row) -> tuple[str, ...]:
     default = "the step's" if row.sheath else "-"
     return (
         row.tendon,
@@ -136,3 +139,18 @@ def _cells(row: Row) -> tuple[str, ...]:
         row.input or "-",
         row.done,
     )
+
+
+def library(out: Path = Path("mujoco_plugin")) -> Path:
+    """Write the library of the plugins, and a header of their attributes, for C, C++ and ROS 2.
+
+    Args:
+        out: folder for libtendon_mj.so (.dylib on macOS) and tendon_mj.h; `simulate` and others
+            load the libraries of a folder mujoco_plugin beside their executable.
+
+    Example:
+        tendon-mj library --out mujoco_plugin
+    """
+    written = export_library(out)
+    console.print(f"{written} for MuJoCo 3.11 to 4.0, and {written.with_name('tendon_mj.h')}")
+    return written

@@ -20,22 +20,22 @@ import tyro
 from tendon_mj.cli.output import typed_command
 from tendon_mj.errors import MissingPackageError, RecordingError, TendonError
 
-Command = Callable[..., object]
+CommandFunction = Callable[..., object]
 
 COMMANDS = {  # name → module, which is loaded when the command is called
     "attach": "attach",
     "bench": "bench",
-    "compare": "compare",
+    "compare": "bench",
     "init": "recordings",
     "check": "recordings",
     "replay": "recordings",
     "diagnose": "diagnose",
-    "render": "render",
-    "simulate": "simulate",
-    "sweep": "sweep",
-    "fleet": "fleet",
-    "view": "render",
-    "library": "library",
+    "render": "motion",
+    "simulate": "motion",
+    "sweep": "many",
+    "fleet": "many",
+    "view": "motion",
+    "library": "attach",
     "demo": "demo",
 }
 
@@ -52,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     typed_command.set(shlex.join(["tendon-mj", *given]))
     try:
         with _short_warnings():
-            _run(given)
+            _run_command(given)
     except KeyboardInterrupt:
         print(
             "tendon-mj: interrupted; the files written so far are whole, the others are missing",
@@ -68,7 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _run(given: Sequence[str]) -> None:
+def _run_command(given: Sequence[str]) -> None:
     if "" in given:
         raise TendonError("an argument is empty, perhaps that of an unset variable of the shell")
     name, *rest = given or [""]
@@ -86,44 +86,40 @@ def _run(given: Sequence[str]) -> None:
             raise
 
 
-def load_command(name: str) -> Command:
-    """The function of a command, each argument of its docstring in one line, which tyro wraps.
-
-    Raises:
-        MissingPackageError: it needs a package that is not installed.
-    """
+def load_command(name: str) -> CommandFunction:
+    """The function of a command, each argument of its docstring in one line, which tyro wraps."""
     try:
         module = import_module(f"tendon_mj.cli.{COMMANDS[name]}")
     except ModuleNotFoundError as error:
         raise MissingPackageError.of_lab("the command", error) from None
-    command: Command = getattr(module, name)
+    command: CommandFunction = getattr(module, name)
     command.__doc__ = _CONTINUED.sub(" ", inspect.getdoc(command) or "")
     return command
 
 
-def example(command: Command) -> str:
+def example(command: CommandFunction) -> str:
     """The line below `Example:` in a command's docstring."""
     return (command.__doc__ or "").partition("Example:\n")[2].strip()
 
 
 def _show_all(given: Sequence[str]) -> None:
-    """Print the help of all commands, or refuse what is none of them; loads no command."""
+    """Print the help of all commands, or refuse an unknown command; loads none."""
 
-    def named(summary: str) -> Command:
+    def named(summary: str) -> CommandFunction:
         def command() -> None: ...
 
         command.__doc__ = summary
         return command
 
     tyro.extras.subcommand_cli_from_dict(
-        {name: named(_summary(name)) for name in COMMANDS},
+        {name: named(_help_line(name)) for name in COMMANDS},
         prog="tendon-mj",
         description="Tendon-sheath friction for MuJoCo.",
         args=given,
     )
 
 
-def _summary(name: str) -> str:
+def _help_line(name: str) -> str:
     """First line of the docstring of a command, from its source."""
     source = resources.files("tendon_mj.cli").joinpath(f"{COMMANDS[name]}.py").read_text("utf-8")
     functions = [node for node in ast.parse(source).body if isinstance(node, ast.FunctionDef)]

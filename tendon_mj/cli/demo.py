@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final
 
-from tendon_mj.cli.compare import compare
+from tendon_mj.cli.bench import compare
 from tendon_mj.cli.diagnose import diagnose
-from tendon_mj.cli.output import LOCK, Output, console
+from tendon_mj.cli.motion import render
+from tendon_mj.cli.output import Output, console
 from tendon_mj.cli.recordings import replay
-from tendon_mj.cli.render import render
 from tendon_mj.errors import EngineError
 from tendon_mj.models import example_recording, example_rig
 
@@ -48,7 +48,7 @@ def demo(out: Path = Path("out/demo")) -> dict[str, object]:
         description=rig / "rig.toml",
         sysid=False,
     )
-    written = sorted(p for p in out.rglob("*") if p.is_file() and p.name != LOCK)
+    written = sorted(p for p in out.rglob("*") if p.is_file())
     output.result(result)
     console.rule("all files")
     output.written = [*written, *output.written]

@@ -4,22 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 from tendon_mj.cli.options import Recordings, Repeated, flat, given_files
-from tendon_mj.cli.output import (
-    Output,
-    console,
-    print_warnings,
-    progress_bar,
-    typed_command,
-)
+from tendon_mj.cli.output import Output, console, print_warnings, progress_bar, typed_command
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.data_check import DataWarning, check_recording
 from tendon_mj.lab.diagnosis import (
     Diagnosis,
-    Spread,
     SysidResult,
     collect_provenance,
     files_of,
@@ -83,13 +75,13 @@ def diagnose(
     Example:
         tendon-mj diagnose slow.csv fast.csv --hold-out other.csv --out out/diagnose
     """
-    paths, others = (*recordings, *flat(hold_out)), flat(hold_out)
+    paths = (*recordings, *flat(hold_out))
     given = [*given_files(paths, description, [model]), next]
     output = Output(out, writes=_WRITES if next is None else _WRITES + _NEXT, given=given)
     bounds = read_bounds(next) if next else None
-    read = partial(_read, description=description, model=model, settle=settle)
-    train, held_out = list(map(read, recordings)), list(map(read, others))
-    checks = _check((*train, *held_out))
+    read = [_read_one(path, description, model, settle) for path in paths]
+    train, held_out = read[: len(recordings)], read[len(recordings) :]
+    checks = _warn_of_data(read)
     if bounds and train:  # before the diagnosis, which takes longer
         check_bounds(train, bounds)
     with progress_bar() as progress:
@@ -98,14 +90,14 @@ def diagnose(
         compared = fit_with_sysid(train, held_out, progress) if fits else None
         simulated = diagnosis.simulate(progress)
     no_sysid = _LEFT_OUT if not sysid else _NOT_THERE
-    _print(diagnosis, compared, no_sysid)
+    _print_diagnosis(diagnosis, compared, no_sysid)
     provenance = collect_provenance(typed_command.get(), files_of(paths, description, train))
     output.written += write_before_after(simulated, out)
-    diagnosis, unwritten = _write_model(output, diagnosis)  # before the report, which links to it
+    diagnosis, failures = _write_model(output, diagnosis)  # before the report, which links to it
     output.written += write_report(
         diagnosis, simulated, out, sysid=compared, no_sysid=no_sysid, provenance=provenance
     )
-    suggestion, failure = _suggest(output, diagnosis, bounds)
+    suggestion = _suggest(output, diagnosis, bounds, failures) if bounds else None
     result = {
         **diagnosis.result(),
         "recordings": [recording.name for recording in train],
@@ -117,48 +109,29 @@ def diagnose(
     }
     output.result(result)
     output.close(f"{diagnosis.sentence} Report: {out / 'report.html'}")
-    if unwritten or failure:
-        raise TendonError(str(unwritten or failure))
+    if failures:
+        raise TendonError(str(failures[0]))
     return result
 
 
-def _write_model(output: Output, diagnosis: Diagnosis) -> tuple[Diagnosis, TendonError | None]:
-    """The diagnosis, with a warning where its model could not be written, and why it could not."""
-    try:
-        output.add(diagnosis.write_model(output.folder / MODEL))
-    except TendonError as error:  # the rest is written all the same
-        warning = f"There is no {MODEL}: {error}"
-        return replace(diagnosis, warnings=(*diagnosis.warnings, warning)), error
-    return diagnosis, None
-
-
-def _check(recordings: Sequence[Recording]) -> list[DataWarning]:
+def _warn_of_data(recordings: Sequence[Recording]) -> list[DataWarning]:
     """Warnings about the recordings, printed before a search that would blame the rig for them."""
     checks = [w for one in recordings for w in check_recording(one, described=True).warnings]
     print_warnings(checks)
     return checks
 
 
-def _suggest(
-    output: Output, diagnosis: Diagnosis, bounds: ExperimentBounds | None
-) -> tuple[Suggestion | None, TendonError | None]:
-    """Print and write the next experiment; returns the error of a search that failed."""
-    if bounds is None:
-        return None, None
+def _write_model(output: Output, diagnosis: Diagnosis) -> tuple[Diagnosis, list[TendonError]]:
+    """The diagnosis, with a warning where its model could not be written, and why it could not."""
     try:
-        with progress_bar() as progress:
-            suggestion = suggest_experiment(diagnosis, bounds, progress=progress)
-    except TendonError as error:
-        return None, error
-    if suggestion:
-        console.print(suggestion.sentence)
-        template = suggestion.write(output.folder / "next.csv")
-        if template:
-            output.add(template)
-    return suggestion, None
+        output.add(diagnosis.write_model(output.folder / MODEL))
+    except TendonError as error:  # the rest is written all the same
+        warning = f"There is no {MODEL}: {error}"
+        return replace(diagnosis, warnings=(*diagnosis.warnings, warning)), [error]
+    return diagnosis, []
 
 
-def _read(
+def _read_one(
     path: Path, description: Path | None, model: str | None, settle: float | None
 ) -> Recording:
     recording = read_recording(path, description)
@@ -167,7 +140,25 @@ def _read(
     return recording if settle is None else replace(recording, settle=settle)
 
 
-def _print(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> None:
+def _suggest(
+    output: Output, diagnosis: Diagnosis, bounds: ExperimentBounds, failures: list[TendonError]
+) -> Suggestion | None:
+    """Print and write the next experiment; the error of a search that failed is a failure."""
+    try:
+        with progress_bar() as progress:
+            suggestion = suggest_experiment(diagnosis, bounds, progress=progress)
+    except TendonError as error:
+        failures.append(error)
+        return None
+    if suggestion:
+        console.print(suggestion.sentence)
+        template = suggestion.write(output.folder / "next.csv")
+        if template:
+            output.add(template)
+    return suggestion
+
+
+def _print_diagnosis(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> None:
     console.print(diagnosis.located.sentence)
     for finding in diagnosis.findings:
         console.print(
@@ -181,8 +172,12 @@ def _print(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) ->
         loose = f"at an end of its range {span}" if value.at_end else f"anywhere in {span}"
         sure = f"95 % within {span}" if value.determined else loose
         console.print(f"  {row.name} = {row.value}{unit}, {sure}; the model has {row.before}")
-    for name, spread in diagnosis.sessions.items():
-        console.print(_session_line(name, spread))
+    for name, spread in diagnosis.sessions.items():  # in one unit
+        numbers = (*spread.values.values(), spread.estimated, spread.stated)
+        shown = engineering_unit(spread.unit, numbers)
+        *each, estimated, stated = (with_unit(plain(v * shown.factor), shown) for v in numbers)
+        listed = ", ".join(f"{text} in {r}" for r, text in zip(spread.values, each, strict=True))
+        console.print(f"  {name}, of each session: {listed}; spread {estimated}, stated {stated}")
     for label, errors in (("train", diagnosis.train), ("held out", diagnosis.held_out)):
         console.print(
             f"{label}: rms error {errors.before:.2f} before, {errors.after:.2f} after,"
@@ -198,12 +193,3 @@ def _print(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) ->
         console.print(f"mujoco.sysid alone: {compared.held_out_rms:.2f} held out, in noise")
     else:
         console.print(no_sysid)
-
-
-def _session_line(name: str, spread: Spread) -> str:
-    """The values of a session term in each recording, in one unit."""
-    numbers = (*spread.values.values(), spread.estimated, spread.stated)
-    unit = engineering_unit(spread.unit, numbers)
-    *values, estimated, stated = (with_unit(plain(v * unit.factor), unit) for v in numbers)
-    each = ", ".join(f"{value} in {r}" for r, value in zip(spread.values, values, strict=True))
-    return f"  {name}, of each session: {each}; spread {estimated}, stated {stated}"

@@ -37,10 +37,7 @@ def given_files(
 ) -> list[Path]:
     """Tables and descriptions of recordings, and MJCF files of models; unreadable ones are ignored.
 
-    Args:
-        recordings: paths as for `read_recording`.
-        description: of all of them; default: each has its own.
-        models: names or MJCF files; default: those of the recordings.
+    A description is of all recordings, else each has its own; models are else the recordings' own.
     """
     files, names = list[Path](), [name for name in models if name is not None]
     described = not names

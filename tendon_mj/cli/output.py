@@ -31,26 +31,16 @@ console = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
 
 RESULT = "result.json"
 LOCK = ".lock"
-_SHOWN = (".html", ".png", ".mp4", ".webp")  # never read by a command
+_VIEWED = (".html", ".png", ".mp4", ".webp")  # never read by a command
 
 
 class Output:
     """The folder that a command writes to, locked against other runs until it is closed.
 
-    `result.json` is written last. That of an earlier run is removed by `begin`, with the pages and
-    pictures that it lists, so that a run that fails leaves none behind.
-
-    Args:
-        folder: made if it does not exist.
-        tables: names of tables that are results too, like pages and pictures.
-        writes: names of files that the command writes and may have been given to read; ``*``
-            stands for any text.
-        given: paths on the command line; None and paths that do not exist are ignored.
-        begin: whether `begin` is called at once; else when nothing more can be refused.
-
-    Raises:
-        InvalidValueError: the folder cannot be written to, another run is writing to it, or the
-            command would overwrite a file that it was given.
+    `result.json` is written last. That of an earlier run is removed by `begin`, at once or when
+    nothing more can be refused, with the pages, pictures and ``tables`` that it lists, so that a
+    run that fails leaves none behind. A command that would overwrite a file that it was ``given``
+    is refused; ``writes`` are the names, with ``*``, of files that it writes besides.
     """
 
     def __init__(
@@ -91,7 +81,7 @@ class Output:
         with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
             listed = set(map(str, json.loads(result.read_text(encoding="utf-8"))["files"]))
         for path in [p for p in self.folder.iterdir() if p.name in listed and p.is_file()]:
-            if path.suffix in _SHOWN or path.name in self._tables:
+            if path.suffix in _VIEWED or path.name in self._tables:
                 path.unlink()
         result.unlink(missing_ok=True)
 
@@ -111,7 +101,7 @@ class Output:
         """Write `result.json`: plain numbers in SI units, and the names of the files next to it."""
         path = self.folder / RESULT
         files = sorted({p.relative_to(self.folder).as_posix() for p in self.written})
-        text = json.dumps(_plain({**numbers, "files": files}), indent=2, allow_nan=False)
+        text = json.dumps(_for_json({**numbers, "files": files}), indent=2, allow_nan=False)
         with whole_file(path) as made:
             made.write_text(text + "\n", encoding="utf-8")
         return self.add(path)
@@ -138,12 +128,12 @@ def _check_given(folder: Path, writes: Sequence[str], given: Iterable[str | Path
             )
 
 
-def _plain(value: object) -> object:
+def _for_json(value: object) -> object:
     """A value for JSON, in which NaN and infinities are null."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(inner) for key, inner in value.items()}
+        return {str(key): _for_json(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
+        return [_for_json(inner) for inner in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
@@ -156,9 +146,7 @@ def print_warnings(warnings: Iterable[DataWarning]) -> None:
 def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table in which no word is cut; where it does not fit, a paragraph for each row.
 
-    Args:
-        head: of the columns.
-        rows: cells; the first is the row's name.
+    The first cell of a row is its name.
     """
     columns = list(zip(head, *rows, strict=True))
     widths = [max(len(word) for cell in column for word in cell.split()) for column in columns]

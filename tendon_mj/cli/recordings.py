@@ -40,10 +40,7 @@ DESCRIBED, KEPT = "as described", "with the model's values"
 _WITHOUT = "friction 0"
 
 
-def init(
-    model: tyro.conf.Positional[str],
-    out: Path | None = None,
-) -> Path:
+def init(model: tyro.conf.Positional[str], out: Path | None = None) -> Path:
     """Write a description of recordings of a model: all its sensors and actuators, to be filled in.
 
     Args:
@@ -99,10 +96,10 @@ def check(
     output = Output(out, given=given_files(recordings, description, [model]))
     if not recordings:
         raise RecordingError("check needs at least one recording")
-    read, of_tables = _read(recordings, description)
+    read, of_tables = _read_all(recordings, description)
     shared = load_model(model) if model else None
     compiled = [shared or load_model(one.model, beside=one.beside) for one in read]
-    described = [_described(values_of, *pair) for pair in zip(read, compiled, strict=True)]
+    described = [_as_described(values_of, *pair) for pair in zip(read, compiled, strict=True)]
     for text in of_tables:
         console.print(f"warning: {text}")
     checked = [
@@ -115,7 +112,7 @@ def check(
         if one.simulated is not None and one.recording.measured:
             figure = replay_figure(one.recording, {"model as stated": one.simulated})
             output.figure(one.recording.name, figure)
-        _print_errors(one.recording, _errors(one))
+        _print_errors(one.recording, _misfits(one))
         print_warnings(one.warnings)
     result: dict[str, object] = {
         "recordings": [_checked(one) for one in checked],
@@ -159,7 +156,7 @@ def replay(
         raise RecordingError(f"{recording}: no column is [measured], so nothing can be compared")
     print_warnings(timing_warnings(measured))
     compiled = load_model(model) if model else load_model(measured.model, beside=measured.beside)
-    described = _described(values_of, measured, compiled)
+    described = _as_described(values_of, measured, compiled)
     kept = not described and bool(read_intervals(compiled) or values_of)
     stated = KEPT if kept else DESCRIBED
     variants: dict[str, dict[str, float]] = {stated: {}}
@@ -167,7 +164,7 @@ def replay(
     frictions = [name for name in known if name.endswith(".friction")]
     if frictions:
         variants[_WITHOUT] = dict.fromkeys(frictions, 0.0)
-    variants |= {text: _parse(text, known) for text in flat(change)}
+    variants |= {text: _parse_change(text, known) for text in flat(change)}
     simulated = {
         label: replay_recording(
             measured, compiled, parameters=parameters, described=described, settle=settle
@@ -191,7 +188,7 @@ def replay(
     return result
 
 
-def _described(
+def _as_described(
     values_of: ValuesOf | None, recording: Recording, model: mujoco.MjModel
 ) -> bool | None:
     """``values_of`` as ``described`` of `replay_recording`.
@@ -212,7 +209,7 @@ def _described(
     return None if values_of is None else values_of == "description"
 
 
-def _read(paths: Sequence[Path], description: Path | None) -> tuple[list[Recording], list[str]]:
+def _read_all(paths: Sequence[Path], description: Path | None) -> tuple[list[Recording], list[str]]:
     """The recordings, with numbers where they share a name, and the warnings about their tables."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", TendonWarning)
@@ -222,7 +219,7 @@ def _read(paths: Sequence[Path], description: Path | None) -> tuple[list[Recordi
     return read, [str(one.message) for one in caught if issubclass(one.category, TendonWarning)]
 
 
-def _errors(one: Checked) -> dict[str, Misfit]:
+def _misfits(one: Checked) -> dict[str, Misfit]:
     return {} if one.simulated is None else replay_error(one.recording, one.simulated)
 
 
@@ -230,16 +227,16 @@ def _print_errors(recording: Recording, errors: Mapping[str, Misfit], label: str
     for column, error in errors.items():
         console.print(
             f"{label or recording.name}: {recording.written(column)} rms error"
-            f" {_rms(error, column)}{error.of_range}"
+            f" {_rms_text(error, column)}{error.of_range}"
         )
 
 
-def _rms(error: Misfit, column: str) -> str:
+def _rms_text(error: Misfit, column: str) -> str:
     return quantity(error.rmse, column_unit(column))
 
 
 def _checked(one: Checked) -> dict[str, object]:
-    errors = _errors(one)
+    errors = _misfits(one)
     return {
         "name": one.recording.name,
         "source": one.recording.source,
@@ -256,7 +253,7 @@ def _check_sentence(checked: Sequence[Checked], of_tables: int) -> str:
     count, recordings = of_tables + sum(len(one.warnings) for one in checked), len(checked)
     of = "1 recording" if recordings == 1 else f"{recordings} recordings"
     if not count:
-        shares = [e.share_of_range for one in checked for e in _errors(one).values()]
+        shares = [e.share_of_range for one in checked for e in _misfits(one).values()]
         shares = [share for share in shares if math.isfinite(share)]
         off = f"; the model is off by up to {max(shares):.0%} of a column's range" if shares else ""
         return f"Checked {of}: no faults found{off}. tendon-mj diagnose explains the rest."
@@ -270,14 +267,14 @@ def _replay_sentence(
     """The error of every column, as stated and without friction."""
     parts = []
     for column in measured.measured:
-        part = f"{measured.written(column)} by {_rms(errors[stated][column], column)}"
+        part = f"{measured.written(column)} by {_rms_text(errors[stated][column], column)}"
         if _WITHOUT in errors:
-            part += f" (without friction {_rms(errors[_WITHOUT][column], column)})"
+            part += f" (without friction {_rms_text(errors[_WITHOUT][column], column)})"
         parts.append(part)
     return f"{stated.capitalize()}, the simulation misses {', '.join(parts)}, rms."
 
 
-def _parse(text: str, known: Collection[str]) -> dict[str, float]:
+def _parse_change(text: str, known: Collection[str]) -> dict[str, float]:
     """Parameters of ``name=value,…``; a pattern means all that it matches; a plain name wins."""
     plain: dict[str, float] = {}
     wild: dict[str, float] = {}

@@ -25,13 +25,8 @@ if TYPE_CHECKING:
     from tendon_mj.envs.gymnasium_finger import HoldForceEnv as HoldForceEnv
 
 # name -> module that it is loaded from when it is first used
-_LAZY = {
-    "follow_trajectory": "finger",
-    "hold_force": "finger",
-    "FingerPhysics": "finger",
-    "FollowTrajectoryEnv": "gymnasium_finger",
-    "HoldForceEnv": "gymnasium_finger",
-}
+_LAZY = dict.fromkeys(("follow_trajectory", "hold_force", "FingerPhysics"), "finger")
+_LAZY |= dict.fromkeys(("FollowTrajectoryEnv", "HoldForceEnv"), "gymnasium_finger")
 _DM_CONTROL = (
     "pip install 'tendon-mj[environments]', and from Python 3.13 on also "
     "pip install --no-deps dm-control"

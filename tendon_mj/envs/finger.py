@@ -8,12 +8,11 @@ from dm_control.mujoco import Physics, wrapper
 from dm_control.rl import control
 from dm_env import specs
 
-from tendon_mj.envs.simulated_finger import SimulatedFinger
-from tendon_mj.envs.tasks import CONTROL_TIMESTEP, FingerTask, FollowTrajectory, HoldForce, Ranges
+from tendon_mj.envs import tasks
 from tendon_mj.models import TENDONS, Finger, build_finger
 
 
-class FingerPhysics(SimulatedFinger, Physics):  # type: ignore[misc]  # dm_control is not typed
+class FingerPhysics(tasks.SimulatedFinger, Physics):  # type: ignore[misc]  # dm_control is not typed
     """The finger between dm_control's `MjModel` and `MjData`.
 
     All state of the sheaths is in `plugin_state`, which dm_control's resets, copies and pickles
@@ -47,11 +46,11 @@ class _ControlTask(control.Task):  # type: ignore[misc]  # dm_control is not typ
         """Episodes end by time alone."""
 
 
-class _HoldForce(HoldForce, _ControlTask):
+class _HoldForce(tasks.HoldForce, _ControlTask):
     """`HoldForce` for dm_control."""
 
 
-class _FollowTrajectory(FollowTrajectory, _ControlTask):
+class _FollowTrajectory(tasks.FollowTrajectory, _ControlTask):
     """`FollowTrajectory` for dm_control."""
 
 
@@ -59,7 +58,7 @@ def hold_force(
     *,
     seed: int | None = None,
     finger: Finger | None = None,
-    ranges: Ranges | None = None,
+    ranges: tasks.Ranges | None = None,
     time_limit: float = 4.0,
 ) -> control.Environment:
     """Hold a force of the tip on the object: `HoldForce` as a `dm_env.Environment`.
@@ -70,27 +69,32 @@ def hold_force(
         ranges: to draw from.
         time_limit: of an episode [s].
     """
-    random = np.random.RandomState(seed)
-    return _environment(_HoldForce(finger or Finger(), ranges or Ranges(), random), time_limit)
+    return _environment(_HoldForce, seed, finger, ranges, time_limit)
 
 
 def follow_trajectory(
     *,
     seed: int | None = None,
     finger: Finger | None = None,
-    ranges: Ranges | None = None,
+    ranges: tasks.Ranges | None = None,
     time_limit: float = 6.0,
 ) -> control.Environment:
     """Follow a joint trajectory: `FollowTrajectory` as a `dm_env.Environment`; see `hold_force`."""
+    return _environment(_FollowTrajectory, seed, finger, ranges, time_limit)
+
+
+def _environment(
+    kind: type[tasks.FingerTask],
+    seed: int | None,
+    finger: Finger | None,
+    ranges: tasks.Ranges | None,
+    time_limit: float,
+) -> control.Environment:
     random = np.random.RandomState(seed)
-    task = _FollowTrajectory(finger or Finger(), ranges or Ranges(), random)
-    return _environment(task, time_limit)
-
-
-def _environment(task: FingerTask, time_limit: float) -> control.Environment:
+    task = kind(finger or Finger(), ranges or tasks.Ranges(), random)
     return control.Environment(
         FingerPhysics.of(task.finger),
         task,
         time_limit=time_limit,
-        control_timestep=CONTROL_TIMESTEP,
+        control_timestep=tasks.CONTROL_TIMESTEP,
     )

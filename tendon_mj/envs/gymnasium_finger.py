@@ -9,19 +9,63 @@ import mujoco
 import numpy as np
 from matplotlib.colors import Normalize
 
-from tendon_mj.envs.simulated_finger import FingerSimulation
-from tendon_mj.envs.tasks import CONTROL_TIMESTEP, FingerTask, FollowTrajectory, HoldForce, Ranges
-from tendon_mj.errors import InvalidValueError
-from tendon_mj.models import TENDONS, Finger
+from tendon_mj.envs import tasks
+from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.models import TENDONS, Finger, build_finger
 from tendon_mj.plugin import segment_tensions, sheaths
 from tendon_mj.show import Image, Offscreen, add_cable, without_tendons
 from tendon_mj.typing import FloatArray
 
-_SCALE = Normalize(0.0, 30.0)  # of the colours [N]
+_TENSION_SCALE = Normalize(0.0, 30.0)  # of the colours [N]
 _RADIUS = 0.0009  # of a tendon as drawn [m]
 _CENTRE, _DISTANCE = (-0.01, 0.0, -0.03), 0.22  # that the camera looks at, and from [m]
 _AZIMUTH, _ELEVATION = 90.0, -8.0  # of the camera [deg]
+_NO_ACTUATION = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
 _Observation = dict[str, FloatArray]
+
+
+class FingerSimulation(tasks.SimulatedFinger):
+    """A finger as plain MuJoCo model and data, stepped as dm_control steps it."""
+
+    def __init__(self, finger: Finger) -> None:
+        self.rebuild(finger)
+
+    @property
+    def native(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
+        """MuJoCo's own model and data."""
+        return self.model, self.data
+
+    def rebuild(self, finger: Finger) -> None:
+        """Replace the model by that of a finger with other numbers; the state is reset."""
+        spec = build_finger(finger)
+        white = [1.0, 1.0, 1.0]  # a sky before which translucent skin is seen
+        kind, flat = mujoco.mjtTexture.mjTEXTURE_SKYBOX, mujoco.mjtBuiltin.mjBUILTIN_FLAT
+        spec.add_texture(
+            name="sky", type=kind, builtin=flat, rgb1=white, rgb2=white, width=8, height=8
+        )
+        self.model = spec.compile()
+        self.data = mujoco.MjData(self.model)
+
+    def evaluate(self) -> None:
+        """Compute positions, tensions and sensors of a new episode, before any actuation."""
+        flags = self.model.opt.disableflags
+        self.model.opt.disableflags = flags | _NO_ACTUATION
+        mujoco.mj_forward(self.model, self.data)
+        self.model.opt.disableflags = flags
+
+    def step(self, count: int) -> None:
+        """Advance by ``count`` time steps; positions and velocities are those of the last one."""
+        mujoco.mj_step2(self.model, self.data)
+        if count > 1:
+            mujoco.mj_step(self.model, self.data, count - 1)
+        mujoco.mj_step1(self.model, self.data)
+        for kind, warning in zip(mujoco.mjtWarning.__members__, self.data.warning, strict=False):
+            if warning.number:
+                raise TendonError(
+                    f"the simulation became unstable before {self.data.time:.3g} s "
+                    f"({kind.removeprefix('mjWARN_')}): take a shorter time step, "
+                    "finger=Finger(timestep=…), or a lower axial_stiffness"
+                )
 
 
 class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
@@ -36,10 +80,10 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
 
     Args:
         render_mode: None or "rgb_array".
-        friction, pretension, axial_stiffness, bend: (low, high) that an episode draws from, see
-            `Ranges`.
-        finger: its other numbers.
+        finger: its numbers that an episode does not draw.
         width, height: of a rendered picture [pixels].
+        ranges: ``friction``, ``pretension``, ``axial_stiffness`` and ``bend``, (low, high) that
+            an episode draws from, see `Ranges`.
 
     Raises:
         InvalidValueError: an invalid range, or another render mode.
@@ -47,34 +91,28 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
 
     metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]  # gymnasium has it an instance's
         "render_modes": ["rgb_array"],
-        "render_fps": round(1.0 / CONTROL_TIMESTEP),
+        "render_fps": round(1.0 / tasks.CONTROL_TIMESTEP),
     }
-    task_type: ClassVar[type[FingerTask]]
+    task_type: ClassVar[type[tasks.FingerTask]]
 
     def __init__(
         self,
         render_mode: str | None = None,
         *,
-        friction: tuple[float, float] = Ranges.friction,
-        pretension: tuple[float, float] = Ranges.pretension,
-        axial_stiffness: tuple[float, float] = Ranges.axial_stiffness,
-        bend: tuple[float, float] = Ranges.bend,
         finger: Finger | None = None,
         width: int = 480,
         height: int = 360,
+        **ranges: tuple[float, float],
     ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InvalidValueError(f"render_mode = {render_mode!r} must be None or 'rgb_array'")
-        ranges = Ranges(
-            friction=friction, pretension=pretension, axial_stiffness=axial_stiffness, bend=bend
-        )
         self.render_mode = render_mode
         self._size = width, height
         self._offscreen: Offscreen | None = None
         self._drawn: mujoco.MjModel | None = None  # on the offscreen buffer
-        self.task = self.task_type(finger or Finger(), ranges, self.np_random)
+        self.task = self.task_type(finger or Finger(), tasks.Ranges(**ranges), self.np_random)
         self.simulation = FingerSimulation(self.task.finger)
-        self._steps = max(1, round(CONTROL_TIMESTEP / self.task.finger.timestep))
+        self._steps = max(1, round(tasks.CONTROL_TIMESTEP / self.task.finger.timestep))
         readings = self.task.readings(self.simulation)
         boxes = {
             k: gymnasium.spaces.Box(r.low, r.high, dtype=np.float64) for k, r in readings.items()
@@ -140,7 +178,7 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
 
         def add(scene: mujoco.MjvScene) -> None:
             for name in sheaths(model):
-                add_cable(scene, *segment_tensions(model, data, name), _SCALE, _RADIUS)
+                add_cable(scene, *segment_tensions(model, data, name), _TENSION_SCALE, _RADIUS)
 
         return self._offscreen.draw(data, camera, add)
 
@@ -158,10 +196,10 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
 class HoldForceEnv(FingerEnv):
     """Press the tip on the object and hold a force: `HoldForce` for gymnasium."""
 
-    task_type = HoldForce
+    task_type = tasks.HoldForce
 
 
 class FollowTrajectoryEnv(FingerEnv):
     """Follow a joint trajectory: `FollowTrajectory` for gymnasium."""
 
-    task_type = FollowTrajectory
+    task_type = tasks.FollowTrajectory

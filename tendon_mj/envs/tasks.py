@@ -1,4 +1,4 @@
-"""Tasks on the finger: ranges of their parameters, observations, actions and rewards."""
+"""Tasks on the finger: its simulation, ranges of its parameters, observations, actions, rewards."""
 
 from __future__ import annotations
 
@@ -7,20 +7,26 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
+import mujoco
 import numpy as np
 
-from tendon_mj.envs.simulated_finger import SimulatedFinger
+from tendon_mj.attach import Parameters
 from tendon_mj.errors import InvalidValueError
+from tendon_mj.lab.finger import OUT_OF_REACH
 from tendon_mj.models import JOINTS, TENDONS, Finger
 from tendon_mj.typing import FloatArray
 
+LIVE = ("friction", "pretension", "axial_stiffness")  # of a sheath, without another model
 CONTROL_TIMESTEP = 0.01  # between two actions [s]
 _LARGEST_TENSION = 2.5  # that the tension sensors read, over a stalled motor's [-]
 _BEYOND_COMMAND = 2.0  # of the motors' commands, that their encoders read [rad]
 _BEYOND_STOP = 0.3  # of the joints' ranges, that their encoders read [rad]
+_HELD_FORCES = (0.5, 2.0)  # (low, high) of the force that is to be held [N]
+_RANGE_SHARE = 0.7  # of the joints' ranges that a trajectory uses [-]
+_REWARD_SCALE = 0.2  # by how much off the reward falls to 1/e [N], [rad]
 _LEAD = 0.1  # of the trajectory ahead that an agent observes [s]
 Random = np.random.RandomState | np.random.Generator  # dm_control's, gymnasium's
-_UNITS = {"friction": "-", "pretension": "N", "bend": "rad", "axial_stiffness": "N"}
+_RANGE_UNITS = {"friction": "-", "pretension": "N", "bend": "rad", "axial_stiffness": "N"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,27 +53,23 @@ class Ranges:
     bend: tuple[float, float] = (math.pi / 3.0, math.pi)
 
     def __post_init__(self) -> None:
-        for name in _UNITS:
-            limits = _pair(name, getattr(self, name), positive=name == "axial_stiffness")
-            object.__setattr__(self, name, limits)
+        for name, unit in _RANGE_UNITS.items():
+            given, bound = getattr(self, name), "> 0" if name == "axial_stiffness" else "≥ 0"
+            try:
+                low, high = (float(number) for number in given)
+            except (TypeError, ValueError):
+                low = high = math.nan
+            in_order = math.isfinite(high) and 0.0 <= low <= high
+            if not in_order or (bound == "> 0" and low == 0.0):
+                raise InvalidValueError(
+                    f"{name} = {given!r} [{unit}] must be a pair (low, high), finite, in order and "
+                    f"{bound}; a pair of equal numbers keeps it"
+                )
+            object.__setattr__(self, name, (low, high))
 
     def draw(self, random: Random) -> dict[str, float]:
         """A number from each range, by name."""
         return {f.name: float(random.uniform(*getattr(self, f.name))) for f in fields(self)}
-
-
-def _pair(name: str, given: Any, positive: bool) -> tuple[float, float]:
-    """(low, high) as two numbers in order."""
-    try:
-        low, high = (float(number) for number in given)
-    except (TypeError, ValueError):
-        low = high = math.nan
-    if not (math.isfinite(high) and 0.0 <= low <= high) or (positive and low == 0.0):
-        raise InvalidValueError(
-            f"{name} = {given!r} [{_UNITS[name]}] must be a pair (low, high), finite, in order and "
-            f"{'> 0' if positive else '≥ 0'}; a pair of equal numbers keeps it"
-        )
-    return low, high
 
 
 class Reading(NamedTuple):
@@ -76,6 +78,68 @@ class Reading(NamedTuple):
     value: FloatArray
     low: FloatArray
     high: FloatArray
+
+
+class SimulatedFinger(ABC):
+    """A finger in a simulation, with the sheaths' parameters and the sensors by name.
+
+    All state of the sheaths is in `MjData.plugin_state`, which resets and copies carry along.
+    """
+
+    @property
+    @abstractmethod
+    def native(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
+        """MuJoCo's own model and data."""
+
+    @abstractmethod
+    def rebuild(self, finger: Finger) -> None:
+        """Replace the model by that of a finger with other numbers; the state is reset."""
+
+    def start(self, finger: Finger) -> None:
+        """Begin an episode with a finger's friction, pretension and axial stiffness, all live.
+
+        A tendon is laid at the first evaluation after a reset, and dm_control has evaluated once
+        by then; so the data is reset again and takes the parameters before its next evaluation.
+        The joints' springs stay the model's, the motors hold the pretension that is given.
+        """
+        model, data = self.native
+        mujoco.mj_resetData(model, data)
+        parameters = Parameters(model, data)
+        strain = finger.pretension / finger.axial_stiffness
+        torque = finger.spool_radius * finger.pretension * (1.0 + 0.5 * strain)
+        for tendon in TENDONS:
+            for name in LIVE:
+                parameters[f"{tendon}_sheath.{name}"] = getattr(finger, name)
+            model.actuator(f"{tendon}_angle").biasprm[0] = torque
+
+    def move_object_away(self) -> None:
+        """Put the object out of the finger's reach, as long as this model lasts."""
+        model, data = self.native
+        place = model.joint("object").qposadr[0]
+        model.qpos_spring[place] = OUT_OF_REACH
+        data.qpos[place] = OUT_OF_REACH
+
+    def time(self) -> float:
+        """Time since the episode began [s]."""
+        return float(self.native[1].time)
+
+    def sensor(self, name: str) -> float:
+        """Reading of a sensor of one number [its unit]."""
+        return float(self.native[1].sensor(name).data[0])
+
+    def command(self, angles: FloatArray) -> None:
+        """Command the angles of the spools [rad], flexor and extensor; the torque motors rest."""
+        model, data = self.native
+        data.ctrl[:] = 0.0
+        for tendon, angle in zip(TENDONS, angles, strict=True):
+            data.ctrl[model.actuator(f"{tendon}_angle").id] = angle
+
+    def command_range(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest angle of each spool [rad]."""
+        model, _ = self.native
+        rows = [model.actuator(f"{tendon}_angle").ctrlrange for tendon in TENDONS]
+        low, high = np.array(rows).T
+        return low, high
 
 
 class FingerTask(ABC):
@@ -155,38 +219,22 @@ class FingerTask(ABC):
 
 
 class HoldForce(FingerTask):
-    """Press the tip on the object with a force that the episode draws, and hold it.
+    """Press the tip on the object with a force F* that the episode draws, and hold it.
 
-    Reward exp(−((F − F*)/scale)²) per step, from 0 to 1.
-
-    Args:
-        force: (low, high) of F* [N].
-        scale: by how much off the reward falls to 1/e [N].
-        finger, ranges, random: see `FingerTask`.
+    Reward exp(−((F − F*)/0.2 N)²) per step, from 0 to 1.
     """
 
-    def __init__(
-        self,
-        finger: Finger,
-        ranges: Ranges,
-        random: Random,
-        *,
-        force: tuple[float, float] = (0.5, 2.0),
-        scale: float = 0.2,
-    ) -> None:
-        super().__init__(finger, ranges, random)
-        self._forces, self._scale = force, scale
-        self.target = force[0]
+    target = _HELD_FORCES[0]  # F* [N]
 
     def initialize_episode(self, physics: SimulatedFinger) -> None:
         """Draw the force too."""
         super().initialize_episode(physics)
-        self.target = float(self.random.uniform(*self._forces))
+        self.target = float(self.random.uniform(*_HELD_FORCES))
 
     def readings(self, physics: SimulatedFinger) -> dict[str, Reading]:
         """`FingerTask`'s, with `tip_force` and `target_force` [N]."""
         force, most = np.array([physics.sensor("tip_force")]), np.array([self.largest_force])
-        low, high = np.array(self._forces)[:, None]
+        low, high = np.array(_HELD_FORCES)[:, None]
         return super().readings(physics) | {
             "tip_force": Reading(force, 0.0 * most, most),
             "target_force": Reading(np.array([self.target]), low, high),
@@ -194,34 +242,20 @@ class HoldForce(FingerTask):
 
     def get_reward(self, physics: SimulatedFinger) -> float:
         """Reward for a force near its target [–]."""
-        off = (physics.sensor("tip_force") - self.target) / self._scale
+        off = (physics.sensor("tip_force") - self.target) / _REWARD_SCALE
         return float(np.exp(-(off**2)))
 
 
 class FollowTrajectory(FingerTask):
     """Follow a smooth joint trajectory that the episode draws; the object is out of the way.
 
-    Every joint goes along a sum of two sines between straight and ``share`` of its range, all in
-    proportion, as two tendons can move three joints. Reward exp(−|q − q*|²/scale²) per step.
-
-    Args:
-        share: of the joints' ranges that is used [-].
-        scale: by how much off the reward falls to 1/e [rad].
-        finger, ranges, random: see `FingerTask`.
+    Every joint goes along a sum of two sines between straight and 0.7 of its range, all in
+    proportion, as two tendons can move three joints. Reward exp(−|q − q*|²/(0.2 rad)²) per step.
     """
 
-    def __init__(
-        self,
-        finger: Finger,
-        ranges: Ranges,
-        random: Random,
-        *,
-        share: float = 0.7,
-        scale: float = 0.2,
-    ) -> None:
+    def __init__(self, finger: Finger, ranges: Ranges, random: Random) -> None:
         super().__init__(finger, ranges, random)
-        self._scale = scale
-        self._pose = share * np.array([joint.high for joint in finger.joints.values()])
+        self._pose = _RANGE_SHARE * np.array([joint.high for joint in finger.joints.values()])
         self._waves = np.zeros((2, 2))
 
     def initialize_episode(self, physics: SimulatedFinger) -> None:
@@ -250,7 +284,7 @@ class FollowTrajectory(FingerTask):
 
     def get_reward(self, physics: SimulatedFinger) -> float:
         """Reward for joints near their targets [–]."""
-        off = (joint_angles(physics) - self.target(physics.time())) / self._scale
+        off = (joint_angles(physics) - self.target(physics.time())) / _REWARD_SCALE
         return float(np.exp(-(off @ off)))
 
 

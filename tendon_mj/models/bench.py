@@ -34,34 +34,18 @@ def check_parameters(
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """Parameters of the bench; the defaults are those of `models/bench/parameters.toml`.
+    """Parameters of the bench; the defaults are those of `models/bench/parameters.toml`."""
 
-    Attributes:
-        friction: μ, static = dynamic [-].
-        length: of the sheath [m].
-        bend: total angle that it turns through [rad].
-        guides: sites that stand for the sheath.
-        axial_stiffness: EA [N].
-        pretension: T_0 [N].
-        environment_stiffness: k_e [N/m].
-        sensor_stiffness: k_s [N/m].
-        mass: of the sensor's and of the environment's carriage [kg].
-        timestep: [s].
-
-    Raises:
-        InvalidValueError: a parameter that is not finite, or not positive where it must be.
-    """
-
-    friction: float = 0.15
-    length: float = 0.5
-    bend: float = np.pi
-    guides: int = 16
-    axial_stiffness: float = 20e3
-    pretension: float = 20.0
-    environment_stiffness: float = 10e3
-    sensor_stiffness: float = 40e3
-    mass: float = 1.0
-    timestep: float = 0.0005
+    friction: float = 0.15  # μ, static = dynamic [-]
+    length: float = 0.5  # of the sheath [m]
+    bend: float = np.pi  # total angle that it turns through [rad]
+    guides: int = 16  # sites that stand for the sheath
+    axial_stiffness: float = 20e3  # EA [N]
+    pretension: float = 20.0  # T_0 [N]
+    environment_stiffness: float = 10e3  # k_e [N/m]
+    sensor_stiffness: float = 40e3  # k_s [N/m]
+    mass: float = 1.0  # of the sensor's and of the environment's carriage [kg]
+    timestep: float = 0.0005  # [s]
 
     def __post_init__(self) -> None:
         check_parameters(vars(self), may_be_0=("friction", "pretension"), signed=("bend",))
@@ -92,10 +76,8 @@ def build_bench(
 ) -> mujoco.MjSpec:
     """The bench as an editable model: actuator `reel`, sheath `sheath`, four named sensors.
 
-    Args:
-        bench: its parameters.
-        reel_joint, reel_radius: name of a hinge to add, on a body of that name, and radius [m] of
-            the spool on it that winds the tendon in instead of the actuator.
+    ``reel_joint`` names a hinge to add, on a body of that name, with a spool of ``reel_radius`` [m]
+    that winds the tendon in instead of the actuator.
     """
     spec = mujoco.MjSpec()
     spec.modelname = "bench"

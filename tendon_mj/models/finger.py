@@ -1,29 +1,33 @@
-"""The finger as a model, built from its parameters."""
+"""A finger driven through sheaths, from its parameters.
+
+Three joints, a flexor and an extensor, each from a motor's spool through a sheath that bends in the
+forearm and back at the wrist, along the palm and over guides on the phalanges.
+`models/finger/finger.xml` is the one with the defaults.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 
-from tendon_mj.attach import add_friction, add_sensor, add_sites, add_tendon
-from tendon_mj.models.finger_parameters import (
-    FLEXION,
-    FORWARD,
-    JOINTS,
-    SIDE,
-    TENDONS,
-    UP,
-    Finger,
-    FingerJoint,
-    sheath_points,
-    spool_angles,
-)
+from tendon_mj.attach import add_friction, add_sensor, add_sites, add_tendon, arc_points
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.models.bench import check_parameters
 from tendon_mj.models.load import models_folder
 from tendon_mj.typing import FloatArray, IntArray
 
+JOINTS = ("mcp", "pip", "dip")
+TENDONS = ("flexor", "extensor")
+FORWARD, UP = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+FLEXION = np.array([0.0, 1.0, 0.0])  # turned about it, a finger along +x goes down
+SIDE = {"flexor": -1.0, "extensor": 1.0}  # of the finger where the tendon is, up being the back
+_CAN_BE_0 = ("friction", "pretension", "stiffness", "damping", "armature", "bend")
+_OBJECT_POSE = ("object_x", "object_z", "object_angle")
 # of a tendon, in drawings and charts: blue and vermilion of Okabe and Ito's palette
 TENDON_COLOUR = {
     "flexor": (0 / 255, 114 / 255, 178 / 255, 1.0),
@@ -36,7 +40,7 @@ _COLOUR = {
 }
 _STEEL, _OBJECT = [0.45, 0.47, 0.5, 1.0], [0.3, 0.33, 0.38, 1.0]
 _CONTACT = 3  # group of the geoms that touch, which viewers do not show
-_DRAWN: dict[str, Any] = {"group": 1, "mass": 0.0, "contype": 0, "conaffinity": 0}  # for the eye
+_FOR_SHOW: dict[str, Any] = {"group": 1, "mass": 0.0, "contype": 0, "conaffinity": 0}  # for the eye
 _PHALANX = 1  # contact bit: phalanges touch the object and nothing else
 _OBJECT_SIZE = (0.007, 0.012, 0.008)  # half edges of the object [m]
 _RAIL = np.array([0.0, 0.0165, 0.0])  # of the rod that guides the object, behind the finger [m]
@@ -47,6 +51,144 @@ _LIMIT_STEPS, _LIMIT_SOLIMP = 2.0, (0.99, 0.999, 0.01, 0.5, 2.0)
 _TENDON_RADIUS = 0.0004  # as drawn [m]
 
 
+@dataclass(frozen=True, kw_only=True)
+class FingerJoint:
+    """A joint of the finger and the phalanx after it."""
+
+    length: float  # of the phalanx [m]
+    radius: float  # of the phalanx with its soft tissue [m]
+    mass: float  # of the phalanx [kg]
+    low: float  # range of the joint, flexion positive [rad]
+    high: float
+    stiffness: float  # passive [N m/rad]
+    damping: float  # passive [N m s/rad]
+    armature: float  # inertia of the joint besides the phalanges' [kg m²]
+    flexor_offset: float  # of the guides, to the palm's side of the joint's axis [m]
+    flexor_before: float  # along the finger, from the guide to the axis [m]
+    flexor_after: float  # from the axis to the next guide [m]
+    extensor_offset: float  # of the guides, to the back of the axis [m]
+    extensor_reach: float  # along the finger, from the axis to the guide on either side [m]
+
+    def __post_init__(self) -> None:
+        check_parameters(vars(self), may_be_0=_CAN_BE_0, signed=("low",), where="joint: ")
+        if self.high <= self.low:
+            raise InvalidValueError(f"joint: low = {self.low} must be below high = {self.high}")
+
+    def guides(self, tendon: str) -> tuple[FloatArray, FloatArray]:
+        """The guide before the axis and the one after it, from the axis, at angle 0 [m]."""
+        if tendon == "flexor":
+            before, after, offset = self.flexor_before, self.flexor_after, self.flexor_offset
+        else:
+            before = after = self.extensor_reach
+            offset = self.extensor_offset
+        side = SIDE[tendon] * offset * UP
+        return side - before * FORWARD, side + after * FORWARD
+
+    def span(self, tendon: str, angle: ArrayLike) -> FloatArray:
+        """Length of tendon between the joint's two guides at angles [rad], in their shape [m]."""
+        before, after = self.guides(tendon)
+        q = np.asarray(angle, float)
+        x = np.cos(q) * after[0] + np.sin(q) * after[2]
+        z = np.cos(q) * after[2] - np.sin(q) * after[0]
+        length: FloatArray = np.hypot(x - before[0], z - before[2])
+        return length
+
+
+# by each joint: MCP, PIP, DIP
+_BY_JOINT = {
+    "length": (0.0398, 0.0224, 0.0196),
+    "radius": (0.009, 0.0083, 0.007),
+    "mass": (0.011, 0.0053, 0.003),
+    "low": (np.radians(-10.0), np.radians(-5.0), np.radians(-5.0)),
+    "high": (np.radians(90.0), np.radians(100.0), np.radians(80.0)),
+    "stiffness": (0.12, 0.1, 0.05),
+    "damping": (0.004, 0.003, 0.0015),
+    "armature": (2e-5, 1.5e-5, 1e-5),
+    "flexor_offset": (0.007, 0.0055, 0.003),
+    "flexor_before": (0.018, 0.015, 0.008),
+    "flexor_after": (0.013, 0.009, 0.007),
+    "extensor_offset": (0.0095, 0.004, 0.0028),
+    "extensor_reach": (0.0045, 0.002, 0.0016),
+}
+_MCP, _PIP, _DIP = (
+    FingerJoint(**{name: values[k] for name, values in _BY_JOINT.items()}) for k in range(3)
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finger:
+    """Parameters of the finger; the defaults are those of `models/finger/parameters.toml`."""
+
+    mcp: FingerJoint = _MCP
+    pip: FingerJoint = _PIP
+    dip: FingerJoint = _DIP
+    friction: float = 0.15  # μ of both tendons, static = dynamic [-]
+    axial_stiffness: float = 2000.0  # EA of each tendon [N]
+    pretension: float = 4.0  # T_0 of each tendon in the reference pose, the finger straight [N]
+    bend: float = np.pi * 2.0 / 3.0  # of each sheath, half in the forearm, half at the wrist [rad]
+    forearm_length: float = 0.14  # of sheath [m]
+    wrist_length: float = 0.06
+    forearm_guides: int = 3  # sites that stand for each part of the sheath
+    wrist_guides: int = 3
+    palm_length: float = 0.0681  # from the wrist to the MCP's axis [m]
+    free_length: float = 0.03  # from the spool to the sheath [m]
+    spool_radius: float = 0.008  # r [m]
+    rotor_inertia: float = 5e-7  # of each motor [kg m²]
+    gear: float = 30.0  # turns of the rotor per turn of the spool
+    motor_damping: float = 0.01  # seen at the spool [N m s/rad]
+    servo_stiffness: float = 50.0  # of the motors' position control, at the spool [N m/rad]
+    servo_damping: float = 0.3  # of that control [N m s/rad]
+    servo_margin: float = 1.0  # by which its range exceeds that of the joints [rad]
+    motor_torque: float = 0.03  # most that a rotor gives [N m]
+    object_stiffness: float = 2000.0  # k_e of the object's spring [N/m]
+    object_mass: float = 0.05  # [kg]
+    object_x: float = 0.033  # position of the middle of the object's face, from the MCP's axis [m]
+    object_z: float = -0.048
+    object_angle: float = -np.pi / 12.0  # in which it is pressed, below the straight finger [rad]
+    timestep: float = 0.001  # [s]
+
+    def __post_init__(self) -> None:
+        numbers = {name: value for name, value in vars(self).items() if name not in JOINTS}
+        check_parameters(numbers, may_be_0=_CAN_BE_0, signed=_OBJECT_POSE)
+
+    @property
+    def joints(self) -> dict[str, FingerJoint]:
+        """The joints by name, from the palm outwards."""
+        return {name: getattr(self, name) for name in JOINTS}
+
+
+def sheath_points(finger: Finger, tendon: str) -> FloatArray:
+    """Points of the tendon from the spool over the guides of forearm and wrist, (k, 3) [m].
+
+    From the last of them it runs straight along the palm to the finger.
+    """
+    half = 0.5 * finger.bend
+    forearm = arc_points(finger.forearm_length, half, finger.forearm_guides, normal=-FLEXION)
+    heading = np.cos(half) * FORWARD + np.sin(half) * UP
+    wrist = arc_points(
+        finger.wrist_length, -half, finger.wrist_guides, forearm[-1], heading, -FLEXION
+    )
+    path = np.vstack([-finger.free_length * FORWARD, forearm[1:-1], wrist[1:-1]])
+    side = finger.mcp.guides(tendon)[0][2] * UP
+    shifted: FloatArray = path - wrist[-1] - finger.palm_length * FORWARD + side
+    return shifted
+
+
+def spool_angles(finger: Finger, angles: ArrayLike) -> dict[str, FloatArray]:
+    """Angles that the spools must turn by for joint angles, friction and stretch neglected.
+
+    θ = −ΔL(q)/r, positive where tendon is wound in: (…) for (…, 3) of MCP, PIP, DIP [rad].
+    """
+    q = np.asarray(angles, float)
+    turned = {}
+    for tendon in TENDONS:
+        longer = np.zeros(q.shape[:-1])
+        for k, joint in enumerate(finger.joints.values()):
+            longer = longer + joint.span(tendon, q[..., k]) - joint.span(tendon, 0.0)
+        turned[tendon] = -longer / finger.spool_radius
+    return turned
+
+
 def build_finger(finger: Finger, *, spring_return: bool = False) -> mujoco.MjSpec:
     """The finger as an editable model.
 
@@ -55,11 +197,8 @@ def build_finger(finger: Finger, *, spring_return: bool = False) -> mujoco.MjSpe
     `t_torque` of the rotor [N m] on top, which drives alone once the other's kp and kv are 0;
     sensors `t_input_tension`, `t_output_tension` [N] (both in `t_sheath`), `t_motor_angle` [rad].
     Hinges `mcp`, `pip`, `dip` with sensors `mcp_angle`, … [rad]; sensor `tip_force` [N]; slide
-    `object` with sensor `object_displacement` [m].
-
-    Args:
-        finger: its parameters.
-        spring_return: without the extensor; the joints' springs alone extend the finger.
+    `object` with sensor `object_displacement` [m]. With ``spring_return`` there is no extensor: the
+    joints' springs alone extend the finger.
     """
     spec = mujoco.MjSpec()
     spec.modelname = "finger_spring" if spring_return else "finger"
@@ -83,8 +222,8 @@ def build_finger(finger: Finger, *, spring_return: bool = False) -> mujoco.MjSpe
             reel_radius=finger.spool_radius,
             sensors=(),
         )
-    _add_sensors(spec, tendons)
-    _balance(spec, finger, tendons)
+    _add_finger_sensors(spec, tendons)
+    _balance_springs(spec, finger, tendons)
     return spec
 
 
@@ -130,7 +269,7 @@ def _draw_phalanx(spec: mujoco.MjSpec, body: mujoco.MjsBody, joint: FingerJoint)
         vertices, faces = _shapes()[name]
         scale = [joint.length / own.length, across, across]
         spec.add_mesh(name=name, uservert=vertices, userface=faces, scale=scale)
-        body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, rgba=rgba, **_DRAWN)
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, rgba=rgba, **_FOR_SHOW)
 
 
 @cache
@@ -162,9 +301,9 @@ def _add_object(spec: mujoco.MjSpec, finger: Finger) -> None:
         solref=[4.0 * finger.timestep, 1.0],
     )
     box, rod = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
-    body.add_geom(type=box, pos=_RAIL, size=[0.003, 0.0065, 0.003], rgba=_STEEL, **_DRAWN)
+    body.add_geom(type=box, pos=_RAIL, size=[0.003, 0.0065, 0.003], rgba=_STEEL, **_FOR_SHOW)
     ends = [*_RAIL, *(_RAIL - 0.05 * UP)]
-    body.add_geom(type=rod, fromto=ends, size=[0.0022, 0.0, 0.0], rgba=_STEEL, **_DRAWN)
+    body.add_geom(type=rod, fromto=ends, size=[0.0022, 0.0, 0.0], rgba=_STEEL, **_FOR_SHOW)
 
 
 def _add_motor(spec: mujoco.MjSpec, finger: Finger, tendon: str) -> None:
@@ -227,11 +366,11 @@ def _draw_pin(body: mujoco.MjsBody, guide: FloatArray) -> None:
         fromto=[*(guide + front * FLEXION), *(guide + back * FLEXION)],
         size=[radius, 0.0, 0.0],
         rgba=_STEEL,
-        **_DRAWN,
+        **_FOR_SHOW,
     )
 
 
-def _add_sensors(spec: mujoco.MjSpec, tendons: tuple[str, ...]) -> None:
+def _add_finger_sensors(spec: mujoco.MjSpec, tendons: tuple[str, ...]) -> None:
     def add(name: str, kind: mujoco.mjtSensor, of: str, object_type: mujoco.mjtObj) -> None:
         spec.add_sensor(name=name, type=kind, objtype=object_type, objname=of)
 
@@ -247,7 +386,7 @@ def _add_sensors(spec: mujoco.MjSpec, tendons: tuple[str, ...]) -> None:
             add_sensor(spec, f"{tendon}_sheath", kind, f"{tendon}_{kind}")
 
 
-def _balance(spec: mujoco.MjSpec, finger: Finger, tendons: tuple[str, ...]) -> None:
+def _balance_springs(spec: mujoco.MjSpec, finger: Finger, tendons: tuple[str, ...]) -> None:
     """Let the springs rest where they bear pretension and weight in the reference pose."""
     model = spec.compile()
     data = mujoco.MjData(model)

@@ -29,44 +29,23 @@ _TIP_LENGTH = 0.04  # of the tip and of the spool's crank, as drawn [m]
 
 @dataclass(frozen=True, kw_only=True)
 class Joint:
-    """Parameters of the joint; the defaults are those of `models/joint/parameters.toml`.
+    """Parameters of the joint; the defaults are those of `models/joint/parameters.toml`."""
 
-    Attributes:
-        bend: total angle that the sheath turns through [rad].
-        friction: μ of both tendons, static = dynamic [-].
-        length: of the sheath [m].
-        free_length: of straight tendon between sheath and spool, and sheath and hinge [m].
-        guides: sites that stand for the sheath.
-        axial_stiffness: EA of each tendon [N].
-        pretension: T_0 of each tendon [N].
-        moment_arm: r, radius of the spool and of the hinge's pulley [m].
-        stiffness: of the hinge's spring [N m/rad].
-        damping: of the hinge [N m s/rad].
-        inertia: of the tip about the hinge, with its centre of mass there [kg m²].
-        motor_inertia: seen at the spool, behind the gear [kg m²].
-        servo_stiffness: torque of the motor per angle that it lags its command [N m/rad].
-        servo_damping: torque of the motor per speed of the spool [N m s/rad].
-        timestep: [s].
-
-    Raises:
-        InvalidValueError: a parameter that is not finite, or not positive where it must be.
-    """
-
-    bend: float = np.pi * 2.0 / 3.0
-    friction: float = 0.19
-    length: float = 0.7
-    free_length: float = 0.03
-    guides: int = 16
-    axial_stiffness: float = 5000.0
-    pretension: float = 5.0
-    moment_arm: float = 0.003
-    stiffness: float = 0.02
-    damping: float = 0.0005
-    inertia: float = 1e-5
-    motor_inertia: float = 0.01
-    servo_stiffness: float = 1e4
-    servo_damping: float = 20.0
-    timestep: float = 0.001
+    bend: float = np.pi * 2.0 / 3.0  # total angle that the sheath turns through [rad]
+    friction: float = 0.19  # μ of both tendons, static = dynamic [-]
+    length: float = 0.7  # of the sheath [m]
+    free_length: float = 0.03  # straight, from sheath to spool and from sheath to hinge [m]
+    guides: int = 16  # sites that stand for the sheath
+    axial_stiffness: float = 5000.0  # EA of each tendon [N]
+    pretension: float = 5.0  # T_0 of each tendon [N]
+    moment_arm: float = 0.003  # r, radius of the spool and of the hinge's pulley [m]
+    stiffness: float = 0.02  # of the hinge's spring [N m/rad]
+    damping: float = 0.0005  # of the hinge [N m s/rad]
+    inertia: float = 1e-5  # of the tip about the hinge, with its centre of mass there [kg m²]
+    motor_inertia: float = 0.01  # seen at the spool, behind the gear [kg m²]
+    servo_stiffness: float = 1e4  # torque of the motor per angle that it lags its command [N m/rad]
+    servo_damping: float = 20.0  # torque of the motor per speed of the spool [N m s/rad]
+    timestep: float = 0.001  # [s]
 
     def __post_init__(self) -> None:
         check_parameters(vars(self), may_be_0=_MAY_BE_0, signed=("bend",))
@@ -89,7 +68,10 @@ def build_joint(joint: Joint) -> mujoco.MjSpec:
     spec.option.timestep = joint.timestep
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.gravity = [0.0, 0.0, 0.0]
-    centre, heading = _centre_line(joint)
+    centre = arc_points(joint.length, joint.bend, joint.guides)  # spool, guides, hinge
+    heading = np.array([np.cos(joint.bend), np.sin(joint.bend), 0.0])
+    centre[0] -= joint.free_length * np.array([1.0, 0.0, 0.0])
+    centre[-1] += joint.free_length * heading
     spool = _add_wheel(spec, "spool", joint, centre[0], -_LEFT, _ACROSS, 1e-6)
     spool.armature = joint.motor_inertia
     axis = -np.cross(_ACROSS, heading)
@@ -120,17 +102,17 @@ def build_joint(joint: Joint) -> mujoco.MjSpec:
             output_radius=-side * joint.moment_arm,
             sensors=(),
         )
-    _add_sensors(spec)
+    for name in ("joint", "spool"):
+        spec.add_sensor(
+            name=f"{name}_angle",
+            type=mujoco.mjtSensor.mjSENS_JOINTPOS,
+            objtype=mujoco.mjtObj.mjOBJ_JOINT,
+            objname=name,
+        )
+    for kind in ("input_tension", "output_tension"):
+        for k in _TENDONS:
+            add_sensor(spec, f"sheath_{k}", kind, f"{kind}_{k}")
     return spec
-
-
-def _centre_line(joint: Joint) -> tuple[FloatArray, FloatArray]:
-    """Spool, guides, hinge as (guides+2, 3) points [m], and the direction in which it ends."""
-    points = arc_points(joint.length, joint.bend, joint.guides)
-    heading = np.array([np.cos(joint.bend), np.sin(joint.bend), 0.0])
-    points[0] -= joint.free_length * np.array([1.0, 0.0, 0.0])
-    points[-1] += joint.free_length * heading
-    return points, heading
 
 
 def _add_wheel(
@@ -157,16 +139,3 @@ def _add_wheel(
         size, ends = [radius, 0.0, 0.0], [*start, *end]
         body.add_geom(type=shape, size=size, fromto=ends, rgba=rgba, contype=0, conaffinity=0)
     return body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
-
-
-def _add_sensors(spec: mujoco.MjSpec) -> None:
-    for name in ("joint", "spool"):
-        spec.add_sensor(
-            name=f"{name}_angle",
-            type=mujoco.mjtSensor.mjSENS_JOINTPOS,
-            objtype=mujoco.mjtObj.mjOBJ_JOINT,
-            objname=name,
-        )
-    for kind in ("input_tension", "output_tension"):
-        for k in _TENDONS:
-            add_sensor(spec, f"sheath_{k}", kind, f"{kind}_{k}")

@@ -3,11 +3,10 @@
 from tendon_mj.errors import MissingPackageError
 
 try:
-    from tendon_mj.show.figures.bars import bars_figure as bars_figure
+    from tendon_mj.show.figures.bench import bars_figure as bars_figure
     from tendon_mj.show.figures.bench import convergence_figure as convergence_figure
     from tendon_mj.show.figures.bench import loops_figure as loops_figure
     from tendon_mj.show.figures.bench import sweep_figure as sweep_figure
-    from tendon_mj.show.figures.simulations import before_after_figure as before_after_figure
     from tendon_mj.show.figures.simulations import finger_figure as finger_figure
     from tendon_mj.show.figures.simulations import parameter_figure as parameter_figure
     from tendon_mj.show.figures.simulations import replay_figure as replay_figure
@@ -34,14 +33,12 @@ try:
     from tendon_mj.show.render.clip import render_clip as render_clip
     from tendon_mj.show.render.offscreen import Image as Image
     from tendon_mj.show.render.offscreen import Offscreen as Offscreen
+    from tendon_mj.show.render.offscreen import add_cable as add_cable
     from tendon_mj.show.render.offscreen import find_camera as find_camera
+    from tendon_mj.show.render.offscreen import without_tendons as without_tendons
     from tendon_mj.show.render.panel import INK as INK
-    from tendon_mj.show.render.scene import add_cable as add_cable
-    from tendon_mj.show.render.scene import without_tendons as without_tendons
     from tendon_mj.show.report.page import MODEL as MODEL
-    from tendon_mj.show.report.page import report_page as report_page
     from tendon_mj.show.report.page import write_report as write_report
-    from tendon_mj.show.report.pictures import diagnosis_figures as diagnosis_figures
     from tendon_mj.show.report.text import ABSENT as ABSENT
     from tendon_mj.show.report.text import value_rows as value_rows
 except ModuleNotFoundError as error:

@@ -18,7 +18,7 @@ from tendon_mj.lab.diagnosis import Provenance
 from tendon_mj.lab.fleet import FleetResult, RigResult
 from tendon_mj.lab.replay import EngineeringUnit, engineering_unit, plain, quantity
 from tendon_mj.show.figures import style
-from tendon_mj.show.page import page_templates
+from tendon_mj.show.report.page import page_templates
 from tendon_mj.whole_file import whole_file
 
 CHANGES, SPREAD = "changes", "spread"  # names of the pictures
@@ -27,9 +27,9 @@ _CAPTIONS = {
     " all recordings of the rig. Bars are standard errors from noise.",
     SPREAD: "Fitted parameters of each rig, with the median and the spread between rigs.",
 }
-_COLUMNS = 3
+_PANEL_COLUMNS = 3
 _LABELS = 12  # names of rigs along an axis
-_MOST = 12  # panels; the table has all
+_MOST_PANELS = 12  # panels; the table has all
 _MARKS = {
     "consistent with the fleet": (style.GREY, "o", 14),
     "unchanged": (style.GREY, "o", 14),
@@ -42,13 +42,9 @@ _MARKS = {
 def fleet_page(
     fleet: FleetResult, pictures: Mapping[str, bytes], provenance: Provenance, folder: str
 ) -> str:
-    """The page as HTML. Every text that comes from a file is escaped.
+    """The page of a folder's fleet as HTML, with its PNGs `changes` and `spread` where they are.
 
-    Args:
-        fleet: to show.
-        pictures: name → PNG, of `changes` and `spread` those that there are.
-        provenance: command, versions and date.
-        folder: of the fleet, to name it.
+    Every text that comes from a file is escaped.
     """
     spreads = [
         (name, quantity(s.median, fleet.units[name]), quantity(s.between, fleet.units[name]))
@@ -66,7 +62,7 @@ def fleet_page(
         telling=[rig.sentence(fleet.units) for rig in fleet.with_findings],
         spreads=spreads,
         heads=[f"{name} [{_unit(fleet, name).symbol or '-'}]" for name in fleet.units],
-        rows=[_cells(fleet, rig) for rig in fleet.rigs],
+        rows=[_rig_cells(fleet, rig) for rig in fleet.rigs],
         pictures=shown,
         provenance=provenance,
     )
@@ -76,7 +72,7 @@ def _unit(fleet: FleetResult, name: str) -> EngineeringUnit:
     return engineering_unit(fleet.units[name], [fleet.spreads[name].median])
 
 
-def _cells(fleet: FleetResult, rig: RigResult) -> Sequence[str]:
+def _rig_cells(fleet: FleetResult, rig: RigResult) -> Sequence[str]:
     numbers = [
         plain(rig.values[name] * _unit(fleet, name).factor) if name in rig.values else "–"
         for name in fleet.units
@@ -95,10 +91,10 @@ def write_table(fleet: FleetResult, path: Path) -> Path:
 
 def changes_figure(fleet: FleetResult) -> Figure | None:
     """Draw the numbers that changed day by day; None where nothing changed."""
-    changed = fleet.of("changed")[:_MOST]
+    changed = fleet.of("changed")[:_MOST_PANELS]
     if not changed:
         return None
-    columns = min(_COLUMNS, len(changed))
+    columns = min(_PANEL_COLUMNS, len(changed))
     rows = -(-len(changed) // columns)
     with style.print_style():
         figure = style.new_figure(0.4 + 3.3 * columns, 0.6 + 2.5 * rows)
@@ -142,7 +138,7 @@ def _day_by_day(axes: Axes, rig: RigResult) -> None:
     look: dict[str, Any] = {"color": style.BLUE, "markersize": 4, "elinewidth": 1.0}
     label = "fitted to each recording"
     axes.errorbar(rig.dates, values, errors, fmt="o", label=label, **look)  # type: ignore[arg-type]
-    days, course = _course(rig)
+    days, course = _course_line(rig)
     line = np.array(course) * unit.factor
     axes.plot(days, line, "--", color=style.VERMILLION, label="change")  # type: ignore[arg-type]
     locator: Any = mdates.AutoDateLocator(minticks=3, maxticks=6)  # type: ignore[no-untyped-call]
@@ -152,7 +148,7 @@ def _day_by_day(axes: Axes, rig: RigResult) -> None:
     axes.set_ylabel(f"{series.parameter.rpartition('.')[2]} [{unit.symbol or '-'}]")
 
 
-def _course(rig: RigResult) -> tuple[list[datetime], list[float]]:
+def _course_line(rig: RigResult) -> tuple[list[datetime], list[float]]:
     """The line of a course: a step is drawn upright, on the first day with it."""
     change, dates = rig.change, rig.dates
     if change is None or change.course == "varying":

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -9,28 +11,16 @@ from tendon_mj.errors import InvalidValueError
 from tendon_mj.typing import FloatArray
 
 
-def finite(name: str, value: ArrayLike) -> FloatArray:
-    """Return ``value`` as floats, all finite."""
-    array = np.asarray(value, dtype=np.float64)
-    return require(name, array, np.isfinite(array), "finite")
+def _rule(
+    valid: Callable[[FloatArray], ArrayLike], wanted: str
+) -> Callable[[str, ArrayLike], FloatArray]:
+    """Function of an argument's name and value, which returns valid values as floats."""
 
+    def check(name: str, value: ArrayLike) -> FloatArray:
+        array = np.asarray(value, dtype=np.float64)
+        return require(name, array, valid(array), wanted)
 
-def non_negative(name: str, value: ArrayLike) -> FloatArray:
-    """Return ``value`` as floats, all finite and at least 0."""
-    array = np.asarray(value, dtype=np.float64)
-    return require(name, array, np.isfinite(array) & (array >= 0), "finite and >= 0")
-
-
-def positive(name: str, value: ArrayLike) -> FloatArray:
-    """Return ``value`` as floats, all finite and above 0."""
-    array = np.asarray(value, dtype=np.float64)
-    return require(name, array, np.isfinite(array) & (array > 0), "finite and > 0")
-
-
-def stiffness(name: str, value: ArrayLike) -> FloatArray:
-    """Return ``value`` as floats, all above 0; infinity stands for a rigid part."""
-    array = np.asarray(value, dtype=np.float64)
-    return require(name, array, array > 0, "> 0 (inf: rigid)")
+    return check
 
 
 def history(name: str, value: FloatArray) -> FloatArray:
@@ -48,3 +38,9 @@ def require(name: str, value: FloatArray, valid: ArrayLike, wanted: str) -> Floa
     if not good.all():
         raise InvalidValueError(f"{name} must be {wanted}, got {float(array[~good][0])!r}")
     return value
+
+
+finite = _rule(np.isfinite, "finite")
+non_negative = _rule(lambda x: np.isfinite(x) & (x >= 0), "finite and >= 0")
+positive = _rule(lambda x: np.isfinite(x) & (x > 0), "finite and > 0")
+stiffness = _rule(lambda x: x > 0, "> 0 (inf: rigid)")

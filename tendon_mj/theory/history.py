@@ -240,13 +240,13 @@ def driven_tensions(
         memory, before = TensionMemory(sheath.pretension), 0.0
         for step in range(len(series)):
             target = float(series[(step, *index)])
-            memory, before = _moved(sheath, memory, before, target), target
+            memory, before = _reached(sheath, memory, before, target), target
             near[(step, *index)] = memory.tension(0.0)
             far[(step, *index)] = memory.tension(sheath.size)
     return near, far
 
 
-def _moved(sheath: _Sheath, memory: TensionMemory, before: float, target: float) -> TensionMemory:
+def _reached(sheath: _Sheath, memory: TensionMemory, before: float, target: float) -> TensionMemory:
     """Solve for the memory in which the displacement has gone from ``before`` to ``target``.
 
     Displacement over T_in is convex while pulling, concave while loosening, and bounded by

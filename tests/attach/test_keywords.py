@@ -81,10 +81,9 @@ NOT_NUMBERS = [True, np.True_, "0.15", np.str_("0.15"), [0.1], np.array([0.1, 0.
 
 
 @pytest.mark.parametrize("name", SETTERS)
-@pytest.mark.parametrize("value", [*NOT_NUMBERS, pytest.param(-(10**5000), id="too long to show")])
+@pytest.mark.parametrize("value", NOT_NUMBERS)
 def test_what_is_not_a_number_is_refused_by_one_rule(name, value):
-    shown = repr(value) if np.ndim(value) or not isinstance(value, int) else ""
-    with refusing(InvalidValueError, name, shown):
+    with refusing(InvalidValueError, name, repr(value)):
         SETTERS[name](finger(), value)
 
 

@@ -3,7 +3,7 @@
 import mujoco
 import pytest
 
-from tendon_mj.attach.tendons import Branch, end_sites, path_of
+from tendon_mj.attach.tendons import path_of
 
 RIG = """
 <mujoco>
@@ -21,12 +21,12 @@ PULLEY = '<pulley divisor="2"/>'
 A, B, C = SITES
 
 PATHS = {
-    A + B: ((Branch(2, 0),), 0),
-    A + B + C: ((Branch(3, 0),), 1),
-    A + BALL + B: ((Branch(2, 1),), 3),
-    A + BALL + B + DRUM + C: ((Branch(3, 2),), 7),
-    A + B + PULLEY + B + C: ((Branch(2, 0), Branch(2, 0)), 1),
-    A + DRUM + B + PULLEY + B + C + A: ((Branch(2, 1), Branch(3, 0)), 5),
+    A + B: ([("ab", 0)], 0),
+    A + B + C: ([("abc", 0)], 1),
+    A + BALL + B: ([("ab", 1)], 3),
+    A + BALL + B + DRUM + C: ([("abc", 2)], 7),
+    A + B + PULLEY + B + C: ([("ab", 0), ("bc", 0)], 1),
+    A + DRUM + B + PULLEY + B + C + A: ([("ab", 1), ("bca", 0)], 5),
 }
 
 
@@ -45,10 +45,12 @@ def test_guides_are_inner_sites_arcs_and_pulleys_before_and_after_compiling(path
     element, spec = tendon(path)
     before = path_of(element)
     assert before.is_spatial
-    assert (before.branches, before.guides(3)) == (branches, guides)
+    assert [("".join(sites), wraps) for sites, wraps in before.branches] == branches
+    assert before.ends() == [(sites[0], sites[-1]) for sites, _ in branches]
+    assert before.guides(3) == guides
     model = spec.compile()
     assert path_of(element) == before
-    assert model.nwrap == sum(sum(branch) for branch in branches) + len(branches) - 1
+    assert model.nwrap == sum(len(sites) + wraps for sites, wraps in branches) + len(branches) - 1
 
 
 def test_more_guides_on_an_arc_are_more_for_every_wrap():
@@ -59,10 +61,4 @@ def test_more_guides_on_an_arc_are_more_for_every_wrap():
 def test_a_fixed_tendon_is_not_spatial():
     element, _ = tendon(FIXED)
     assert not path_of(element).is_spatial
-    assert end_sites(element) == [("", "")]
-
-
-def test_each_branch_has_a_first_and_a_last_site():
-    ends = {A + DRUM + B + C: [("a", "c")], A + B + PULLEY + B + C + A: [("a", "b"), ("b", "a")]}
-    for path, expected in ends.items():
-        assert end_sites(tendon(path)[0]) == expected
+    assert path_of(element).ends() == [("", "")]

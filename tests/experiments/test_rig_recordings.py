@@ -27,7 +27,7 @@ def shipped():
     ]
 
 
-def test_the_script_makes_what_is_shipped(shipped):
+def test_the_script_makes_what_is_shipped_at_rest_at_first_with_the_stated_noise(shipped):
     random = np.random.default_rng(SEED)
     for motion, recording in zip((triangles, sines), shipped, strict=True):
         time, spool = motion()
@@ -36,16 +36,8 @@ def test_the_script_makes_what_is_shipped(shipped):
         np.testing.assert_allclose(np.degrees(recording.columns["spool_rad"]), spool, atol=0.006)
         np.testing.assert_allclose(recording.columns["cable_N"], tension, atol=2e-3)
         np.testing.assert_allclose(np.degrees(recording.columns["lever_rad"]), lever, atol=0.02)
-
-
-def test_they_begin_with_half_a_second_of_rest(shipped):
-    for recording in shipped:
-        assert not recording.columns["spool_rad"][recording.time <= 0.5].any()
-
-
-def test_the_noise_that_the_description_states_is_there(shipped):
-    for recording in shipped:
         rest = recording.time < 0.5
+        assert not recording.columns["spool_rad"][rest].any()
         assert np.std(recording.columns["cable_N"][rest]) == pytest.approx(NOISE_TENSION, rel=0.5)
         noise = np.degrees(np.std(recording.columns["lever_rad"][rest]))
         assert noise == pytest.approx(NOISE_ANGLE, rel=0.5)

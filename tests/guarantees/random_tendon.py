@@ -72,8 +72,10 @@ def cases(draw, drives=WOUND + DRIVEN, laws=None):
     if pulleys:
         path += f'<pulley divisor="{draw(some.sampled_from([1, 2, 3.5]))}"/>'
         path += _branch(draw, path)
-    winch = '<body pos="0 .4 0"><joint name="winch" axis="0 1 0" damping=".05" armature="2e-3"/>'
-    winch += '<geom size=".02" mass=".1"/></body>' if drive == "reel_joint" else ""
+    winch = ""
+    if drive == "reel_joint":
+        winch = '<body pos="0 .4 0"><joint name="winch" axis="0 1 0" damping=".05"'
+        winch += ' armature="2e-3"/><geom size=".02" mass=".1"/></body>'
     spring = (
         'stiffness="80" springlength="0.1" damping="0.3"' if drive == "motor and spring" else ""
     )
@@ -81,8 +83,7 @@ def cases(draw, drives=WOUND + DRIVEN, laws=None):
         integrator="{draw(some.sampled_from(INTEGRATORS))}"/>
       <default><geom contype="0" conaffinity="0"/></default>
       <worldbody><site name="origin" pos="-.15 0 .06"/><site name="fixed" pos="-.05 .01 .05"/>
-        <site name="branch" pos="-.05 .08 .05"/>{bodies}{winch if drive == "reel_joint" else ""}
-      </worldbody>
+        <site name="branch" pos="-.05 .08 .05"/>{bodies}{winch}</worldbody>
       <tendon><spatial name="t" {spring}>{path}</spatial></tendon>
       <actuator>{_ACTUATORS[drive]}</actuator></mujoco>"""
     arguments = draw(laws(drive) if laws else _laws(drive))

@@ -102,12 +102,8 @@ def test_a_moving_tendon_is_finite_or_told_of(told, case, friction, stiffness, o
     if "axial_stiffness" in case.arguments:
         more["axial_stiffness"] = 10.0**stiffness
     if on_one_spot:
-        case = replace(
-            case, xml=re.sub(r'(name="s\d1" pos)="[^"]*"', r'\1="0.03 0 0.03"', case.xml)
-        )
-        case = replace(
-            case, xml=re.sub(r'(name="s\d0" pos)="[^"]*"', r'\1="0.03 0 0.03"', case.xml)
-        )
+        spot = re.sub(r'(name="s\d[01]" pos)="[^"]*"', r'\1="0.03 0 0.03"', case.xml)
+        case = replace(case, xml=spot)
     model = case.model(**more)
     (sheath,) = sheaths(model)
     told.clear()

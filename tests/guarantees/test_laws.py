@@ -42,9 +42,11 @@ def uncertain(segments, guides):
 
 @thorough
 @given(cases())
-def test_friction_work_never_falls_at_any_guide(case):
+def test_tension_is_never_negative_and_friction_work_never_falls_at_any_guide(case):
     before = 0.0
     for scalars, segments, guides, _ in states(case):
+        assert (segments["tension"] >= 0.0).all()
+        assert np.isfinite(segments["tension"]).all() or scalars.unsolved > 0
         tension, flow = segments["tension"], np.abs(guides["trial_flow"])
         force = scalars.law.axial_stiffness * (tension[:-1] + tension[1:])
         if scalars.law.tendon_mass:
@@ -72,14 +74,6 @@ def test_friction_takes_from_what_flows(case):
         rounded += np.abs(np.diff(tension)) * ROUNDING * segments["length"].sum()
         within = guides["is_pulley"] == 0.0
         assert (-np.diff(tension) * passed >= -rounded)[within].all()
-
-
-@thorough
-@given(cases())
-def test_tension_is_never_negative(case):
-    for scalars, segments, _, _ in states(case):
-        assert (segments["tension"] >= 0.0).all()
-        assert np.isfinite(segments["tension"]).all() or scalars.unsolved > 0
 
 
 @thorough

@@ -7,58 +7,42 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction, view_sheath
-from tendon_mj.models import Bench, build_bench
 from tendon_mj.plugin.sheath_plugin.path import arctangent
 from tendon_mj.theory import output_tension
-from tests.rigs import STILL, arm, fixed_sheaths, rope, run, simulated, unpacked
-
-GUIDES = [1, 2, 5, 16, 64]
-
-
-def drawn(model, data, reach, steps):
-    """Ramp the reel and return T_in, T_out once a second way has been gone."""
-    start = float(data.ctrl[0])
-
-    def move(k):
-        data.ctrl[0] = start + reach * (k + 1) / steps
-
-    run(model, data, steps, move)
-    return data.sensor("input_tension").data[0], data.sensor("output_tension").data[0]
+from tests.rigs import (
+    BEND,
+    LENGTH,
+    PRETENSION,
+    STILL,
+    Drives,
+    arm,
+    fixed_sheaths,
+    rope,
+    simulated,
+    unpacked,
+)
 
 
-@pytest.mark.parametrize("guides", GUIDES)
+@pytest.mark.parametrize("guides", [1, 2, 5, 16, 64])
 @pytest.mark.parametrize("bend", [0.5, 3.0])
 def test_a_sliding_tendon_loses_e_to_the_minus_lambda_in_both_directions(guides, bend):
-    bench = Bench(guides=guides, bend=bend)
-    model = build_bench(bench).compile()
+    drives = Drives(guides=guides, bend=bend, friction=0.15)
+    for speed in (0.02, -0.02):
+        assert drives.draw(speed, 600).min() > 0.0
+        assert drives.loss == pytest.approx(np.sign(speed) * 0.15 * bend, rel=1e-9)
+
+
+def test_a_joint_winds_as_a_reel_does():
+    drives = Drives(guides=5)
+    law = {"guides": 5, "bend": BEND, "length": LENGTH, "friction": 0.2, "pretension": PRETENSION}
+    model = fixed_sheaths([law])
     data = mujoco.MjData(model)
-    pulled, far = drawn(model, data, 0.003, 600)
-    assert far / pulled == pytest.approx(np.exp(-bench.exponent), rel=1e-9)
-    loosened, far = drawn(model, data, -0.002, 600)
-    assert far / loosened == pytest.approx(np.exp(bench.exponent), rel=1e-9)
-    assert far > loosened > 0.0
-
-
-def test_the_joint_driven_spool_and_the_reel_draw_alike():
-    spec = build_bench(Bench(guides=5))
-    model = spec.compile()
-    body = spec.worldbody.add_body(name="motor")
-    body.add_joint(name="motor", axis=[0, 0, 1])
-    body.add_geom(size=[0.01, 0, 0], mass=1.0, contype=0, conaffinity=0)
-    spec.plugin("sheath").config = spec.plugin("sheath").config | {
-        "reel_joint": "motor",
-        "reel_radius": "0.02",
-    }
-    spooled = spec.compile()
-    one, other = mujoco.MjData(model), mujoco.MjData(spooled)
-    at = spooled.joint("motor").qposadr[0]
-    for k in range(300):
-        one.ctrl[0] = 1e-5 * k
-        other.qpos[at], other.qvel[at] = 1e-5 * k / 0.02, 0.0
-        for m, d in ((model, one), (spooled, other)):
-            mujoco.mj_step(m, d)
-        for name in ("input_tension", "output_tension", "reel_displacement"):
-            assert other.sensor(name).data == pytest.approx(one.sensor(name).data, rel=1e-9)
+    for wound in 1e-5 * np.arange(300):
+        data.ctrl[0] = wound
+        mujoco.mj_step(model, data)
+        assert data.sensordata[:2] == pytest.approx(drives.step(wound), rel=1e-9)
+        shown = drives.data.sensor("reel_displacement").data[0]
+        assert shown == pytest.approx(wound, rel=1e-9)
 
 
 def test_a_tendon_held_by_static_friction_breaks_loose_and_slides_on_at_the_dynamic():
@@ -196,20 +180,6 @@ def test_drums_one_behind_the_other(degrees, way, arc_guides):
     assert view.unsolved == 0
 
 
-@pytest.mark.parametrize("inner_guides", [None, 3])
-@pytest.mark.parametrize("way", PULLS)
-@pytest.mark.parametrize("degrees", TURNS)
-def test_a_drum_and_bend_that_is_not_drawn(degrees, way, inner_guides):
-    pull, sense = PULLS[way]
-    drawn = min(degrees, 90)
-    more = math.radians(degrees - drawn)
-    spec = row_of_drums(math.radians(drawn), drums=1)
-    view = slide(spec, pull, extra_bend=more, inner_guides=inner_guides)
-    expected = math.exp(sense * FRICTION * math.radians(degrees))
-    assert view.input_tension / view.output_tension == pytest.approx(expected, rel=1e-9)
-    assert view.unsolved == 0
-
-
 DIRECTIONS = np.concatenate(
     [
         np.linspace(0.0, np.pi, 20_001),
@@ -224,18 +194,12 @@ def test_the_angle_is_that_of_the_c_library_but_for_two_roundings(length):
     y, x = length * np.abs(np.sin(DIRECTIONS)), length * np.cos(DIRECTIONS)
     angle = np.array([arctangent(*direction) for direction in zip(y, x, strict=True)])
     expected = np.arctan2(y, x)
-    assert (np.abs(angle - expected) <= 2.0 * np.spacing(expected)).all()
-
-
-def test_it_grows_with_the_direction_across_the_seams_of_its_ranges():
-    for seam in np.pi * np.array([1.0, 3.0, 5.0, 7.0]) / 8.0:
-        around = seam + 1e-9 * np.linspace(-1.0, 1.0, 201)
-        angle = [arctangent(np.sin(direction), np.cos(direction)) for direction in around]
-        assert (np.diff(angle) > 0.0).all()
-
-
-def test_nothing_has_no_direction():
     assert arctangent(0.0, 0.0) == 0.0
+    for seam in np.pi * np.array([1.0, 3.0, 5.0, 7.0]) / 8.0:  # of its ranges
+        around = seam + 1e-9 * np.linspace(-1.0, 1.0, 201)
+        grows = [arctangent(length * np.sin(a), length * np.cos(a)) for a in around]
+        assert (np.diff(grows) > 0.0).all()
+    assert (np.abs(angle - expected) <= 2.0 * np.spacing(expected)).all()
 
 
 def rig(sites, friction, is_driven):
@@ -253,36 +217,21 @@ def rig(sites, friction, is_driven):
     return add_friction(mujoco.MjSpec.from_string(text), "t", friction=friction, **law).compile()
 
 
-def check(model, data):
-    scalars, segments, _ = unpacked(model, data)
-    assert np.isfinite(data.sensordata).all()
-    assert np.isfinite(segments["tension"]).all()
-    assert np.isfinite(data.qacc).all()
-    assert scalars.unsolved == 0.0
-
-
 @pytest.mark.parametrize("is_driven", [False, True])
 @pytest.mark.parametrize("friction", [0.0, 0.3])
-@pytest.mark.parametrize("sites", ["aghb", "agab", "ghb", "agahb", "agb"])
+@pytest.mark.parametrize("sites", ["aghb", "agab", "ghb", "agahb", "agb", "ahgb", "agbh"])
 def test_sites_on_one_spot_have_tensions(sites, friction, is_driven):
+    """From the start, and where a body moves onto a guide and away."""
     model = rig(sites, friction, is_driven)
     data = mujoco.MjData(model)
     data.ctrl[:] = 5.0
-    for _ in range(20):
-        mujoco.mj_step(model, data)
-        check(model, data)
-
-
-@pytest.mark.parametrize("is_driven", [False, True])
-@pytest.mark.parametrize("friction", [0.0, 0.3])
-@pytest.mark.parametrize("sites", ["agb", "ahgb", "agbh"])
-def test_a_body_may_move_onto_a_guide_and_away(sites, friction, is_driven):
-    model = rig(sites, friction, is_driven)
-    data = mujoco.MjData(model)
-    data.ctrl[:] = 5.0
-    for x, y in ([0.0, 0.0], [-0.1, -0.2], [-0.1, -0.2], [-0.1, -0.1999], [0.0, 0.0]):
-        data.qpos[:], data.qvel[:] = (x, y), 0.0
+    for place in (*[None] * 20, (0, 0), (-0.1, -0.2), (-0.1, -0.2), (-0.1, -0.1999), (0, 0)):
+        if place is not None:
+            data.qpos[:], data.qvel[:] = place, 0.0
         mujoco.mj_forward(model, data)
-        check(model, data)
         mujoco.mj_step(model, data)
-        check(model, data)
+        scalars, segments, _ = unpacked(model, data)
+        assert np.isfinite(data.sensordata).all()
+        assert np.isfinite(segments["tension"]).all()
+        assert np.isfinite(data.qacc).all()
+        assert scalars.unsolved == 0.0

@@ -90,12 +90,8 @@ def test_no_cycle_of_two_drives_gives_energy(effect, friction):
     work, _ = cycles_of_two_drives(friction=friction, **EFFECTS[effect])
     # the last cycle, since the first one sets out from another state than it comes back to
     assert work[-1] > -1e-6 * SCALE
-
-
-@pytest.mark.parametrize("effect", ["stiffening", "sheath_compliance"])
-def test_what_only_stores_energy_gives_all_of_it_back(effect):
-    work, _ = cycles_of_two_drives(friction=0.0, **EFFECTS[effect])
-    np.testing.assert_allclose(work, 0.0, atol=1e-6 * SCALE)
+    if not friction and effect in ("stiffening", "sheath_compliance"):
+        np.testing.assert_allclose(work, 0.0, atol=1e-6 * SCALE)  # what is stored comes back
 
 
 @pytest.mark.parametrize("effect", PERIODIC)

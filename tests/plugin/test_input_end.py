@@ -18,6 +18,7 @@ from tests.rigs import (
     sheath,
     sheath_view,
     shown,
+    simulated,
     spatial,
     two_links,
 )
@@ -36,7 +37,6 @@ PATHS = {
 }
 SENSORS = ("input_tension", "output_tension", "tension", "bend_angle", "slip", "friction_work")
 SUMS = 1e-9  # relative; MuJoCo's own sums come in another order, and friction takes that further
-WOUND = {"axial_stiffness": 2e3, "pretension": 5.0}
 
 
 def arm(path, input_end, pull=MOTOR, tendon="", integrator="Euler", **law):
@@ -47,10 +47,6 @@ def arm(path, input_end, pull=MOTOR, tendon="", integrator="Euler", **law):
     text = two_links(drawn, tendon=tendon, actuator=pull + OTHERS, option=option)
     law = {"friction": 0.3, "sensors": SENSORS} | law
     return add_friction(mujoco.MjSpec.from_string(text), "t", input_end=input_end, **law)
-
-
-def twins(path, **law):
-    return [arm(path, end, **law).compile() for end in ("first", "last")]
 
 
 def motion(model, steps=1000):
@@ -81,7 +77,8 @@ def test_it_moves_as_the_tendon_drawn_the_other_way_round(path, arc_guides, inte
         pytest.skip(
             "before MuJoCo 3.16 its rounding depends on the order, and friction amplifies it"
         )
-    models = twins(path, arc_guides=arc_guides, integrator=integrator)
+    law = {"arc_guides": arc_guides, "integrator": integrator}
+    models = [arm(path, end, **law).compile() for end in ("first", "last")]
     # stages of RK4 add up how MuJoCo rounds tangent points, which on 4.0 depends on the order
     rel = SUMS if integrator == "RK4" else 1e-12
     positions, _, sensors = check_alike(models, rel=rel)
@@ -105,11 +102,7 @@ EFFECTS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("law", EFFECTS.values(), ids=EFFECTS)
-def test_so_it_does_under_what_else_a_sheath_has(law):
-    check_alike(twins("both", **law), rel=SUMS)
-
-
+WOUND = {"pull": "", "axial_stiffness": 2e3, "pretension": 5.0}
 WINDERS = {
     "reel": {"reel": "reel_actuator"},
     "joint": {"reel_joint": "reel", "reel_radius": 0.02},
@@ -118,18 +111,17 @@ WINDERS = {
     "output": {"output_joint": "drum", "output_radius": 0.5},
     "none": {},
 }  # fmt: skip
+CASES = [*(("both", law) for law in EFFECTS.values())]
+CASES += [(path, WOUND | winder) for path in PATHS for winder in WINDERS.values()]
 
 
-@pytest.mark.parametrize("path", PATHS)
-@pytest.mark.parametrize("winder", WINDERS.values(), ids=WINDERS)
-def test_a_reel_or_joint_winds_at_the_input_end(winder, path):
-    models = []
-    for end in ("first", "last"):
-        spec = arm(path, end, pull="", **WOUND, **winder)
-        if "reel" in winder:
+@pytest.mark.parametrize(("path", "law"), CASES, ids=str)
+def test_so_it_does_with_any_effect_and_any_drive(path, law):
+    specs = [arm(path, end, **law) for end in ("first", "last")]
+    if "reel" in law:
+        for spec in specs:
             spec.actuator("reel_actuator").ctrlrange = [-0.005, 0.02]
-        models.append(spec.compile())
-    check_alike(models, rel=SUMS)
+    check_alike([spec.compile() for spec in specs], rel=SUMS)
 
 
 @pytest.mark.parametrize("path", ["sites", "cylinder"])
@@ -146,31 +138,22 @@ def test_a_spool_is_at_the_input_end(path):
 
 @pytest.mark.parametrize("path", ["short", "cylinder", "both, short"])
 def test_sliding_steadily_the_capstan_ratio_is_that_of_the_whole_bend(path):
+    """And sensors and views begin at the input end."""
     pull = '<velocity tendon="t" kv="60" ctrlrange="-1 0"/>'
     model = arm(path, "last", pull=pull).compile()
-    data = mujoco.MjData(model)
-    data.ctrl[0] = -0.5
-    mujoco.mj_step(model, data, nstep=60)
-    mujoco.mj_forward(model, data)
+    data = simulated(model, 60, forward=True, ctrl=[-0.5, 0.0, 0.0, 0.0])
     view = view_sheath(model, data, "t")
     assert (view.slip == 1.0).all()
     ratio = np.exp(-0.3 * view.bend_angle.sum())
     assert ratio < 0.96
     assert view.output_tension == pytest.approx(view.input_tension * ratio, rel=1e-9)
     assert view.input_tension == pytest.approx(-data.actuator_force[0], rel=1e-9)
-
-
-def test_sensors_and_views_begin_at_the_input_end():
-    model = arm("cylinder", "last").compile()
-    _, data = motion(model, 400)
-    mujoco.mj_forward(model, data)
-    view = view_sheath(model, data, "t")
-    assert data.sensor("tension").data == pytest.approx(view.tension)
-    assert data.sensor("tension").data[0] == data.sensor("input_tension").data[0]
-    assert data.sensor("tension").data[-1] == data.sensor("output_tension").data[0]
-    assert view.input_tension == pytest.approx(-data.actuator_force[0], rel=1e-9)
-    drawn = [model.site(s).id for s in ("d", "c", "a")]
-    np.testing.assert_array_equal(view.positions[[3, 2, 0]], data.site_xpos[drawn])
+    shown = data.sensor("tension").data
+    assert shown == pytest.approx(view.tension)
+    ends = [float(data.sensor(f"{end}_tension").data[0]) for end in ("input", "output")]
+    assert ends == [shown[0], shown[-1]]
+    drawn = [data.site(name).xpos for name in (PATHS[path].split()[-1], PATHS[path].split()[0])]
+    np.testing.assert_array_equal(view.positions[[-1, 0]], drawn)
 
 
 def test_the_other_end_is_another_input():
@@ -178,19 +161,15 @@ def test_the_other_end_is_another_input():
     models = [arm("sites", "first").compile(), arm("sites", "last").compile()]
     spec = arm("sites", "last")
     remove_friction(spec, "t")
-    models.append(add_friction(spec, "t", friction=0.3, sensors=SENSORS).compile())
-    first, last, wrong = (motion(model)[0][0] for model in models)
+    add_friction(spec, "t", friction=0.3, sensors=SENSORS)
+    assert "input_end" not in spec.plugin("sheath").config
+    models.append(spec.compile())
+    spec.plugin("sheath").config = spec.plugin("sheath").config | {"input_end": "first"}
+    models.append(spec.compile())
+    first, last, wrong, written = (motion(model)[0][0] for model in models)
+    assert np.array_equal(wrong, written)
     assert np.abs(first - last).max() < 1e-10
     assert np.abs(wrong - last).max() > 0.01
-
-
-def test_by_default_the_attribute_is_not_written_and_first_is_the_same():
-    default = arm("both", "first")
-    assert "input_end" not in default.plugin("sheath").config
-    written = arm("both", "first")
-    written.plugin("sheath").config = written.plugin("sheath").config | {"input_end": "first"}
-    runs = [motion(spec.compile(), 200)[0] for spec in (default, written)]
-    assert all(np.array_equal(*pair) for pair in zip(*runs, strict=True))
 
 
 @hands_on_plugin_states

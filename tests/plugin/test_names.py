@@ -126,21 +126,14 @@ def test_it_acts_on_its_own_tendon_and_joints(prefix, suffix):
         assert data.sensor(f"{prefix}output_tension{suffix}").data[0] > 0.5
         assert view_sheath(model, data, f"{prefix}flexor{suffix}").output_tension > 0.5
         assert Parameters(model, data)[f"{prefix}sheath{suffix}.friction"] == 0.1
-
-
-@pytest.mark.parametrize(("prefix", "suffix"), AFFIXES)
-def test_a_reel_goes_with_it(prefix, suffix):
     model = attached(finger(reel="reel"), prefix, suffix).compile()
     assert pulled(model) == {f"{prefix}knuckle{suffix}"}
 
 
-def test_the_parent_s_own_sheath_stays_its_own():
+def test_several_copies_and_copies_of_copies():
     model = attached(finger(**SPOOL), "left_", onto=finger()).compile()
     assert {s.tendon for s in sheaths(model).values()} == {"flexor", "left_flexor"}
     assert pulled(model) == {"knuckle", "left_knuckle", "left_motor"}
-
-
-def test_several_copies_and_copies_of_copies():
     spec = mujoco.MjSpec()
     for prefix in ("left_", "right_"):
         attached(finger(), prefix, onto=spec)
@@ -205,26 +198,29 @@ def test_a_name_by_chance_is_no_prefix():
         mujoco.MjModel.from_xml_string(text.replace('"sheath"', '"flexor_sheath"'))
 
 
+@pytest.mark.parametrize("added_later", [False, True])
 @pytest.mark.parametrize(("prefix", "suffix"), AFFIXES)
-def test_a_servo_goes_with_it(prefix, suffix):
+def test_servos_and_sensors_go_with_it_or_are_added_after_attaching(prefix, suffix, added_later):
+    def add(spec, before="", behind=""):
+        tendon, sheath = (f"{before}{name}{behind}" for name in ("flexor", "sheath"))
+        add_servo(
+            spec, tendon, tension_gain=100.0, velocity_gain=1.0, name=f"{before}servo{behind}"
+        )
+        add_sensor(spec, sheath, "slip", name=f"{before}slips{behind}")
+
     child = finger(**SPOOL)
-    add_servo(child, "flexor", tension_gain=100.0, velocity_gain=1.0)
-    model = attached(child, prefix, suffix, onto=finger(**SPOOL)).compile()
-    name = f"{prefix}servo{suffix}"
-    assert servos(model)[name].tendon == f"{prefix}flexor{suffix}"
+    if not added_later:
+        add(child)
+    spec = attached(child, prefix, suffix, onto=finger(**SPOOL))
+    if added_later:
+        add(spec, prefix, suffix)
+    model = attached(spec, "x_").compile()
+    name = f"x_{prefix}servo{suffix}"
+    assert servos(model)[name].tendon == f"x_{prefix}flexor{suffix}"
     data = mujoco.MjData(model)
     data.actuator(name).ctrl[:] = 5.0
     mujoco.mj_step(model, data, 20)
-    turned, idle = data.joint(f"{prefix}motor{suffix}").qpos[0], data.joint("motor").qpos[0]
+    assert data.sensor(f"x_{prefix}slips{suffix}").data[0] == 1.0
+    turned, idle = data.joint(f"x_{prefix}motor{suffix}").qpos[0], data.joint("x_motor").qpos[0]
     assert turned > 0.01
     assert idle < 0.001
-
-
-def test_sensors_and_servos_can_be_added_after_attaching():
-    spec = attached(finger(**SPOOL), "left_", "_1", onto=finger(**SPOOL))
-    add_sensor(spec, "left_sheath_1", "slip", name="later")
-    add_servo(spec, "left_flexor_1", tension_gain=100.0, velocity_gain=1.0)
-    model = attached(spec, "x_").compile()
-    assert servos(model)["x_servo"].tendon == "x_left_flexor_1"
-    data = simulated(model, 20, ctrl=5.0)
-    assert data.sensor("x_later").data[0] == 1.0

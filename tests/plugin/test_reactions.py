@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction, view_sheath
-from tests.plugin.drawn_spans import pieces_of, points_of
-from tests.rigs import sheath_view
+from tests.plugin.drawn_spans import pieces_of
+from tests.rigs import sheath_view, simulated
 
 AGREE = 1e-9
 LINKS = 4
@@ -20,7 +20,18 @@ PATHS = {
     "wraps": ["a", "b0", "drum1", "m1", "ball2", "b3"],
     "pulley": ["a", "b0", "m1", "/2", "b1", "b2", "/3", "m2", "b3"],
 }
-DRIVES = ["motor", "muscle", "input", "cable", "reel", "spools", "equality", "limit"]
+# what drives the tendon, and what its sheath is given
+DRIVES = {
+    "motor": {},
+    "muscle": {},
+    "input": {"spring": "input"},
+    "cable": {"spring": "cable"},
+    "reel": {"axial_stiffness": 2e3, "pretension": 10.0, "reel": "reel"},
+    "spools": {"axial_stiffness": 2e3, "pretension": 30.0, "reel_joint": "wound",
+               "reel_radius": 0.01, "output_joint": "paid_out", "output_radius": -0.02},
+    "equality": {},
+    "limit": {},
+}  # fmt: skip
 
 
 def arm(seed, path="", drive=""):
@@ -81,35 +92,23 @@ def draw(spec, path, drive):
             tendon.wrap_site(name)
         else:
             tendon.wrap_geom(name, "")
-    given = {}
     if drive in ("motor", "muscle"):
-        actuator = spec.add_actuator(
-            name="pull", trntype=mujoco.mjtTrn.mjTRN_TENDON, target="tendon"
-        )
+        on_tendon = {"trntype": mujoco.mjtTrn.mjTRN_TENDON, "target": "tendon"}
+        actuator = spec.add_actuator(name="pull", **on_tendon)
+        actuator.gear[0] = -20.0
         if drive == "muscle":
+            actuator.gear[0] = 1.0
             actuator.set_to_muscle(tausmooth=0.0, force=50.0)
             actuator.lengthrange = [0.3, 0.7]
             actuator.ctrlrange, actuator.ctrllimited = [0, 1], 1
-        else:
-            actuator.gear[0] = -20.0
     if drive in ("input", "cable"):
         tendon.stiffness[0], tendon.springlength = 300.0, [0.4, 0.4]
-        given = {"spring": drive}
-    if drive == "reel":
-        given = {"axial_stiffness": 2e3, "pretension": 10.0, "reel": "reel"}
-    if drive == "spools":
-        given = {"axial_stiffness": 2e3, "pretension": 30.0}
-        given |= {"reel_joint": "wound", "reel_radius": 0.01}
-        given |= {"output_joint": "paid_out", "output_radius": -0.02}
     if drive == "equality":
-        spec.add_equality(
-            type=mujoco.mjtEq.mjEQ_TENDON,
-            name1="tendon",
-            data=[-0.02] + [0] * (mujoco.mjNEQDATA - 1),
-        )
+        offset = [-0.02] + [0] * (mujoco.mjNEQDATA - 1)
+        spec.add_equality(type=mujoco.mjtEq.mjEQ_TENDON, name1="tendon", data=offset)
     if drive == "limit":
         tendon.limited, tendon.range = 1, [0.0, 0.1]
-    add_friction(spec, "tendon", friction=0.2, name="sheath", **given)
+    add_friction(spec, "tendon", friction=0.2, name="sheath", **DRIVES[drive])
 
 
 def pulled_without_tendon(seed, model, data):
@@ -120,25 +119,11 @@ def pulled_without_tendon(seed, model, data):
     mujoco.mj_kinematics(plain, other)
     mujoco.mj_comPos(plain, other)
     view, state = view_sheath(model, data, "sheath"), sheath_view(model, data, "sheath").state
-    points, touched = points_of(data, 0)
-    bodies = np.full(len(points), -1)
-    bodies[touched >= 0] = model.geom_bodyid[touched[touched >= 0]]
-    first, count = int(model.tendon_adr[0]), int(model.tendon_num[0])
-    kinds, objects = (w[first : first + count] for w in (model.wrap_type, model.wrap_objid))
-    sites = iter(objects[kinds == mujoco.mjtWrap.mjWRAP_SITE])
-    for k in np.flatnonzero(touched == -1):
-        bodies[k] = model.site_bodyid[next(sites)]
     late = -constraint_force(model, data) + float(state.constraint_force)  # uniform, not yet rubbed
     for piece in pieces_of(model, data, 0):
-        if piece.geom >= 0:
-            continue
-        tension = view.tension[piece.segment] + late / piece.divisor
-        along = points[piece.second] - points[piece.first]
-        pull = tension * along / np.linalg.norm(along)
-        for at, force in ((piece.first, pull), (piece.second, -pull)):
-            body = bodies[at]
+        for body, at, force in piece.pulls(view.tension[piece.segment] + late / piece.divisor):
             other.xfrc_applied[body, :3] += force
-            other.xfrc_applied[body, 3:] += np.cross(points[at] - other.xipos[body], force)
+            other.xfrc_applied[body, 3:] += np.cross(at - other.xipos[body], force)
     other.xfrc_applied[0] = 0.0
     for end, radius, joint in ((0, 0.01, "wound"), (-1, -0.02, "paid_out")):
         if state.reel_joint >= 0:
@@ -152,12 +137,11 @@ def pulled_without_tendon(seed, model, data):
 def constraint_force(model, data):
     """Force along the tendon of its equality, its limit or its `frictionloss` [N]."""
     force = 0.0
+    kinds = mujoco.mjtConstraint
     for kind, value in zip(data.efc_type, data.efc_force, strict=True):
-        if kind == mujoco.mjtConstraint.mjCNSTR_EQUALITY:
+        if any(kind == k for k in (kinds.mjCNSTR_EQUALITY, kinds.mjCNSTR_FRICTION_TENDON)):
             force += value
-        if kind == mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON:
-            force += value
-        if kind == mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON:
+        if kind == kinds.mjCNSTR_LIMIT_TENDON:
             force -= value
     return force
 
@@ -199,10 +183,7 @@ def test_they_read_the_tendon_s_own_frictionloss(path):
     spec.tendon("tendon").frictionloss = 3.0
     spec.tendon("tendon").damping[0] = 5.0
     model = spec.compile()
-    data = mujoco.MjData(model)
-    data.ctrl[0] = 0.6
-    mujoco.mj_step(model, data, 40)
-    mujoco.mj_forward(model, data)
+    data = simulated(model, 40, forward=True, ctrl=0.6)
     assert abs(constraint_force(model, data)) > 0.1
     check_sensors(model, data, 50, "motor")
 

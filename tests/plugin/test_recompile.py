@@ -11,7 +11,7 @@ from tendon_mj import Parameters, add_friction, add_tendon
 from tendon_mj.plugin import sheaths
 from tendon_mj.plugin.sheath_plugin.state import view
 from tests.plugin.test_names import PLAIN, SPOOL
-from tests.rigs import hands_on_plugin_states, simulated
+from tests.rigs import hands_on_plugin_states, restore, simulated, snapshot
 
 pytestmark = pytest.mark.filterwarnings("ignore:add_friction. friction can do nothing")
 
@@ -46,32 +46,8 @@ def remove(spec, sheath):
             spec.delete(instance)
 
 
-def test_a_changed_parameter_counts():
-    spec = hand()
-    model, data = moving(spec)
-    changed = plugin(spec, "one")
-    changed.config = {**changed.config, "friction": "0.5"}
-    model, data = spec.recompile(model, data)
-    mujoco.mj_forward(model, data)
-    assert Parameters(model, data)["one.friction"] == 0.5
-    assert Parameters(model, data)["two.friction"] == 0.2
-
-
 @hands_on_plugin_states
-def test_a_live_parameter_stays_where_the_configuration_does():
-    spec = hand()
-    model, data = moving(spec)
-    Parameters(model, data)["one.friction"] = 0.3
-    body = spec.worldbody.add_body(pos=[5, 0, 0])
-    body.add_joint(name="elsewhere")
-    body.add_geom(size=[0.1, 0, 0])
-    model, data = spec.recompile(model, data)
-    mujoco.mj_forward(model, data)
-    assert Parameters(model, data)["one.friction"] == 0.3
-
-
-@hands_on_plugin_states
-def test_an_unchanged_sheath_goes_on_as_it_was():
+def test_an_unchanged_sheath_goes_on_a_changed_parameter_counts_and_a_live_one_stays():
     spec = hand(**SPOOL)
     model, data = moving(spec)
     mujoco.mj_forward(model, data)
@@ -79,6 +55,16 @@ def test_an_unchanged_sheath_goes_on_as_it_was():
     model, data = spec.recompile(model, data)
     mujoco.mj_forward(model, data)
     np.testing.assert_allclose(data.sensordata, before, rtol=1e-12)
+    Parameters(model, data)["two.friction"] = 0.3
+    changed = plugin(spec, "one")
+    changed.config = {**changed.config, "friction": "0.5"}
+    body = spec.worldbody.add_body(pos=[5, 0, 0])
+    body.add_joint(name="elsewhere")
+    body.add_geom(size=[0.1, 0, 0])
+    model, data = spec.recompile(model, data)
+    mujoco.mj_forward(model, data)
+    assert Parameters(model, data)["one.friction"] == 0.5
+    assert Parameters(model, data)["two.friction"] == 0.3
 
 
 def test_the_sensors_of_a_sheath_that_stays_show_it():
@@ -103,9 +89,8 @@ def test_a_joint_in_front_of_the_spool_s_may_go():
     fresh = mujoco.MjData(model)
     fresh.joint("motor").qpos[0] = turned
     mujoco.mj_forward(model, fresh)
-    np.testing.assert_allclose(
-        data.sensor("input_tension").data, fresh.sensor("input_tension").data, rtol=0.2
-    )
+    tensions = [each.sensor("input_tension").data for each in (data, fresh)]
+    np.testing.assert_allclose(*tensions, rtol=0.2)
     state = view(data.plugin_state, sheaths(model)["one"].state).state
     assert state.reel_joint == model.joint("motor").id
 
@@ -122,11 +107,8 @@ def test_swapped_tendons_are_told_apart():
 
     one, other = rig("near", "away"), rig("away", "near")
     data = simulated(one, 3)
-    kind = mujoco.mjtState.mjSTATE_INTEGRATION
-    kept = np.empty(mujoco.mj_stateSize(one, kind))
-    mujoco.mj_getState(one, data, kept, kind)
     taken = mujoco.MjData(other)
-    mujoco.mj_setState(other, taken, kept, kind)
+    restore(other, taken, snapshot(one, data))
     mujoco.mj_forward(other, taken)
     state = view(taken.plugin_state, sheaths(other)["sheath"].state).state
     assert state.tendon == other.tendon("near").id

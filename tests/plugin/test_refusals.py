@@ -1,5 +1,6 @@
 """Refusals when a model is compiled; each message has the place, the value and a remedy."""
 
+import contextlib
 import ctypes
 import gc
 import sys
@@ -12,7 +13,7 @@ import pytest
 from tendon_mj import add_friction
 from tests.plugin.test_servo_refusals import compiled as servo
 from tests.refusals import refusing
-from tests.rigs import instance, rope, simulated, spatial
+from tests.rigs import instance, rope, shown, simulated, spatial, unpacked
 
 HAND = """
 <mujoco>
@@ -34,23 +35,16 @@ TENDONS = "".join(starmap(spatial, PATHS.items())) + spatial("stiff", "a b", 'st
 LAW = {"tendon": "flexor", "axial_stiffness": "1000", "friction": "0.1"}
 
 
-def compiled(*instances, sensors="", actuators=""):
-    return mujoco.MjModel.from_xml_string(
-        HAND.format(
-            instances="".join(instances), tendons=TENDONS, sensors=sensors, actuators=actuators
-        )
-    )
+def hand(*instances, sensors="", actuators=""):
+    parts = {"tendons": TENDONS, "sensors": sensors, "actuators": actuators}
+    return HAND.format(instances="".join(instances), **parts)
 
 
-def check_refused(facts, *instances, **more):
-    with refusing(ValueError, *facts):
-        compiled(*instances, **more)
-    # the process and the plugin are as good as before
-    model = compiled(instance("sound", **LAW))
-    data = simulated(model, 1)
-    assert np.isfinite(data.plugin_state).all()
+def compiled(*instances, **more):
+    return mujoco.MjModel.from_xml_string(hand(*instances, **more))
 
 
+WRAPPED = {"tendon": "wrapped", "arc_guides": "2"}
 KNUCKLE = {"reel_joint": "knuckle", "reel_radius": "0.01"}
 WHERE = "plugin tendon_mj.sheath instance 'bad': "
 CASES = [
@@ -79,6 +73,10 @@ CASES = [
     ({"creep": "0.1", "creep_time": "0"}, "creep = 0.1", "creep_time > 0 [s]"),
     ({"tendon": "coupling"}, "tendon 'coupling'", "fixed tendon"),
     ({"tendon": "wrapped", "guides": "1"}, "'wrapped'", "arc_guides"),
+    *(
+        (WRAPPED | {undrawn: "1"}, f"{undrawn} = 1", "inner_guides")
+        for undrawn in ("extra_bend", "constant_friction")
+    ),
     ({"arc_guides": "0"}, "arc_guides = 0"),
     ({"inner_guides": "some"}, "inner_guides = 'some'"),
     ({"arc_guides": "894783", "inner_guides": "154"}, "arc_guides = 894783 inner_guides = 154"),
@@ -97,76 +95,56 @@ CASES = [
     ({"guides": "0"}, "guides = 0", "'flexor' runs over 1"),
     ({"guides": "-1"}, "guides = '-1'"),
     ({"guides": "many"}, "guides = 'many'"),
-    ({"guides": "²"}, "guides = '²'"),
-    # text that C and Python read differently, or that is not to the letter
+    # text that C and Python read differently
     ({"axial_stiffness": "1_000"}, "axial_stiffness = '1_000'"),
-    ({"friction": "٣"}, "friction = '٣'"),
-    ({"friction": " 0.1"}, "friction = ' 0.1'"),
     ({"friction": "0x1p-3"}, "friction = '0x1p-3'"),
-    ({"tendon": " tendon "}, "unknown tendon ' tendon '"),
     ({"tendon": "%s%n%d"}, "unknown tendon '%s%n%d'"),
 ]
 
 
-@pytest.mark.parametrize(("values", "facts"), [(v, f) for v, *f in CASES], ids=str)
-def test_a_bad_configuration_is_named_with_its_place_and_value(values, facts):
-    check_refused([WHERE, *facts], instance("bad", **(LAW | values)))
+REEL = '<plugin name="r" plugin="tendon_mj.sheath" instance="bad" tendon="extensor"/>'
+SHOWN = {"sensors": shown("bad")}
+SOUND = instance("sheath", **LAW)
 
 
-def test_an_unknown_attribute():
-    check_refused(["attribute", "frictoin"], instance("bad", **LAW, frictoin="0.1"))
+@pytest.mark.parametrize(
+    ("instances", "more", "facts"),
+    [
+        *((instance("bad", **LAW | values), {}, [WHERE, *facts]) for values, *facts in CASES),
+        (instance("bad", **LAW, frictoin="0.1"), {}, ["attribute", "frictoin"]),
+        (SOUND + instance("b", **LAW), {}, ["'flexor'", "a tendon has one sheath"]),
+        (instance("bad", **LAW), {"actuators": REEL}, [WHERE, "'r'", "'extensor'", "'flexor'"]),
+        *(
+            (SOUND + instance("bad", **values), SHOWN, [WHERE, *facts])
+            for values, *facts in (
+                ({"tendon": "flexor", "sensor": "tensoin"}, "sensor 'tensoin'", "'tension'"),
+                ({"tendon": "flexor", "sensor": "slip", "friction": "1"}, "takes no friction"),
+                ({"tendon": "extensor", "sensor": "slip"}, "'extensor'", "'flexor'"),
+                ({"tendon": "flexr", "sensor": "slip"}, "unknown tendon 'flexr'", "'flexor'"),
+            )
+        ),
+    ],
+    ids=str,
+)
+def test_a_bad_configuration_is_named_with_its_place_and_value(instances, more, facts):
+    with refusing(ValueError, *facts):
+        compiled(instances, **more)
+    # the process and the plugin are as good as before
+    data = simulated(compiled(instance("sound", **LAW)), 1)
+    assert np.isfinite(data.plugin_state).all()
 
 
 def test_an_unknown_site():
-    spec = mujoco.MjSpec.from_string(
-        HAND.format(instances="", tendons=TENDONS, sensors="", actuators="")
-    )
+    spec = mujoco.MjSpec.from_string(hand())
     spec.tendon("flexor").wrap_site("nowhere")
     with refusing(ValueError, "nowhere"):
         spec.compile()
 
 
-def test_two_sheaths_on_a_tendon():
-    check_refused(
-        ["'flexor'", "a tendon has one sheath"], *(instance(k, **LAW) for k in ("a", "b"))
-    )
-
-
-@pytest.mark.parametrize(
-    ("values", "facts"),
-    [
-        ({"tendon": "flexor", "sensor": "tensoin"}, ["unknown sensor 'tensoin'", "'tension'"]),
-        ({"tendon": "flexor", "sensor": "slip", "friction": "1"}, ["a sensor takes no friction"]),
-        ({"tendon": "extensor", "sensor": "slip"}, ["'extensor'", "'flexor'"]),
-        ({"tendon": "flexr", "sensor": "slip"}, ["unknown tendon 'flexr'", "'flexor'"]),
-    ],
-)
-def test_a_sensor_that_cannot_show_its_quantity(values, facts):
-    sensor = '<plugin name="s" plugin="tendon_mj.sheath" instance="bad"/>'
-    instances = instance("sheath", **LAW), instance("bad", **values)
-    check_refused([WHERE, *facts], *instances, sensors=sensor)
-
-
-def test_a_message_of_any_length_is_survived():
-    with refusing(ValueError, "friction = 'xxx"):
-        compiled(instance("bad", **(LAW | {"friction": "x" * 5000})))
-
-
-def test_a_sheath_without_guides_or_name_is_no_mistake():
+def test_a_sheath_without_guides_is_no_mistake():
     model = compiled(instance("straight", **(LAW | {"tendon": "extensor", "guides": "0"})))
-    data = simulated(model, 1)
-    assert np.isfinite(data.plugin_state).all()
-
-
-def test_a_reel_on_another_tendon():
-    reel = '<plugin name="r" plugin="tendon_mj.sheath" instance="bad" tendon="extensor"/>'
-    check_refused([WHERE, "'r'", "'extensor'", "'flexor'"], instance("bad", **LAW), actuators=reel)
-
-
-@pytest.mark.parametrize("name", ["%s%n", "é" * 3000, "%" * 3000])
-def test_a_message_arrives_whatever_is_in_it(name):
-    with refusing(ValueError, f"instance '{name[:100]}"):
-        compiled(instance(name, **(LAW | {"tendon": "none"})))
+    scalars, segments, _ = unpacked(model, simulated(model, 1), "straight")
+    assert (len(segments), scalars.unsolved) == (1, 0.0)
 
 
 def test_a_mistake_in_a_sheath_is_told_before_what_follows_from_it_in_a_servo():
@@ -181,61 +159,56 @@ def test_a_mistake_in_a_sheath_is_told_before_what_follows_from_it_in_a_servo():
         )
 
 
-class _Heap(ctypes.Structure):
-    """`struct mallinfo2` of glibc: ten numbers."""
+class Heap(ctypes.Structure):
+    """`struct mallinfo2` of glibc: ten numbers, of bytes mapped by themselves and in use."""
 
     _fields_ = (("numbers", ctypes.c_size_t * 10),)
 
 
-def _allocated():
-    """Bytes that the process holds: mapped by themselves, and in use on the heap."""
-    mallinfo2 = ctypes.CDLL(None).mallinfo2
-    mallinfo2.restype = _Heap
-    gc.collect()
-    numbers = mallinfo2().numbers
-    return numbers[4] + numbers[7]
-
-
 # The first and last instance of a model are MuJoCo's own: one has begun when ours is refused.
-_PID = """</plugin><plugin plugin="mujoco.pid"><instance name="p"><config key="kp" value="1"/>
+PID = """</plugin><plugin plugin="mujoco.pid"><instance name="p"><config key="kp" value="1"/>
   </instance></plugin><plugin plugin="tendon_mj.sheath">"""
-_DRIVEN = """<plugin plugin="mujoco.pid" instance="p" joint="knuckle"/>
+DRIVEN = """<plugin plugin="mujoco.pid" instance="p" joint="knuckle"/>
   <plugin plugin="mujoco.pid" joint="knuckle"><config key="kp" value="1"/></plugin>"""
 
 
-def _spoiled():
-    """A model whose tendon, once compiled, is given what its sheath cannot be on."""
-    model = compiled(instance("s", **LAW, reel_joint="knuckle", reel_radius="0.01"))
+def spoiled_data():
+    """Of a model whose tendon, once compiled, is given what its sheath cannot be on."""
+    model = compiled(instance("s", **LAW, **KNUCKLE))
     model.tendon_stiffness[0] = 5.0
-    return model
+    return mujoco.MjData(model)
+
+
+def bad(**values):
+    return instance("bad", **LAW | values)
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only glibc tells what it holds")
 @pytest.mark.parametrize(
     "refusal",
     [
-        lambda: compiled(instance("bad", **(LAW | {"friction": "-1"}))),
-        lambda: compiled(
-            instance("good", **LAW),
-            instance("bad", **(LAW | {"tendon": "extensor", "guides": "x"})),
-        ),
-        lambda: compiled(instance("bad", **(LAW | {"tendon": "forked", "pretension": "1"}))),
-        lambda: compiled(_PID, instance("bad", **(LAW | {"tendon": "forked"})), actuators=_DRIVEN),
+        lambda: compiled(bad(friction="-1")),
+        lambda: compiled(instance("good", **LAW), bad(tendon="extensor", guides="x")),
+        lambda: compiled(bad(tendon="forked", pretension="1")),
+        lambda: compiled(PID, bad(tendon="forked"), actuators=DRIVEN),
         lambda: servo(tension_gain="-1"),
         lambda: servo(target='site="a"'),
-        lambda: mujoco.MjData(_spoiled()),
+        spoiled_data,
     ],
-    ids=["configuration", "second", "tendon", "beside MuJoCo's", "servo", "joint", "data"],
 )
 def test_a_refusal_leaves_nothing_behind(refusal):
-    def grown():
-        before = _allocated()
-        for _ in range(50):
+    mallinfo2 = ctypes.CDLL(None).mallinfo2
+    mallinfo2.restype = Heap
+
+    def held(times=0):
+        for _ in range(times):
             with refusing((ValueError, mujoco.FatalError), "plugin tendon_mj"):
                 refusal()
-        return _allocated() - before
+        gc.collect()
+        return sum(mallinfo2().numbers[k] for k in (4, 7))
 
-    assert min(grown() for _ in range(3)) < 50 * 16  # other things are kept once
+    grown = min(-held() + held(50) for _ in range(3))
+    assert grown < 50 * 16  # other things are kept once
 
 
 def asleep(flag, policy):
@@ -253,14 +226,18 @@ def asleep(flag, policy):
     return add_friction(mujoco.MjSpec.from_string(text), "t", **law).compile()
 
 
-@pytest.mark.parametrize("policy", ["allowed", "auto", "init"])
-def test_a_body_that_may_fall_asleep_is_refused_with_the_remedy(policy):
-    with refusing((ValueError, mujoco.FatalError), "'t'", "'link'", 'sleep="never"'):
-        mujoco.MjData(asleep("enable", policy))
+ASLEEP = (ValueError, mujoco.FatalError), "'t'", "'link'", 'sleep="never"'
 
 
-@pytest.mark.parametrize(("flag", "policy"), [("enable", "never"), ("disable", "allowed")])
-def test_one_that_stays_awake_is_not(flag, policy):
-    model = asleep(flag, policy)
-    data = simulated(model, 50)
-    assert data.sensor("input_tension").data[0] > 0.0
+@pytest.mark.parametrize(
+    ("flag", "policy"),
+    [
+        *(("enable", policy) for policy in ("allowed", "auto", "init", "never")),
+        ("disable", "allowed"),
+    ],
+)
+def test_a_body_that_may_fall_asleep_is_refused_with_the_remedy(flag, policy):
+    may = flag == "enable" and policy != "never"
+    with refusing(*ASLEEP) if may else contextlib.nullcontext():
+        data = simulated(asleep(flag, policy), 50)
+        assert data.sensor("input_tension").data[0] > 0.0

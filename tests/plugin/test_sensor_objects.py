@@ -58,12 +58,17 @@ def spec():
     return add_friction(finger(), "*", friction=0.2, sensors=KINDS)
 
 
-def test_each_shows_the_tendon_that_is_its_object(spec):
+def test_each_shows_the_tendon_that_is_its_object_also_in_copies_and_restored(spec):
     model, data = pulled(spec)
     assert model.nplugin == len(TENDONS) + len(KINDS)
-    assert shows(model, data)
     tensions = [float(data.sensor(f"{name}_input_tension").data[0]) for name in TENDONS]
     assert tensions == [1.0, 2.0, 3.0]
+    fresh = mujoco.MjData(model)
+    restore(model, fresh, snapshot(model, data))
+    for one in (data, copy.copy(data), fresh):
+        mujoco.mj_forward(model, one)
+        assert shows(model, one)
+        np.testing.assert_array_equal(one.sensordata, data.sensordata)
 
 
 def test_what_attach_renames_is_shown_on_both_sides(spec):
@@ -77,35 +82,23 @@ def test_what_attach_renames_is_shown_on_both_sides(spec):
     assert shows(model, data, "right_")
 
 
-def test_a_copy_and_a_state_show_the_same(spec):
-    model, data = pulled(spec)
-    other = copy.copy(data)
-    fresh = mujoco.MjData(model)
-    restore(model, fresh, snapshot(model, data))
-    for one in (data, other, fresh):
-        mujoco.mj_forward(model, one)
-        assert shows(model, one)
-    np.testing.assert_array_equal(data.sensordata, other.sensordata)
-    np.testing.assert_array_equal(data.sensordata, fresh.sensordata)
-
-
 @pytest.mark.parametrize("removed", TENDONS)
 def test_those_that_stay_go_on_where_a_sheath_is_removed(spec, removed):
     model, data = pulled(spec)
     remove_friction(spec, removed)
     model, data = spec.recompile(model, data)
     mujoco.mj_step(model, data)
-    for tendon in set(TENDONS) - {removed}:
+    stay = [tendon for tendon in TENDONS if tendon != removed]
+    for tendon in stay:
         shown = data.sensor(f"{tendon}_input_tension").data
         assert shown == 1.0 + TENDONS.index(tendon)
-
-
-def test_the_object_of_a_sensor_may_be_another_in_the_next_model(spec):
-    model, data = pulled(spec)
-    spec.sensor("one_input_tension").objname = "three"
+    spec.sensor(f"{stay[0]}_input_tension").objname = stay[1]  # it may be another's the next time
     model, data = spec.recompile(model, data)
     mujoco.mj_forward(model, data)
-    assert data.sensor("one_input_tension").data == 3.0
+    assert data.sensor(f"{stay[0]}_input_tension").data == 1.0 + TENDONS.index(stay[1])
+    remove_friction(spec, "*")
+    assert not spec.plugins
+    assert not spec.sensors
 
 
 def test_a_state_that_points_elsewhere_is_not_believed(spec):
@@ -121,12 +114,6 @@ def test_a_state_that_points_elsewhere_is_not_believed(spec):
             data.sensordata[:] = 0.0
             mujoco.mj_forward(model, data)
             np.testing.assert_array_equal(data.sensordata, before)
-
-
-def test_nothing_is_left_when_all_sheaths_are_removed(spec):
-    remove_friction(spec, "*")
-    assert not spec.plugins
-    assert not spec.sensors
 
 
 def test_a_sensor_that_is_added_shares_the_instance_too(spec):
@@ -204,8 +191,5 @@ BARE = 'objtype="tendon" objname="bare"'
 def test_a_sensor_of_no_tendon_or_of_two_is_refused(attributes, values, facts):
     with refusing(ValueError, *facts):
         compiled(mjcf(plugin_sensor(attributes, **{"sensor": "input_tension"} | values)))
-
-
-def test_both_ends_are_those_of_the_sheath_s_own_tendon():
-    with refusing(ValueError, "sensor ''", "'flexor'"):
+    with refusing(ValueError, "sensor ''", "'flexor'"):  # of both ends, which are the sheath's own
         compiled(mjcf(shown("sheath", BARE)))

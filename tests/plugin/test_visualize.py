@@ -52,9 +52,10 @@ def colour(geom):
     return geom.emission * geom.rgba[:3]
 
 
-def test_the_table_is_viridis():
+def test_the_table_is_viridis_and_lights_hardly_act_on_it():
     shown = np.array(colormaps["viridis"](np.arange(256)))[:, :3]
     assert np.abs(VIRIDIS - shown).max() < 0.5 / 255 + 1e-9
+    assert SHADED < 0.5 / 255
 
 
 @pytest.mark.parametrize("tension", np.linspace(1.0, 41.0, 21))
@@ -65,10 +66,12 @@ def test_each_span_has_the_colour_of_its_tension(tension):
         mujoco.mj_step(model, data)
     spans = drawn(scene_of(model, data))
     view = tendon_mj.view_sheath(model, data, "t")
-    assert len(spans) == 2
     for geom, known in zip(spans, view.tension, strict=True):
         expected = colormaps["viridis"]((known - LOW) / (HIGH - LOW))[:3]
         np.testing.assert_allclose(colour(geom), expected, atol=1 / 255)
+        assert WIDTH < geom.size[0] < 1.5 * WIDTH  # it covers MuJoCo's own
+    ends = [np.array(g.pos + s * g.size[2] * g.mat[:, 2]) for g in spans for s in (-1, 1)]
+    np.testing.assert_allclose(ends, data.wrap_xpos.reshape(-1, 3)[[0, 1, 1, 2]], atol=1e-6)
 
 
 def test_the_picture_can_be_read_off_a_colour_bar_at_twenty_tensions():
@@ -86,9 +89,8 @@ def test_the_picture_can_be_read_off_a_colour_bar_at_twenty_tensions():
     for tension in np.linspace(1.0, 41.0, 21):
         data.ctrl[0] = tension
         mujoco.mj_step(model, data)
-        mujoco.mjv_updateScene(
-            model, data, option, None, camera, mujoco.mjtCatBit.mjCAT_ALL.value, scene
-        )
+        kinds = mujoco.mjtCatBit.mjCAT_ALL.value
+        mujoco.mjv_updateScene(model, data, option, None, camera, kinds, scene)
         mujoco.mjr_render(place, scene, graphics)
         mujoco.mjr_readPixels(image, None, place, graphics)
         known = tendon_mj.view_sheath(model, data, "t").tension[0]
@@ -103,20 +105,6 @@ def test_the_picture_can_be_read_off_a_colour_bar_at_twenty_tensions():
     graphics.free()
     context.free()
     assert worst <= 4.0
-
-
-def test_a_span_covers_mujoco_s_own_tendon():
-    model, data = pulled()
-    data.ctrl[0] = 10.0
-    mujoco.mj_step(model, data)
-    for geom in drawn(scene_of(model, data)):
-        assert WIDTH < geom.size[0] < 1.5 * WIDTH
-    ends = [
-        np.array(g.pos + s * g.size[2] * g.mat[:, 2])
-        for g in drawn(scene_of(model, data))
-        for s in (-1, 1)
-    ]
-    np.testing.assert_allclose(ends, data.wrap_xpos.reshape(-1, 3)[[0, 1, 1, 2]], atol=1e-6)
 
 
 def test_a_guide_is_marked_while_the_tendon_slips_over_it():
@@ -146,17 +134,10 @@ def test_nothing_is_written_beyond_a_scene_s_capacity(room, capfd):
     assert scene.status == (1 if room < 2 else 0)
 
 
-def test_without_the_numeric_a_scene_is_mujoco_s_own():
-    model, data = pulled(None, friction=0.3)
-    data.ctrl[0] = 10.0
-    mujoco.mj_step(model, data)
-    assert not drawn(scene_of(model, data))
-    assert not drawn(scene_of(model, data), SPHERE)
-
-
-@pytest.mark.parametrize("hide", ["flag", "group", "invisible"])
-def test_what_mujoco_does_not_draw_is_not_drawn(hide):
+@pytest.mark.parametrize("hide", ["flag", "group", "invisible", *range(20)])
+def test_what_mujoco_does_not_draw_or_no_evaluation_has_filled_is_not_drawn(hide):
     model, data = pulled()
+    assert not drawn(scene_of(model, data))
     mujoco.mj_step(model, data)
     assert drawn(scene_of(model, data))
     option = mujoco.MjvOption()
@@ -164,20 +145,12 @@ def test_what_mujoco_does_not_draw_is_not_drawn(hide):
         option.flags[mujoco.mjtVisFlag.mjVIS_TENDON] = 0
     elif hide == "group":
         option.tendongroup[model.tendon_group[0]] = 0
-    else:
+    elif hide == "invisible":
         model.tendon_rgba[0, 3] = 0.0
+    else:
+        values = [np.nan, 0.0, 1.0, -1.0, 1e300]
+        data.plugin_state[:] = np.random.default_rng(hide).choice(values, data.plugin_state.size)
     assert not drawn(scene_of(model, data, option=option))
-
-
-def test_a_state_that_no_evaluation_has_filled_draws_nothing():
-    model, data = pulled()
-    assert not drawn(scene_of(model, data))
-    random = np.random.default_rng(0)
-    for _ in range(20):
-        data.plugin_state[:] = random.choice(
-            [np.nan, 0.0, 1.0, -1.0, 1e300], data.plugin_state.size
-        )
-        assert not drawn(scene_of(model, data))
 
 
 def test_drawing_changes_nothing_that_is_simulated():
@@ -191,6 +164,8 @@ def test_drawing_changes_nothing_that_is_simulated():
         scene_of(model, data)
         mujoco.mj_step(model, other)
         mujoco.mj_step(bare, third)
+        for kind in (CAPSULE, SPHERE):
+            assert not drawn(scene_of(bare, third), kind)  # without the numeric
     for each in (other, third):
         assert np.array_equal(data.qpos, each.qpos)
         assert np.array_equal(data.sensordata, each.sensordata)
@@ -226,20 +201,16 @@ def test_an_arc_and_a_pulley_are_drawn_along_mujoco_s_path():
     assert len(spans) == 2 + 4 + 1
 
 
-@pytest.mark.parametrize("data", [[3.0, 3.0], [5.0, 1.0], [1.0], [0.0, 1.0, 2.0], [0.0, np.inf]])
-def test_limits_that_are_none_are_refused(data):
-    spec = mujoco.MjSpec.from_string(PULLED)
-    tendon_mj.add_friction(spec, "t", friction=0.1)
-    spec.add_numeric(name=TENSION_SCALE, size=len(data), data=data)
-    with refusing(ValueError, TENSION_SCALE, "two tensions [N]"):
-        spec.compile()
-
-
 def test_limits_can_be_changed_in_a_spec_and_in_a_model():
     spec = mujoco.MjSpec.from_string(PULLED)
     tendon_mj.add_friction(spec, "t", friction=0.0)
     with pytest.raises(InvalidValueError, match="the lower one first"):
         tendon_mj.show_tension(spec, 1.0, 0.0)
+    for wrong in ([3.0, 3.0], [5.0, 1.0], [1.0], [0.0, 1.0, 2.0], [0.0, np.inf]):
+        other = spec.copy()
+        other.add_numeric(name=TENSION_SCALE, size=len(wrong), data=wrong)
+        with refusing(ValueError, TENSION_SCALE, "two tensions [N]"):
+            other.compile()
     tendon_mj.show_tension(spec, 0.0, 1.0)
     model = tendon_mj.show_tension(spec, 0.0, 20.0).compile()
     assert list(model.numeric(TENSION_SCALE).data) == [0.0, 20.0]
@@ -251,7 +222,3 @@ def test_limits_can_be_changed_in_a_spec_and_in_a_model():
     after = colour(drawn(scene_of(model, data))[0])
     np.testing.assert_allclose(before, VIRIDIS[128], atol=2 / 255)
     np.testing.assert_allclose(after, VIRIDIS[255], atol=2 / 255)
-
-
-def test_lights_hardly_act_on_the_colours():
-    assert SHADED < 0.5 / 255

@@ -26,10 +26,9 @@ from tendon_mj.show import (
     render_clip,
     without_tendons,
 )
-from tendon_mj.show.render import scene as scene_module
+from tendon_mj.show.render import offscreen as scene_module
 from tendon_mj.show.render.clip import draw_arrow
-from tendon_mj.show.render.offscreen import project
-from tendon_mj.show.render.scene import COLOURS, blend, cable_radius
+from tendon_mj.show.render.offscreen import COLOURS, blend, cable_radius, project
 from tests.refusals import refusing
 
 

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from tendon_mj.errors import EngineError
-from tendon_mj.show.render.offscreen import gl_platforms, make_context
+from tendon_mj.show.render.offscreen import gl_platforms
 from tests.refusals import refusing
 
 SCRIPT = """
@@ -63,13 +63,3 @@ def test_a_given_platform_is_the_only_one_tried(monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", "off")
     with refusing(EngineError, "turns drawing off"):
         gl_platforms()
-
-
-def test_a_missing_library_is_named(monkeypatch):
-    def not_there(module):
-        raise AttributeError("'NoneType' object has no attribute 'eglQueryString'")
-
-    monkeypatch.setenv("MUJOCO_GL", "egl")
-    monkeypatch.setattr("tendon_mj.show.render.offscreen.importlib.import_module", not_there)
-    with pytest.raises(EngineError, match=r"egl \(its library was not found\).*libegl1"):
-        make_context(64, 64)

@@ -12,6 +12,7 @@ from tendon_mj.lab.finger import lasting, press, simulate_finger
 from tendon_mj.lab.replay import FrameRecorder, control_unit, record_frames
 from tendon_mj.models import TENDON_COLOUR, load_model
 from tendon_mj.show import BLUE, VERMILLION
+from tendon_mj.show.render.offscreen import colour_limits
 from tendon_mj.show.render.panel import (
     TENDON_PALETTE,
     Panel,
@@ -20,7 +21,6 @@ from tendon_mj.show.render.panel import (
     tendon_colours,
     text_width,
 )
-from tendon_mj.show.render.scene import colour_limits
 from tests.rigs import compiled, rope
 
 # Machado and others (2009): how linear red, green and blue look to dichromats

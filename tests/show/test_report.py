@@ -26,8 +26,10 @@ from tendon_mj.lab.diagnosis import (
     Value,
 )
 from tendon_mj.lab.replay import Simulates
-from tendon_mj.show import before_after_figure, diagnosis_figures, report_page, write_report
-from tendon_mj.show.report.pictures import correlation_figure, whiteness_figure
+from tendon_mj.show import write_report
+from tendon_mj.show.figures.simulations import before_after_figure
+from tendon_mj.show.report.page import report_page
+from tendon_mj.show.report.pictures import correlation_figure, diagnosis_figures, whiteness_figure
 from tendon_mj.show.report.text import advise, headline, what_to_do
 from tests.lab.recorded import recorded as recording_of
 

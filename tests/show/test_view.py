@@ -20,15 +20,16 @@ from selenium.webdriver.support.ui import WebDriverWait
 from tendon_mj.cli import main
 from tendon_mj.errors import EngineError, MissingPackageError
 from tendon_mj.show.live import open_window, serve
-from tendon_mj.show.live.panel import (
+from tendon_mj.show.live.scene import (
     MOST_TENDONS,
     colour_key,
+    curve_colours,
+    drawn_tendons,
     key_height,
     slider,
     tension_table,
     tension_text,
 )
-from tendon_mj.show.live.scene import curve_colours, drawn_tendons
 from tendon_mj.show.live.web import row_of_points
 from tendon_mj.show.live.window import curves_place, draw_curves, key_place, new_curves
 from tests.show.rigs import TENSION, pulled, start_browser

@@ -49,6 +49,11 @@ def without_sensors(model):
     return model
 
 
+def without_actuation(model):
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
+    return model
+
+
 REFUSED = {
     "sensor 'reel_force' with a history": late,
     "sheath 'cable': a polynomial stiffness": curved,
@@ -89,30 +94,33 @@ def test_so_is_a_live_parameter(effect):
         tw.put_data(model, data)
 
 
-def test_so_are_options_that_are_set_on_the_device():
-    model = fingers(kinds=("drum",))
-    m, d = tw.put_model(model), tw.make_data(model)
-    m.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
-    with refusing(NoPluginsError, "integrator RK4"):
-        mjw.forward(m, d)
-    m = tw.put_model(model)
+def drum():
+    return fingers(kinds=("drum",))
+
+
+def history_of_forces(m):
     m.opt.run_rne_postconstraint = True
     without_sensors(m)
-    with refusing(NoPluginsError, "run_rne_postconstraint without sensors"):
-        mjw.forward(m, d)
-    m = tw.put_model(model)
-    m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
-    with refusing(InvalidValueError, "flag actuation"):
-        mjw.forward(m, d)
 
 
-@pytest.mark.parametrize("make", [reel, lambda: fingers(kinds=("drum",)), lambda: arm(MOTOR, 0.1)])
-def test_so_is_switching_passive_forces_off_there(make):
+@pytest.mark.parametrize(
+    ("make", "change", "kind", "said"),
+    [
+        (drum, lambda m: setattr(m.opt, "integrator", 1), NoPluginsError, "integrator RK4"),
+        (drum, history_of_forces, NoPluginsError, "run_rne_postconstraint without sensors"),
+        (drum, without_actuation, InvalidValueError, "flag actuation"),
+        *(
+            (make, disabled, NoPluginsError, "springs and dampers both")
+            for make in (reel, drum, lambda: arm(MOTOR, 0.1))
+        ),
+    ],
+)
+def test_so_are_options_that_are_set_on_the_device(make, change, kind, said):
     model = make()
     m, d = tw.put_model(model), tw.make_data(model)
-    disabled(m)
-    with refusing(NoPluginsError, "springs and dampers both"):
-        mjw.step(m, d)
+    change(m)
+    with refusing(kind, said):
+        mjw.forward(m, d)
 
 
 @pytest.mark.parametrize(

@@ -86,20 +86,14 @@ def test_a_world_that_is_reset_is_as_it_was_at_first_and_the_others_go_on(model,
     assert (second == run(on_device, long, inputs, 2 * STEPS)[0]).all()
 
 
-def test_a_reset_by_mujoco_warp_alone_is_noticed(model, on_device):
+@pytest.mark.parametrize("diverges", [False, True])
+def test_a_reset_by_mujoco_warp_alone_is_noticed(model, on_device, diverges):
     inputs = controls(model, STEPS)
     d = tw.make_data(model)
     first = run(on_device, d, inputs)
-    mjw.reset_data(on_device, d)
-    assert (run(on_device, d, inputs) == first).all()
-
-
-def test_a_world_that_diverged_is_new_after_a_reset_by_mujoco_warp_alone(model, on_device):
-    inputs = controls(model, STEPS)
-    d = tw.make_data(model)
-    first = run(on_device, d, inputs)
-    d.qpos.fill_(float("nan"))
-    mjw.step(on_device, d)
+    if diverges:
+        d.qpos.fill_(float("nan"))
+        mjw.step(on_device, d)
     mjw.reset_data(on_device, d)
     assert (run(on_device, d, inputs) == first).all()
 
@@ -116,6 +110,8 @@ def test_a_step_waits_for_nothing(model, on_device, monkeypatch):
     monkeypatch.setattr(wp.array, "numpy", waits)
     monkeypatch.setattr(wp, "synchronize", waits)
     mjw.step(on_device, d)
+    monkeypatch.undo()
+    assert d.time.numpy() == pytest.approx(2.0 * model.opt.timestep)
 
 
 def test_parameters_are_checked_and_named(model):
@@ -123,22 +119,19 @@ def test_parameters_are_checked_and_named(model):
     assert sheaths.names == KINDS
     sheaths.set("constant_friction", [0.0, 1.0, 2.0], "drum")
     assert sheaths.parameters["constant_friction"].numpy()[:, 1].tolist() == [0.0, 1.0, 2.0]
-    with refusing(UnknownNameError, "did you mean 'friction'"):
-        sheaths.set("frictoin", 0.1)
-    with refusing(UnknownNameError, "sheath 'flexor'"):
-        sheaths.set("friction", 0.1, "flexor")
-    with refusing(InvalidValueError, "friction"):
-        sheaths.set("friction", -0.1)
-    with refusing(InvalidValueError, "(2,) are not of shape (3,)"):
-        sheaths.set("friction", [0.1, 0.2], "drum")
-    with refusing(InvalidValueError, "values[:, None]"):
-        sheaths.set("friction", [0.1, 0.2, 0.3])
-    with refusing(InvalidValueError, "friction | 'much'"):
-        sheaths.set("friction", "much")
     sheaths.set("pretension", 10.0, "reel")
-    for every in ("drum", None):
-        with refusing(InvalidValueError, "drum.pretension has no meaning where"):
-            sheaths.set("pretension", 10.0, every)
+    for given, said in (
+        (("frictoin", 0.1), "did you mean 'friction'"),
+        (("friction", 0.1, "flexor"), "sheath 'flexor'"),
+        (("friction", -0.1), "friction"),
+        (("friction", [0.1, 0.2], "drum"), "(2,) are not of shape (3,)"),
+        (("friction", [0.1, 0.2, 0.3]), "values[:, None]"),
+        (("friction", "much"), "friction | 'much'"),
+        (("pretension", 10.0, "drum"), "drum.pretension has no meaning where"),
+        (("pretension", 10.0), "drum.pretension has no meaning where"),
+    ):
+        with refusing((InvalidValueError, UnknownNameError), said):
+            sheaths.set(*given)
     sheaths = tw.sheaths_of(tw.make_data(fingers(kinds=("cable",))))
     with refusing(InvalidValueError, "cable.pretension | tendon_lengthspring"):
         sheaths.set("pretension", 10.0)
@@ -151,7 +144,9 @@ def test_a_world_that_is_got_back_goes_on_as_it_does_there(model, on_device):
     sheaths.set("friction", FRICTION[:2, None])
     run(on_device, d, inputs[:STEPS])
     data = mujoco.MjData(model)
+    Parameters(model, data)["reel.viscous_friction"] = 0.5  # which no world has
     tw.get_data_into(data, model, d, world_id=1)
+    assert Parameters(model, data)["reel.viscous_friction"] == 0.0
     expected = run(on_device, d, inputs[STEPS:])[1]
     for row in inputs[STEPS:]:
         data.ctrl[:] = row
@@ -179,43 +174,21 @@ def test_what_is_put_there_and_got_back_has_not_changed():
             assert (getattr(result[name], part)[field] == getattr(sheath, part)[field]).all()
 
 
-def test_data_of_another_model_are_refused_by_what_would_use_them(model, on_device):
-    other = fingers(kinds=("drum", "reel"))
-    d = tw.make_data(other)
-    for use in (mjw.step, mjw.forward, tw.reset_data):
-        with refusing(InvalidValueError, "of another model, drum, reel"):
-            use(on_device, d)
-    with refusing(InvalidValueError, "of another model, drum, reel"):
-        tw.get_data_into(mujoco.MjData(model), model, d)
-    for make in (tw.make_data, tw.put_model):
-        with refusing(InvalidValueError, "give the mujoco.MjModel"):
-            make(on_device)
-
-
-def test_data_made_otherwise_are_refused():
-    plain = mujoco.MjModel.from_xml_string("<mujoco/>")
-    with refusing(InvalidValueError, "make_data"):
-        tw.sheaths_of(mjw.make_data(plain))
-
-
-def test_a_simulation_or_a_world_that_is_none_of_the_model_s_is_refused_untouched(model):
-    d, other = tw.make_data(model, 2), mujoco.MjModel.from_xml_string("<mujoco/>")
-    for result in (mujoco.MjData(other), None):
-        with pytest.raises(InvalidValueError):
-            tw.get_data_into(result, model, d)
-        with pytest.raises(InvalidValueError):
-            tw.put_data(model, result)
-    with refusing(InvalidValueError, "of another model than is given"):
-        tw.get_data_into(mujoco.MjData(other), other, d)
-    for world in (-1, 2):
-        with pytest.raises(
-            InvalidValueError, match=f"world_id = {world} must be a whole number from 0 to 1"
-        ):
-            tw.get_data_into(mujoco.MjData(model), model, d, world)
-
-
-def test_effects_that_no_world_has_are_gone_from_a_simulation_that_takes_one_over(model):
-    data = mujoco.MjData(model)
-    Parameters(model, data)["reel.viscous_friction"] = 0.5
-    tw.get_data_into(data, model, tw.make_data(model))
-    assert Parameters(model, data)["reel.viscous_friction"] == 0.0
+def test_data_of_another_model_or_world_are_refused_by_what_would_use_them(model, on_device):
+    other, plain = fingers(kinds=("drum", "reel")), mujoco.MjModel.from_xml_string("<mujoco/>")
+    d, mine, data = tw.make_data(other), tw.make_data(model, 2), mujoco.MjData(model)
+    uses = (mjw.step, mjw.forward, tw.reset_data)
+    for use, said in (
+        *((lambda use=use: use(on_device, d), "of another model, drum, reel") for use in uses),
+        (lambda: tw.get_data_into(data, model, d), "of another model, drum, reel"),
+        (lambda: tw.get_data_into(mujoco.MjData(plain), plain, mine), "of another model than is"),
+        (lambda: tw.get_data_into(mujoco.MjData(plain), model, mine), ""),
+        (lambda: tw.put_data(model, mujoco.MjData(plain)), ""),
+        (lambda: tw.get_data_into(data, model, mine, -1), "world_id = -1 | from 0 to 1"),
+        (lambda: tw.get_data_into(data, model, mine, 2), "world_id = 2 | from 0 to 1"),
+        (lambda: tw.make_data(on_device), "give the mujoco.MjModel"),
+        (lambda: tw.put_model(on_device), "give the mujoco.MjModel"),
+        (lambda: tw.sheaths_of(mjw.make_data(plain)), "make_data"),
+    ):
+        with refusing(InvalidValueError, said):
+            use()

@@ -4,4 +4,4 @@ from tendon_mj.lab.data_check.actuators import play_warnings as play_warnings
 from tendon_mj.lab.data_check.check import Checked as Checked
 from tendon_mj.lab.data_check.check import check_recording as check_recording
 from tendon_mj.lab.data_check.check import timing_warnings as timing_warnings
-from tendon_mj.lab.data_check.warning import DataWarning as DataWarning
+from tendon_mj.lab.data_check.columns import DataWarning as DataWarning

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 import mujoco
 import numpy as np
 
-from tendon_mj.lab.data_check.warning import DataWarning, place_of
+from tendon_mj.lab.data_check.columns import DataWarning, place_of
 from tendon_mj.lab.recordings import Recording, noise_levels
 from tendon_mj.lab.replay import JOINT, Adjustable, Schedule, column_unit, expand, quantity
 from tendon_mj.plugin import sensor_kind, sheath_arrays, sheaths
@@ -215,14 +215,12 @@ def play_warnings(
     """Warn of drums that stand off by more than 3 % of the play, the noise, or its limit.
 
     The noise of a tension counts as a length by the cable's stiffness EA/L, that of the joint at
-    the output by its radius. Of several sheaths on one joint the first is named.
+    the output by its radius. Of several sheaths on one joint the first is named. ``adjustable`` is
+    at the numbers that are stated or fitted, and not stepped.
 
-    Args:
-        schedule: of a recording.
-        adjustable: its model at the numbers that are stated or fitted; not stepped.
-        plays: sheath → its play, and a limit, as half the interval of a fitted play [m].
-        with_servo: whether the lag of a servo counts if its joint was not measured. It is the
-            motor's own where its command was recorded, and an error where the angle was.
+    ``plays``: sheath → its play, and a limit, as half the interval of a fitted play [m];
+    ``with_servo``: whether the lag of a servo counts if its joint was not measured. It is the
+    motor's own where its command was recorded, and an error where the angle was.
     """
     model, recording = adjustable.model, schedule.recording
     mujoco.mj_forward(model, adjustable.data)

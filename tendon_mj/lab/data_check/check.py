@@ -17,15 +17,18 @@ from tendon_mj.lab.data_check.actuators import (
     prescribed_warnings,
     stated_play,
 )
-from tendon_mj.lab.data_check.jumps import jump_warnings
-from tendon_mj.lab.data_check.readings import degree_warnings, drive_warnings, reading_warnings
-from tendon_mj.lab.data_check.samples import (
+from tendon_mj.lab.data_check.columns import (
+    DataWarning,
     converter_warnings,
+    degree_warnings,
+    drive_warnings,
+    reading_warnings,
+    row_of,
     slack_warnings,
     spike_warnings,
     turn_warnings,
 )
-from tendon_mj.lab.data_check.warning import DataWarning, row_of
+from tendon_mj.lab.data_check.jumps import jump_warnings
 from tendon_mj.lab.recordings import TIME, TIMES, Recording, noise_levels
 from tendon_mj.lab.replay import Adjustable, Schedule, quantity, replay_recording, stated_values
 from tendon_mj.models import load_model
@@ -34,15 +37,8 @@ from tendon_mj.typing import FloatArray
 _WRONG_TIMES = ("times_in_ms", "times_too_short")  # with which no simulation is of use
 _DRIVE_LOST = ("turn", "wraps", "zero_step")
 _JUMPED = {
-    "spike",
-    "frozen",
-    "start",
-    "below_zero",
-    "unit",
-    "sign",
-    "slack",
-    "saturated",
-    "weak_motor",
+    *("spike", "frozen", "start", "below_zero", "unit"),
+    *("sign", "slack", "saturated", "weak_motor"),
 }
 # warning → others of the same column that follow from it
 _FOLLOWS = {
@@ -75,18 +71,13 @@ _LONG_SETTLE = 60.0  # [s] that no rig needs to come to rest
 
 @dataclass(frozen=True)
 class Checked:
-    """A recording, its simulation, and warnings.
+    """A recording, its simulation, and warnings."""
 
-    Attributes:
-        recording: as given.
-        simulated: at the numbers that the description states; None if the times are wrong, or the
-            simulation failed.
-        warnings: in the order in which to look at them.
-    """
-
-    recording: Recording
+    recording: Recording  # as given
+    # at the numbers that the description states; None if the times are wrong, or the simulation
+    # failed
     simulated: Recording | None
-    warnings: tuple[DataWarning, ...]
+    warnings: tuple[DataWarning, ...]  # in the order in which to look at them
 
 
 def check_recording(
@@ -330,7 +321,6 @@ def _roughness(time: FloatArray, series: FloatArray) -> tuple[float, float]:
 
 
 def _rest_warning(recording: Recording, place: str, settling: float) -> DataWarning | None:
-    """Warn of rests that are closer to each other than they are long."""
     steps = np.diff(recording.time)
     shortest = int(np.argmin(steps))
     between = float(steps[shortest])

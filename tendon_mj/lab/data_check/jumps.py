@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tendon_mj.lab.data_check.warning import (
+from tendon_mj.lab.data_check.columns import (
     DataWarning,
     lost_turns,
     median_around,

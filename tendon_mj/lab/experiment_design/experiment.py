@@ -26,7 +26,7 @@ from tendon_mj.lab.recordings import (
     Recording,
     check_keys,
     read_entries,
-    read_entry,
+    read_number,
     read_text,
     read_toml,
 )
@@ -146,7 +146,6 @@ def read_bounds(path: str | os.PathLike[str]) -> ExperimentBounds:
     toml = read_toml(read_text(Path(path)), where)
     try:
         check_keys(toml, [f.name for f in fields(ExperimentBounds)], (), where)
-        given = {key: value for key, value in toml.items() if key == "duration"}
         states, limits = (
             {name: (i.low, i.high) for name, i in read_entries(_Interval, toml, key, where).items()}
             for key in ("states", "limits")
@@ -156,7 +155,7 @@ def read_bounds(path: str | os.PathLike[str]) -> ExperimentBounds:
             states=states,
             limits=limits,
             measure=read_entries(Measured, toml, "measure", where),
-            duration=read_entry(_Duration, given, where).duration,
+            duration=read_number(toml.get("duration", 0.0), f"{where}, duration"),
         )
     except RecordingError as error:
         raise InvalidValueError(str(error)) from None
@@ -171,11 +170,6 @@ class _Interval:
         _check_interval("", self.low, self.high)
 
 
-@dataclass(frozen=True)
-class _Duration:
-    duration: float = 0.0
-
-
 def _check_interval(where: str, low: float, high: float) -> None:
     for name, end in (("low", low), ("high", high)):
         ANY_NUMBER.check(f"{where}{name}", end)
@@ -185,8 +179,6 @@ def _check_interval(where: str, low: float, high: float) -> None:
 
 @dataclass(frozen=True)
 class _ColumnMotion:
-    """Motion of one driven column."""
-
     shape: str  # one of SHAPES
     start: float  # where it begins [the column's unit]
     # levels between which it goes [unit]
@@ -392,11 +384,11 @@ class Family:
 
 
 def draw_experiment(
-    recordings: Sequence[Recording], bounds: ExperimentBounds, seed: int, name: str = "drawn"
+    recordings: Sequence[Recording], bounds: ExperimentBounds, seed: int
 ) -> Experiment:
     """Draw an experiment within bounds at random, with which a suggested one can be compared."""
     family = Family(tuple(recordings), bounds)
-    return family.at(np.random.default_rng(seed).random(family.dimensions), name)
+    return family.at(np.random.default_rng(seed).random(family.dimensions), "drawn")
 
 
 def check_bounds(

@@ -1,7 +1,7 @@
 """Fleets: many rigs of one kind, recorded over days; which one changed, and which one differs.
 
 `find_rigs` → `run_fleet` → `FleetResult`: each rig is observed (`observation`), its changes are
-searched for (`changes`) and fitted day by day (`series`), and its numbers compared (`comparison`).
+searched for (`changes`) and fitted day by day, and its numbers compared (`result`).
 """
 
 from tendon_mj.lab.fleet.result import FleetResult as FleetResult

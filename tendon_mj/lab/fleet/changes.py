@@ -60,21 +60,13 @@ class Template:
 
 @dataclass(frozen=True)
 class Suspect:
-    """A number that may have changed.
+    """A number that may have changed."""
 
-    Attributes:
-        index: of the watched number.
-        template: course that explains most.
-        change: δ [probes].
-        gain: of χ² [noise²].
-        significance: change over the standard deviation expected from its reproducibility [-].
-    """
-
-    index: int
-    template: Template
-    change: float
-    gain: float
-    significance: float
+    index: int  # of the watched number
+    template: Template  # course that explains most
+    change: float  # δ [probes]
+    gain: float  # of χ² [noise²]
+    significance: float  # change over the standard deviation expected from its reproducibility [-]
 
 
 def templates(dates: Sequence[datetime]) -> list[Template]:
@@ -174,32 +166,25 @@ def _explained(observation: Observation, weights: FloatArray) -> tuple[FloatArra
 
 @dataclass(frozen=True)
 class Change:
-    """A change of a number of a rig.
+    """A change of a number of a rig."""
 
-    Attributes:
-        course: at once, "step"; growing, "ramp"; at once and later at once to a further value,
-            "there and back"; or "varying", where none of these fits.
-        last_same: date of the last recording without it.
-        since: date of the first recording with it.
-        before, after: value before and at the end [the number's unit]; of a varying number, on
-            the first and on the last day.
-        error: standard error of the difference [the number's unit].
-        significance: the least difference, whichever recording is left out, over that error [-].
-        between, until: of "there and back" alone, the value in between [the number's unit], and the
-            date of the last recording with it.
-        apart: date of the one recording that the course does not fit, which the values above
-            ignore.
-    """
-
+    # at once, "step"; growing, "ramp"; at once and later at once to a further value, "there and
+    # back"; or "varying", where none of these fits
     course: Shape
-    last_same: datetime
-    since: datetime
+    last_same: datetime  # date of the last recording without it
+    since: datetime  # date of the first recording with it
+    # value before and at the end [the number's unit]; of a varying number, on the first and on the
+    # last day
     before: float
     after: float
-    error: float
+    error: float  # standard error of the difference [the number's unit]
+    # the least difference, whichever recording is left out, over that error [-]
     significance: float
+    # of "there and back" alone, the value in between [the number's unit], and the date of the last
+    # recording with it
     between: float | None = None
     until: datetime | None = None
+    # date of the one recording that the course does not fit, which the values above ignore
     apart: datetime | None = None
 
 
@@ -221,13 +206,10 @@ def find_change(
     deviations: FloatArray,
     within: ArrayLike = (-math.inf, math.inf),
 ) -> Change:
-    """The change that explains a series best.
+    """The change that explains (n,) values best, which are four or more, in the order of ``dates``.
 
-    Args:
-        dates: of the values, growing; four at least.
-        values: (n,) day by day.
-        deviations: (n,) standard deviations where nothing changes, > 0.
-        within: (2,) range of the number, to which the values of the change are clipped.
+    ``deviations``: (n,) standard deviations where nothing changes, > 0; ``within``: (2,) range of
+    the number, to which the values of the change are clipped.
     """
     once = _at_once_or_growing(dates, values, deviations)
     pairs = [_fit(pair, values, deviations) for pair in _two_steps(dates)]

@@ -16,8 +16,8 @@ values and the mean squares of the others by
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 
 import mujoco
@@ -42,7 +42,7 @@ from tendon_mj.lab.diagnosis import (
 )
 from tendon_mj.lab.fleet.rigs import RigData
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import Simulator, suppress_unsolved_warnings
+from tendon_mj.lab.replay import Simulator, name_in_session, suppress_unsolved_warnings
 from tendon_mj.typing import BoolArray, FloatArray
 
 Label = tuple[str, str, tuple[float, ...]]  # identifier, name, shape
@@ -50,24 +50,20 @@ Label = tuple[str, str, tuple[float, ...]]  # identifier, name, shape
 _CONVERGED, _AGAIN = 25, 2  # evaluations, from anywhere and from where a fit ended
 _INVISIBLE = 1e-8  # mean square of a derivative [noise per probe] that counts as 0
 SINGULAR = 1e-10  # relative eigenvalue below which a direction is left alone
+_DAILY = 6  # evaluations, from near the best values
+_NOTABLE = 0.01  # of the residual of the better one, likewise
+_RESOLVED = 2.0  # standard errors of the mean, by which two explanations differ
 
 
 @dataclass(frozen=True)
 class Number:
-    """A number of a model that may change from one day to the next.
+    """A number of a model that may change from one day to the next."""
 
-    Attributes:
-        name: of the parameters that it is.
-        identifier: of the effect; empty for a parameter that the recordings call uncertain.
-        unit: of the number.
-        probe: a small change of it [unit].
-        shape: of the effect's further numbers, which stay as they are [their units].
-    """
-
-    name: str
-    identifier: str
-    unit: str
-    probe: float
+    name: str  # of the parameters that it is
+    identifier: str  # of the effect; empty for a parameter that the recordings call uncertain
+    unit: str  # of the number
+    probe: float  # a small change of it [unit]
+    # of the effect's further numbers, which stay as they are [their units]
     shape: tuple[float, ...] = ()
 
     @property
@@ -78,19 +74,12 @@ class Number:
 
 @dataclass(frozen=True)
 class Watched:
-    """A number with the term that writes it.
+    """A number with the term that writes it."""
 
-    Attributes:
-        number: its names.
-        term: the number, with the parameters that it writes.
-        shape: further terms of an effect, which are the same on all days.
-        value: at which the derivative is taken [the term's unit].
-    """
-
-    number: Number
-    term: Term
-    shape: tuple[Term, ...]
-    value: float
+    number: Number  # its names
+    term: Term  # the number, with the parameters that it writes
+    shape: tuple[Term, ...]  # further terms of an effect, which are the same on all days
+    value: float  # at which the derivative is taken [the term's unit]
 
 
 @suppress_unsolved_warnings()
@@ -112,46 +101,27 @@ def usable(data: RigData) -> list[str]:
 
 @dataclass(frozen=True, eq=False)
 class Calibrated:
-    """A rig's model, fitted to all its recordings.
+    """A rig's model, fitted to all its recordings."""
 
-    Attributes:
-        problem: the recordings.
-        base: parameter → value of the model.
-        fit: of the uncertain parameters and the session terms.
-        watched: the numbers that may change; the first are the uncertain ones.
-    """
-
-    problem: Problem
-    base: dict[str, float]
-    fit: Fit
-    watched: tuple[Watched, ...]
+    problem: Problem  # the recordings
+    base: dict[str, float]  # parameter → value of the model
+    fit: Fit  # of the uncertain parameters and the session terms
+    watched: tuple[Watched, ...]  # the numbers that may change; the first are the uncertain ones
 
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """Information of a rig's recordings on the numbers that may change.
+    """Information of a rig's recordings on the numbers that may change."""
 
-    Attributes:
-        numbers: those that may change.
-        shared: how many of the first are fitted to all recordings together.
-        terms: (p,) all fitted values, in the order of the terms [their units].
-        values: (shared,) those of the shared numbers [their units].
-        errors: (shared,) their standard errors [their units].
-        square: (n,) mean square residual of each recording, calibrated [noise²].
-        samples: (n,) number of these residuals.
-        normal: (n, w, w) A_k.
-        gradient: (n, w) b_k.
-    """
-
-    numbers: tuple[Number, ...]
-    shared: int
-    terms: FloatArray
-    values: FloatArray
-    errors: FloatArray
-    square: FloatArray
-    samples: FloatArray
-    normal: FloatArray
-    gradient: FloatArray
+    numbers: tuple[Number, ...]  # those that may change
+    shared: int  # how many of the first are fitted to all recordings together
+    terms: FloatArray  # (p,) all fitted values, in the order of the terms [their units]
+    values: FloatArray  # (shared,) those of the shared numbers [their units]
+    errors: FloatArray  # (shared,) their standard errors [their units]
+    square: FloatArray  # (n,) mean square residual of each recording, calibrated [noise²]
+    samples: FloatArray  # (n,) number of these residuals
+    normal: FloatArray  # (n, w, w) A_k
+    gradient: FloatArray  # (n, w) b_k
 
     @property
     def fitted(self) -> tuple[Number, ...]:
@@ -160,9 +130,7 @@ class Observation:
 
 
 def calibrate(
-    recordings: Sequence[Recording],
-    model: mujoco.MjModel,
-    start: Sequence[float] | None = None,
+    recordings: Sequence[Recording], model: mujoco.MjModel, start: Sequence[float] | None = None
 ) -> Calibrated:
     """Fit the uncertain parameters to all recordings of a rig.
 
@@ -295,3 +263,104 @@ def one_out(observation: Observation) -> tuple[FloatArray, FloatArray]:
         values = np.vstack([values, observation.values + probes * step])
         misfits = np.append(misfits, np.sqrt(np.maximum(square, 0.0).mean()))
     return values, misfits
+
+
+@dataclass(frozen=True, eq=False)
+class NumberSeries:
+    """A number day by day."""
+
+    number: Number  # its names
+    # the first parameter that it writes, and that one's unit
+    parameter: str
+    unit: str
+    probe: float  # change of the parameter for a probe of the number [unit]
+    values: FloatArray  # (n,) of that parameter [unit]
+    errors: FloatArray  # (n,) standard errors from noise [unit]
+    square: FloatArray  # (n,) mean square residual of each recording [noise²]
+    range: FloatArray  # (2,) within which the parameter is fitted [unit]
+    others: dict[str, float]  # parameter → value, of those fitted to all recordings with it
+
+
+def fit_series(
+    recordings: Sequence[Recording],
+    model: mujoco.MjModel,
+    start: Sequence[float],
+    suspects: Mapping[Number, Sequence[float]],
+) -> list[NumberSeries]:
+    """Fit each of some numbers day by day; the one that explains most first.
+
+    ``start``: values of all terms, see `Observation`; ``suspects``: number → its first-order change
+    on each day, (n,) [probes].
+    """
+    rig = calibrate(recordings, model, start)
+    names = [recording.name for recording in recordings]
+    fitted = [
+        _series(rig, watched, suspects[watched.number], names)
+        for watched in rig.watched
+        if watched.number in suspects
+    ]
+    return sorted(fitted, key=lambda series: float(series.square.mean()))
+
+
+def _series(
+    rig: Calibrated, watched: Watched, changes: Sequence[float], names: Sequence[str]
+) -> NumberSeries:
+    term, count = watched.term, len(names)
+    own = [
+        replace(term, targets=tuple(name_in_session(t, name) for t in term.targets), spread=0.0)
+        for name in names
+    ]
+    pairs = zip(rig.fit.terms, rig.fit.values, strict=True)
+    kept = [(other, x) for other, x in pairs if not {*other.targets} & {*term.targets}]
+    daily = np.clip(watched.value + term.probe * np.array(changes), term.low, term.high)
+    fitted = fit(
+        rig.problem,
+        rig.base,
+        (*(other for other, _ in kept), *watched.shape, *own),
+        (),
+        np.array([*(x for _, x in kept), *watched.number.shape, *daily]),
+        correction=rig.fit.correction,
+        evaluations=_DAILY,
+    )
+    square = mean_squares(fitted.residual, rig.problem)
+    slopes = fitted.jacobian[:, -count:]
+    information = np.einsum("mk,mk->k", slopes, slopes)
+    written = {**rig.base, **fitted.parameters(rig.base)}
+    numbers, parameter = fitted.values[-count:], term.targets[0]
+    middle = float(np.mean(numbers))
+    probe = abs(_parameter(term, middle + term.probe, written) - _parameter(term, middle, written))
+    with np.errstate(divide="ignore"):
+        errors = probe * np.sqrt(np.maximum(square, 1.0) / information)
+    return NumberSeries(
+        number=watched.number,
+        parameter=parameter,
+        unit=rig.problem.simulate.parameters[parameter].unit,
+        probe=probe,
+        values=np.array([_parameter(term, float(x), written) for x in numbers]),
+        errors=errors,
+        square=square,
+        range=np.sort([_parameter(term, end, written) for end in (term.low, term.high)]),
+        others={t: written[t] for other, _ in kept if not other.spread for t in other.targets},
+    )
+
+
+def _parameter(term: Term, number: float, values: Mapping[str, float]) -> float:
+    return term.write(number, values)[term.targets[0]]
+
+
+def explanation(ranked: Sequence[NumberSeries]) -> tuple[NumberSeries, list[NumberSeries]]:
+    """The series that explains the recordings, and those that explain them as well.
+
+    Two series differ if the mean reduction in residual over the recordings exceeds both twice its
+    standard error and 1 % of the residual. Among those that do not differ, a parameter that the
+    recordings call uncertain comes first. ``ranked``: the smallest residual first.
+    """
+    best, *rest = ranked
+    alike = [best]
+    for other in rest:
+        less = other.square - best.square
+        error = float(np.std(less, ddof=1)) / np.sqrt(less.size)
+        if not float(less.mean()) > max(_RESOLVED * error, _NOTABLE * float(best.square.mean())):
+            alike.append(other)
+    first = min(alike, key=lambda series: bool(series.number.identifier))  # else the first
+    return first, [other for other in alike if other is not first]

@@ -1,24 +1,42 @@
-"""Result of a fleet: for each rig whether it changed, whether it differs, and both in words."""
+"""Result of a fleet: for each rig whether it changed, whether it differs, and both in words.
+
+Of a number x_r with standard error s_r on rig r, the fleet has the median m and, from the median
+absolute deviation, a spread S that a few rigs do not widen. A rig differs where
+
+    |x_r − m| > 5 √(S² + s_r²),
+
+whichever recording of it is left out, so that one odd day is not a difference. Its misfit, the rms
+residual of the calibrated model, differs where it is also twice the median.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from itertools import pairwise
 from statistics import median
-from typing import Any, Literal
+from types import MappingProxyType
+from typing import Any, Literal, NamedTuple
 
+import mujoco
 import numpy as np
+from scipy.stats import median_abs_deviation
 
 from tendon_mj.lab.data_check import timing_warnings
 from tendon_mj.lab.diagnosis import CATALOGUE
 from tendon_mj.lab.fleet.changes import LEAST_DAYS, Change
-from tendon_mj.lab.fleet.comparison import FEWEST, FleetSpread, RigDifference
+from tendon_mj.lab.fleet.observation import NumberSeries
 from tendon_mj.lab.fleet.rigs import stamp
-from tendon_mj.lab.fleet.series import NumberSeries
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import engineering_unit, plain, quantity
+from tendon_mj.models import model_digest
+
+FEWEST = 5  # rigs, for a spread between them
+DIFFERENT = 5.0  # standard deviations
+MISFIT = "misfit"  # in place of a parameter's name [noise]
+_LARGER = 2.0  # times the median
 
 _RigVerdict = Literal[
     "changed", "differs", "consistent with the fleet", "unchanged", "not judged", "failed"
@@ -31,43 +49,104 @@ _ABOVE = 2.0  # times the median residual of the rigs, above which a residual is
 _FEWEST = 3  # recordings, for one of them to be odd
 
 
-@dataclass(frozen=True, kw_only=True)
-class RigResult:
-    """Result of one rig.
+class FleetSpread(NamedTuple):
+    """A number on all rigs of a fleet: its median, and its spread between them [its unit]."""
 
-    Attributes:
-        name: of its folder.
-        dates: of its recordings.
-        error: why it could not be fitted; empty where it could.
-        values, errors: parameter → fitted value and its standard error [its unit]; where it
-            changed, before that.
-        one_out: parameter, or `MISFIT` → likewise with each of its recordings left out.
-        misfit: rms residual of the calibrated model [noise].
-        left: likewise, with the change.
-        square: (n,) mean square residual of each recording, with the change [noise²].
-        change: its course and dates; None without a change.
-        series: the number that changed, day by day.
-        rivals: other numbers of which a change explains the recordings equally well.
-        differences: numbers that are not consistent with the fleet.
-        compared: number of fitted rigs, this one included.
-        remarks: further findings.
-    """
+    median: float
+    between: float
+
+
+class RigDifference(NamedTuple):
+    """A number of a rig that is not consistent with the fleet [its unit], and how far [spreads]."""
 
     name: str
-    dates: tuple[datetime, ...]
-    error: str = ""
+    value: float
+    spread: FleetSpread
+    significance: float
+
+
+def spread_between(values: Mapping[str, float], errors: Mapping[str, float]) -> FleetSpread:
+    """Median and spread of rig → value, in excess of their standard errors."""
+    every = np.array(list(values.values()))
+    deviation = float(median_abs_deviation(every, scale="normal"))
+    noise = float(np.median([errors[rig] for rig in values]))
+    return FleetSpread(float(np.median(every)), float(np.sqrt(max(deviation**2 - noise**2, 0.0))))
+
+
+def rig_differences(
+    name: str,
+    values: Mapping[str, float],
+    errors: Mapping[str, float],
+    spread: FleetSpread,
+    one_out: Mapping[str, Sequence[float]] = MappingProxyType({}),
+) -> dict[str, RigDifference]:
+    """Rig → its difference, of the rigs that differ; empty where there are fewer than five rigs.
+
+    ``values, errors``: rig → value of the number and its standard error [its unit]; ``one_out``:
+    rig → its value with each of its recordings left out, where there are several.
+    """
+    if len(values) < FEWEST:
+        return {}
+    outliers = {}
+    for rig, value in values.items():
+        expected = float(np.hypot(spread.between, errors[rig]))
+        side = np.sign(value - spread.median)
+        away = min(side * (x - spread.median) for x in [value, *one_out.get(rig, ())])
+        if away > DIFFERENT * expected:
+            ratio = away / expected if expected > 0.0 else np.inf
+            outliers[rig] = RigDifference(name, value, spread, float(ratio))
+    return outliers
+
+
+def larger_misfits(
+    misfits: Mapping[str, float], one_out: Mapping[str, Sequence[float]] = MappingProxyType({})
+) -> dict[str, RigDifference]:
+    """Like `rig_differences`, of the misfit [noise]."""
+    errors = dict.fromkeys(misfits, 0.0)
+    spread = spread_between(misfits, errors)
+    outliers = rig_differences(MISFIT, misfits, errors, spread, one_out)
+    least = {rig: min([misfits[rig], *one_out.get(rig, ())]) for rig in outliers}
+    return {rig: one for rig, one in outliers.items() if least[rig] > _LARGER * spread.median}
+
+
+def kind(recording: Recording, model: mujoco.MjModel) -> dict[str, str]:
+    """Everything that rigs need to have in common: part of the description → its content."""
+    tables = {"[uncertain]": recording.uncertain, "[known]": recording.known}
+    contents = {name: repr(sorted(t.items())) for name, t in tables.items()}
+    return {"model": model_digest(model)} | contents
+
+
+def unlike(kinds: Mapping[str, Mapping[str, str]]) -> dict[str, list[str]]:
+    """Rig → the parts of its `kind` that differ from most rigs', of the rigs that have any."""
+    parts = sorted({part for one in kinds.values() for part in one}, key=lambda p: p[0] == "[")
+    usual = {p: Counter(one[p] for one in kinds.values()).most_common(1)[0][0] for p in parts}
+    differing = {rig: [p for p in parts if one[p] != usual[p]] for rig, one in kinds.items()}
+    return {rig: parts for rig, parts in differing.items() if parts}
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigResult:
+    """Result of one rig."""
+
+    name: str  # of its folder
+    dates: tuple[datetime, ...]  # of its recordings
+    error: str = ""  # why it could not be fitted; empty where it could
+    # parameter → fitted value and its standard error [its unit]; where it changed, before that
     values: Mapping[str, float] = field(default_factory=dict)
     errors: Mapping[str, float] = field(default_factory=dict)
+    # parameter, or `MISFIT` → likewise with each of its recordings left out
     one_out: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    misfit: float = float("nan")
-    left: float = float("nan")
+    misfit: float = float("nan")  # rms residual of the calibrated model [noise]
+    left: float = float("nan")  # likewise, with the change
+    # (n,) mean square residual of each recording, with the change [noise²]
     square: Sequence[float] = ()
-    change: Change | None = None
-    series: NumberSeries | None = None
+    change: Change | None = None  # its course and dates; None without a change
+    series: NumberSeries | None = None  # the number that changed, day by day
+    # other numbers of which a change explains the recordings equally well
     rivals: Sequence[NumberSeries] = ()
-    differences: Sequence[RigDifference] = ()
-    compared: int = 0
-    remarks: Sequence[str] = ()
+    differences: Sequence[RigDifference] = ()  # numbers that are not consistent with the fleet
+    compared: int = 0  # number of fitted rigs, this one included
+    remarks: Sequence[str] = ()  # further findings
 
     @property
     def verdict(self) -> _RigVerdict:
@@ -172,17 +251,11 @@ class RigResult:
 
 @dataclass(frozen=True)
 class FleetResult:
-    """Result of a fleet.
+    """Result of a fleet."""
 
-    Attributes:
-        rigs: in the order of their names.
-        spreads: parameter → median and spread between rigs [its unit].
-        units: parameter → its unit.
-    """
-
-    rigs: Sequence[RigResult]
-    spreads: Mapping[str, FleetSpread]
-    units: Mapping[str, str]
+    rigs: Sequence[RigResult]  # in the order of their names
+    spreads: Mapping[str, FleetSpread]  # parameter → median and spread between rigs [its unit]
+    units: Mapping[str, str]  # parameter → its unit
 
     def of(self, verdict: _RigVerdict) -> list[RigResult]:
         """The rigs with a verdict."""

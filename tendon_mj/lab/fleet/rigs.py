@@ -47,17 +47,12 @@ class RigData(NamedTuple):
 
 @dataclass(frozen=True)
 class Rig:
-    """One rig of a fleet.
+    """One rig of a fleet."""
 
-    Attributes:
-        name: of its folder.
-        files: date → table and description of a recording, in the order of time.
-        error: why the rig cannot be used; empty where it can.
-    """
-
-    name: str
+    name: str  # of its folder
+    # date → table and description of a recording, in the order of time
     files: Mapping[datetime, tuple[Path, Path]]
-    error: str = ""
+    error: str = ""  # why the rig cannot be used; empty where it can
 
     @property
     def dates(self) -> tuple[datetime, ...]:
@@ -117,15 +112,8 @@ def find_rigs(folder: Path, out: Path | None = None) -> list[Rig]:
     """The rigs of a fleet: every subfolder except results and hidden folders.
 
     A rig without recordings, with a table without a date or a description, or with two tables of
-    one date is returned with its error.
-
-    Args:
-        folder: of the fleet, see the module's docstring.
-        out: folder for results, which may lie in ``folder``.
-
-    Raises:
-        RecordingError: no folder has recordings, a recording lies directly in ``folder``, or
-            ``out`` is in the folder of a rig.
+    one date is returned with its error. ``out``: folder for results, which may lie
+    in ``folder``.
     """
     if not folder.is_dir():
         raise RecordingError(f"{folder} is not a folder; a fleet is a folder with one for each rig")

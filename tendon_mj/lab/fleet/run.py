@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
@@ -13,27 +14,34 @@ import numpy as np
 
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.fleet.changes import SIGNIFICANT, daily_deviations, find_change, suspects
-from tendon_mj.lab.fleet.comparison import (
+from tendon_mj.lab.fleet.observation import (
+    Label,
+    Number,
+    NumberSeries,
+    Observation,
+    explanation,
+    fit_series,
+    observe,
+    one_out,
+    usable,
+)
+from tendon_mj.lab.fleet.result import (
     MISFIT,
+    FleetResult,
     FleetSpread,
     RigDifference,
+    RigResult,
     kind,
     larger_misfits,
-    rig_differences,
-    spread_between,
-    unlike,
-)
-from tendon_mj.lab.fleet.observation import Label, Number, Observation, observe, one_out, usable
-from tendon_mj.lab.fleet.result import (
-    FleetResult,
-    RigResult,
     odd_day,
     other_kind,
     remaining,
+    rig_differences,
+    spread_between,
     timing_remarks,
+    unlike,
 )
 from tendon_mj.lab.fleet.rigs import Rig, RigData
-from tendon_mj.lab.fleet.series import NumberSeries, explanation, fit_series
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.tasks import Workers, run_tasks
 from tendon_mj.typing import FloatArray
@@ -45,21 +53,13 @@ _Kept = TypeVar("_Kept")
 
 @dataclass(frozen=True)
 class _Observed:
-    """Result of the first pass over a rig, as it is kept.
+    """Result of the first pass over a rig, as it is kept."""
 
-    Attributes:
-        error: why there is no observation; empty where there is one.
-        observation: of its recordings.
-        reasons: why each recording is left out; empty where it is not.
-        remarks: on the times of its recordings.
-        kind: see `comparison.kind`.
-    """
-
-    error: str = ""
-    observation: Observation | None = None
-    reasons: Sequence[str] = ()
-    remarks: Sequence[str] = ()
-    kind: Mapping[str, str] = field(default_factory=dict)
+    error: str = ""  # why there is no observation; empty where there is one
+    observation: Observation | None = None  # of its recordings
+    reasons: Sequence[str] = ()  # why each recording is left out; empty where it is not
+    remarks: Sequence[str] = ()  # on the times of its recordings
+    kind: Mapping[str, str] = field(default_factory=dict)  # see `kind`
 
 
 def run_fleet(
@@ -76,34 +76,20 @@ def run_fleet(
     Each rig is calibrated by itself. The scatter between days where nothing changed, and between
     rigs that are alike, is estimated from all of them, and changes and differences are tested
     against it. A recording that cannot be used is left out with a remark. Results are kept in
-    ``out``, and computed again where a rig's recordings, its model or the version changed.
-
-    Args:
-        rigs: see `find_rigs`.
-        out: folder for intermediate results.
-        on: where to run; default: this machine's cores.
-        again: compute everything again.
-        begin: called before the first rig is computed, when nothing more is refused.
-        progress: called with a label, how many rigs are done, and of how many.
-
-    Raises:
-        WorkerError: see `run_tasks`.
+    ``out``, and computed again where a rig's recordings, its model or the version changed, or all
+    ``again``. ``begin`` is called before the first rig is computed, when nothing more is refused.
     """
     run = partial(run_tasks, on=on, progress=progress)
     by_name = {rig.name: rig for rig in rigs}
+
+    def read(name: str) -> RigData:
+        return by_name[name].read()
+
     digests = {rig.name: rig.digest() for rig in rigs if not rig.error}
     first = _RigFiles(out / "observations", digests, again=again)
-    run(
-        _observe,
-        None,
-        list(digests),
-        lambda name: by_name[name].read(),
-        first,
-        begin=begin,
-        what="calibrate",
-    )
+    run(_observe, None, list(digests), read, first, begin=begin, what="calibrate")
     observed = {rig.name: _Observed(error=rig.error) for rig in rigs}
-    observed |= {name: _restored(_Observed, first.read(name)) for name in digests}
+    observed |= {name: _restored(_Observed, first.results[name]) for name in digests}
     seen = {name: one.observation for name, one in observed.items() if one.observation}
     used = {name: by_name[name].without(observed[name].reasons) for name in seen}
     spreads = daily_deviations(list(seen.values()))
@@ -127,7 +113,7 @@ def run_fleet(
     )
     results = []
     for rig in rigs:
-        kept = second.read(rig.name)["series"] if rig.name in suspected else []
+        kept = second.results[rig.name]["series"] if rig.name in suspected else []
         series = [_restored(NumberSeries, one) for one in kept]
         results.append(_result(rig, observed[rig.name], series, spreads))
     return _compared(results, seen, unlike({name: observed[name].kind for name in seen}))
@@ -165,29 +151,23 @@ class _RigFiles:
     def __init__(self, folder: Path, of: Mapping[str, str], *, again: bool = False) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder, self._of = folder, of
-        self._done = set[str]() if again else {rig for rig in of if self._valid(rig)}
+        self.results = dict[str, dict[str, Any]]()
+        for rig in () if again else of:
+            with suppress(OSError, ValueError, KeyError, TypeError):
+                kept = json.loads((folder / f"{rig}.json").read_text(encoding="utf-8"))
+                if kept["of"] == of[rig] and not kept["result"].get("error"):
+                    self.results[rig] = kept["result"]
 
-    def done(self) -> set[str]:
+    def done(self) -> Collection[str]:
         """Rigs with a valid file."""
-        return set(self._done)
+        return self.results.keys()
 
     def write(self, key: str, result: Mapping[str, Any]) -> None:
         """Keep the result of a rig."""
         text = json.dumps({"of": self._of[key], "result": result}, default=np.ndarray.tolist)
         with whole_file(self._folder / f"{key}.json") as made:
             made.write_text(text, encoding="utf-8")
-
-    def read(self, key: str) -> dict[str, Any]:
-        """The result of a rig."""
-        text = (self._folder / f"{key}.json").read_text(encoding="utf-8")
-        return dict(json.loads(text)["result"])
-
-    def _valid(self, rig: str) -> bool:
-        try:
-            kept = json.loads((self._folder / f"{rig}.json").read_text(encoding="utf-8"))
-            return bool(kept["of"] == self._of[rig]) and not kept["result"].get("error")
-        except (OSError, ValueError, KeyError, TypeError):
-            return False
+        self.results[key] = json.loads(text)["result"]
 
 
 def _restored(kept: type[_Kept], values: Mapping[str, Any]) -> _Kept:

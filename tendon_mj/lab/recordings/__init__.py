@@ -1,12 +1,12 @@
 """Recordings: tables of measured columns with their descriptions."""
 
+from tendon_mj.lab.recordings.assembly import in_si as in_si
 from tendon_mj.lab.recordings.description import Measured as Measured
 from tendon_mj.lab.recordings.description import Session as Session
 from tendon_mj.lab.recordings.description import Uncertain as Uncertain
 from tendon_mj.lab.recordings.description import check_keys as check_keys
-from tendon_mj.lab.recordings.description import parse_description as parse_description
 from tendon_mj.lab.recordings.description import read_entries as read_entries
-from tendon_mj.lab.recordings.description import read_entry as read_entry
+from tendon_mj.lab.recordings.description import read_number as read_number
 from tendon_mj.lab.recordings.files import FORMATS as FORMATS
 from tendon_mj.lab.recordings.files import read_text as read_text
 from tendon_mj.lab.recordings.files import read_toml as read_toml
@@ -27,7 +27,6 @@ from tendon_mj.lab.recordings.recording import read_columns as read_columns
 from tendon_mj.lab.recordings.recording import read_recording as read_recording
 from tendon_mj.lab.recordings.recording import read_table as read_table
 from tendon_mj.lab.recordings.recording import write_recording as write_recording
-from tendon_mj.lab.recordings.times import in_si as in_si
 from tendon_mj.lab.recordings.units import ANY_NUMBER as ANY_NUMBER
 from tendon_mj.lab.recordings.units import LARGEST as LARGEST
 from tendon_mj.lab.recordings.units import NOT_NEGATIVE as NOT_NEGATIVE
@@ -36,7 +35,5 @@ from tendon_mj.lab.recordings.units import TIME as TIME
 from tendon_mj.lab.recordings.units import TIMES as TIMES
 from tendon_mj.lab.recordings.units import UNIT_FACTORS as UNIT_FACTORS
 from tendon_mj.lab.recordings.units import UNITS as UNITS
-from tendon_mj.lab.recordings.units import NumberRange as NumberRange
-from tendon_mj.lab.recordings.units import excess as excess
 from tendon_mj.lab.recordings.units import si_name as si_name
 from tendon_mj.lab.recordings.units import unit_fault as unit_fault

@@ -13,7 +13,6 @@ from tendon_mj.errors import InvalidValueError, RecordingError, unknown
 from tendon_mj.lab.recordings.files import read_toml
 from tendon_mj.lab.recordings.units import (
     ANY_NUMBER,
-    LARGEST,
     NOT_NEGATIVE,
     POSITIVE_NUMBER,
     TIMES,
@@ -123,21 +122,16 @@ class _Timing:
 class Source:
     """Place of a column's values in a file, and their conversion.
 
-        value = factor × number + offset   [unit]
-
-    column: of a table; dots lead into lists and objects of Parquet, as in ``position.0``;
-    topic, field: of a log; dots lead into its messages;
-    unit: without its underscore; empty: the one in which the column's name ends;
-    period: number after which a counter begins again, by which its jumps are undone; 0: none.
+    value = factor × number + offset [unit]; dots lead into lists and objects: ``position.0``.
     """
 
-    column: str = ""
-    topic: str = ""
-    field: str = ""
+    column: str = ""  # of a table
+    topic: str = ""  # of a log
+    field: str = ""  # of its messages
     factor: float = 1.0
     offset: float = 0.0
-    unit: str = ""
-    period: float = 0.0
+    unit: str = ""  # without its underscore; empty: the one in which the column's name ends
+    period: float = 0.0  # after which a counter begins again; its jumps are undone; 0: none
 
     def __post_init__(self) -> None:
         NumberRange(zero=False).check("factor", self.factor)
@@ -169,15 +163,11 @@ class Source:
 
 @dataclass(frozen=True)
 class TableLayout:
-    """Places of the columns of a recording in its file.
+    """Places of the columns of a recording in its file."""
 
-    columns: [columns] of the description; topics: the same of a log, where they may be called
-    [mcap]; header: names of the columns of a table that has none.
-    """
-
-    columns: Mapping[str, Source] = field(default_factory=dict)
-    topics: Mapping[str, Source] = field(default_factory=dict)
-    header: tuple[str, ...] = ()
+    columns: Mapping[str, Source] = field(default_factory=dict)  # [columns]
+    topics: Mapping[str, Source] = field(default_factory=dict)  # of a log: that, or [mcap]
+    header: tuple[str, ...] = ()  # names of the columns of a table that has none
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -306,18 +296,8 @@ class Description:
         )
 
 
-def parse_description(text: str, where: str) -> Description:
-    """A description in TOML, as `parse_toml` reads it."""
-    return parse_toml(text, where)[0]
-
-
 def parse_toml(text: str, where: str) -> tuple[Description, TableLayout]:
-    """A description in TOML, and its places of columns; messages begin with ``where``, the file.
-
-    Raises:
-        RecordingError: broken TOML; unknown keys (naming the nearest valid one); values of the
-            wrong kind, and those that `Measured`, `Uncertain`, `Session` and `Source` refuse.
-    """
+    """A description in TOML, and its places of columns; messages begin with ``where``, the file."""
     toml = read_toml(text, where)
     check_keys(toml, KEYS, ("model", "source"), where)
     drive = {
@@ -328,11 +308,11 @@ def parse_toml(text: str, where: str) -> tuple[Description, TableLayout]:
     description = Description(
         model=_text(toml["model"], f"{where}, model"),
         source=_text(toml["source"], f"{where}, source"),
-        settle=_number(toml.get("settle", Description.settle), f"{where}, settle"),
+        settle=read_number(toml.get("settle", Description.settle), f"{where}, settle"),
         settling_time=timing.settling_time,
         drive={name: entry.actuator for name, entry in drive.items()},
         measured=read_entries(Measured, toml, "measured", where),
-        known={name: _number(*entry) for name, entry in _table(toml, "known", where).items()},
+        known={name: read_number(*entry) for name, entry in _table(toml, "known", where).items()},
         uncertain=read_entries(Uncertain, toml, "uncertain", where),
         session=read_entries(Session, toml, "session", where),
         hold=tuple(name for name, entry in drive.items() if entry.hold),
@@ -411,12 +391,7 @@ def _source(name: str, entry: Any, here: str) -> Source:
 
 
 def read_entry(kind: type[_Entry], entry: Any, here: str) -> _Entry:
-    """A dataclass from a TOML table, whose keys are the fields of the class.
-
-    Raises:
-        RecordingError: not a table; a key that is unknown or missing; a value of another type, or
-            one that the class refuses. The message begins with ``here``.
-    """
+    """A dataclass from a TOML table, whose keys are its fields; messages begin with ``here``."""
     known: dict[str, Any] = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
     needed = [name for name, f in known.items() if f.default is MISSING]
     if not isinstance(entry, dict):
@@ -465,15 +440,13 @@ def _flag(entry: Any, here: str) -> bool:
     return entry
 
 
-def _number(entry: Any, here: str) -> float:
+def read_number(entry: Any, here: str) -> float:
+    """A number of TOML; messages begin with ``here``."""
     if isinstance(entry, dict):
         raise RecordingError(f"{here}: {_UNQUOTED}")
     if isinstance(entry, bool) or not isinstance(entry, int | float):
         raise RecordingError(f"{here}: must be a number, got {entry!r}")
-    try:
-        return float(entry)
-    except OverflowError:
-        raise RecordingError(f"{here}: is too large; at most {LARGEST:g}") from None
+    return float(entry)
 
 
 def _text(entry: Any, here: str) -> str:
@@ -489,8 +462,8 @@ def _names(entry: Any, here: str) -> str | tuple[str, ...]:
 _READERS: dict[str, Callable[[Any, str], Any]] = {
     "str": _text,
     "str | tuple[str, ...]": _names,
-    "float": _number,
-    "float | None": _number,
+    "float": read_number,
+    "float | None": read_number,
     "bool": _flag,
 }
 

@@ -10,7 +10,6 @@ from typing import Any
 
 from tendon_mj.errors import RecordingError, unknown
 
-LARGEST_FILE = 2**31  # [bytes]: days at 1 kHz
 FORMATS = (".csv", ".parquet", ".mcap")  # in the order in which a stem is sought
 _AS_CSV = (".txt", ".tsv", ".dat", ".log")  # read as CSV where a path names them
 _PANDAS = 'in Python: import pandas; pandas.{read}.to_csv("{stem}.csv", index=False)'
@@ -91,11 +90,7 @@ _FIRST_BYTES = {  # of a file that may be named as a CSV → its suffix
 
 
 def check_format(path: Path) -> None:
-    """Refuse a file of a format that is not read, also under the name of another.
-
-    Raises:
-        RecordingError: the message names the format, and how to convert it.
-    """
+    """Refuse a file of a format that is not read, and say how to convert it."""
     suffix = path.suffix.lower()
     if suffix in (".csv", *_AS_CSV) and path.is_file():
         with suppress(OSError), path.open("rb") as file:
@@ -127,9 +122,6 @@ def table_beside(path: Path, formats: Sequence[str] = FORMATS) -> tuple[Path, Pa
 
     Of several tables, the first of ``formats`` that exists; of none, the first of ``formats``, or
     the path itself if it is a file of a format that is not read.
-
-    Raises:
-        RecordingError: the path is a folder without a name, such as `.` or `/`.
     """
     if path.name in ("", ".."):
         raise RecordingError(f"{path} is a folder; give the path of a recording's table")
@@ -146,13 +138,12 @@ def table_beside(path: Path, formats: Sequence[str] = FORMATS) -> tuple[Path, Pa
 
 
 def check_file(path: Path, hint: str = "") -> None:
-    """Raise `RecordingError` unless there is a file that can be opened, not too large.
+    """Raise `RecordingError` unless there is a file that can be opened.
 
     ``hint`` is appended to the message of a missing file, which names the nearest of the same kind.
     """
     try:
-        with path.open("rb"):
-            size = path.stat().st_size
+        path.open("rb").close()
     except FileNotFoundError:
         if not path.parent.is_dir():
             message = f"no such file, nor a folder {str(path.parent)!r}"
@@ -162,8 +153,6 @@ def check_file(path: Path, hint: str = "") -> None:
         raise RecordingError(f"{path}: {message}{hint}") from None
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {error.strerror}") from error
-    if size > LARGEST_FILE:
-        raise RecordingError(f"{path}: {size} bytes, more than {LARGEST_FILE}; split the recording")
 
 
 def read_text(path: Path, hint: str = "") -> str:
@@ -184,12 +173,8 @@ def read_text(path: Path, hint: str = "") -> str:
 
 
 def read_toml(text: str, where: str) -> dict[str, Any]:
-    """TOML text as plain values.
-
-    Raises:
-        RecordingError: broken TOML; the message begins with ``where`` and has the line.
-    """
+    """TOML text as plain values; messages begin with ``where``."""
     try:
         return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise RecordingError(f"{where}: not TOML: {error}") from None

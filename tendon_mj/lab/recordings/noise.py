@@ -30,9 +30,6 @@ def resolution(series: ArrayLike) -> float:
 
     All levels are multiples of the step, to a tenth of it: values of a coarse converter may be
     rounded once more in the file. A ramp whose samples are evenly spaced is not quantised.
-
-    Args:
-        series: (n,) samples.
     """
     values = np.asarray(series, float)
     levels = np.unique(values)
@@ -59,9 +56,7 @@ def resolution(series: ArrayLike) -> float:
 def white_noise(series: FloatArray, among: BoolArray | None = None) -> float:
     """Standard deviation of white noise on a smooth series, by its third differences.
 
-    Args:
-        series: (n,) samples.
-        among: (n,) samples that count; a difference of which one does not is left out.
+    Differences with a sample that is not ``among`` those that count, (n,), are left out.
     """
     return _noise_of_differences(series, among, 3)
 
@@ -88,10 +83,7 @@ def range_ends(series: FloatArray, noise: float | None = None) -> tuple[float, f
     """Ends of a range that a noisy series is cut off at; -inf and inf where it is not.
 
     Readings pile up at an end: noise makes any other level about as frequent as its neighbours.
-
-    Args:
-        series: (n,) samples.
-        noise: standard deviation, if known [the unit of the series].
+    ``noise``: its standard deviation, if known [the unit of the series].
     """
     series = series[~held_values(series, noise)]
     inner = (series > series.min()) & (series < series.max())
@@ -118,12 +110,8 @@ def held_values(
     """(n,) samples that repeat the one before, of a sensor that is read faster than it converts.
 
     All False where equal neighbours are what noise, steps or rests make: repeats count where values
-    change by several steps of the column, for as long each time or in a column that has noise.
-
-    Args:
-        series: (n,) samples.
-        noise: standard deviation, if known [the unit of the series].
-        longest: samples in a run of equal values; a longer one is a rest.
+    change by several steps of the column, for as long each time or in a column that has ``noise``
+    [the unit of the series]. A run of equal values longer than ``longest`` samples is a rest.
     """
     none = np.zeros(series.size, bool)
     changes = np.append(np.inf, np.abs(np.diff(series)))
@@ -151,18 +139,12 @@ def held_values(
 
 
 def estimate_noise(series: ArrayLike) -> float:
-    """Standard deviation of white noise on a smooth series.
+    """Standard deviation σ of white noise on a smooth series at even times [its unit].
 
     The third difference of white noise has a variance of 20 σ², that of a smooth series nearly
     none; the median is robust to the few samples at kinks. Samples at the end of a range, where
     there is no noise, do not count. At least the quantisation noise q/√12 of the series' own
-    resolution q.
-
-    Args:
-        series: (n,) samples at even times.
-
-    Returns:
-        σ [the unit of the series], > 0 unless the series is constant.
+    resolution q, so > 0 unless the series is constant.
     """
     values = np.asarray(series, float)
     inner = ~np.isin(values, range_ends(values))
@@ -173,10 +155,8 @@ def noise_of_repeats(recording: Recording, column: str) -> tuple[float, int]:
     """Standard deviation of rests that repeat each other, and how many more there are than one.
 
     A rest repeats another where the drive is the same, and was so at the rest before. Of groups of
-    n_g such rows, σ² = Σ_g Σ_k (y_gk - ȳ_g)²/Σ_g (n_g - 1).
-
-    Returns:
-        σ [the unit of the column], 0 where none repeats another; and Σ_g (n_g - 1).
+    n_g such rows, σ² = Σ_g Σ_k (y_gk - ȳ_g)²/Σ_g (n_g - 1) [the column's unit], 0 where none
+    repeats another. The second number is Σ_g (n_g - 1).
     """
     driven = [recording.columns[name] for name in recording.drive]
     places = [np.rint(d / (_REPEATS * (float(np.ptp(d)) or 1.0))) for d in driven]

@@ -5,32 +5,21 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
-from functools import partial
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.errors import RecordingError, unknown
-from tendon_mj.lab.recordings.assembly import Table, assemble
-from tendon_mj.lab.recordings.binary_files import open_parquet, read_mcap
-from tendon_mj.lab.recordings.csv_table import open_csv, write_csv
+from tendon_mj.lab.recordings.assembly import Table, assemble, check_table, in_si
 from tendon_mj.lab.recordings.description import (
     Description,
     TableLayout,
     format_description,
-    parse_description,
     parse_toml,
 )
-from tendon_mj.lab.recordings.files import (
-    check_file,
-    check_format,
-    read_text,
-    table_beside,
-)
-from tendon_mj.lab.recordings.times import check_table, in_si
+from tendon_mj.lab.recordings.files import check_file, check_format, read_text, table_beside
+from tendon_mj.lab.recordings.table_files import open_csv, open_parquet, read_mcap, write_csv
 from tendon_mj.lab.recordings.units import TIME, si_name
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
@@ -45,7 +34,7 @@ class Recording(Description):
     in_file: name → its name in the file, of those that were converted; beside: folder in which the
     description was, if it was read; rows: (n,) row of the file that each sample is, if it was read.
     These three matter to messages alone, not to equality.
-    The other fields are `Description`'s. Arrays and mappings are read-only copies.
+    The other fields are `Description`'s. Arrays and mappings are copies, the arrays read-only.
     Raises `RecordingError` for all that is refused in a file.
     """
 
@@ -63,18 +52,15 @@ class Recording(Description):
         columns = {n: _frozen(v, f"{where}, column {n!r}") for n, v in self.columns.items()}
         freeze = object.__setattr__
         freeze(self, "time", _frozen(self.time, f"{where}, time"))
-        freeze(self, "columns", MappingProxyType(columns))
+        freeze(self, "columns", columns)
         if self.rows is not None:
             rows = np.array(self.rows)
             rows.setflags(write=False)
             freeze(self, "rows", rows)
-        drive = {
-            column: names if isinstance(names, str) else tuple(names)
-            for column, names in self.drive.items()
-        }
-        freeze(self, "drive", MappingProxyType(drive))
+        drive = {c: n if isinstance(n, str) else tuple(n) for c, n in self.drive.items()}
+        freeze(self, "drive", drive)
         for name in ("measured", "known", "uncertain", "session", "in_file"):
-            freeze(self, name, MappingProxyType(dict(getattr(self, name))))
+            freeze(self, name, dict(getattr(self, name)))
         if TIME in columns:
             raise RecordingError(f"{where}, column {TIME!r}: belongs in `time`, not in `columns`")
         check_table({TIME: self.time, **columns}, where, si=True)
@@ -114,13 +100,6 @@ class Recording(Description):
             and mine.keys() == theirs.keys()
             and all(np.array_equal(mine[name], theirs[name]) for name in mine)
         )
-
-    def __reduce__(self) -> tuple[Any, ...]:  # a mapping proxy cannot be copied or sent by itself
-        state = {f.name: getattr(self, f.name) for f in fields(self)}
-        plain: dict[str, Any] = {
-            k: dict(v) if isinstance(v, MappingProxyType) else v for k, v in state.items()
-        }
-        return partial(Recording, **plain), ()
 
 
 _NOT_COMPARED = ("time", "columns", "in_file", "beside", "rows")  # the first two are, as arrays
@@ -165,14 +144,13 @@ def read_recording(
     )
 
 
-def read_table(path: Path, elements: Collection[str] = ()) -> dict[str, FloatArray]:
+def read_table(path: Path) -> dict[str, FloatArray]:
     """Read a CSV or Parquet file into its columns, ``time_s`` first; each (n,) [SI].
 
     ``x_mm`` of the file becomes ``x_m``. Raises `RecordingError`, naming file, row (the header is
-    row 1) and column, for anything docs/recording.md does not allow. ``elements`` as in
-    `unit_fault`.
+    row 1) and column, for anything docs/recording.md does not allow.
     """
-    return in_si(read_columns(path, elements=elements).columns, str(path))
+    return in_si(read_columns(path).columns, str(path))
 
 
 def read_columns(
@@ -215,23 +193,15 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
 
 
 def described_model(toml: Path) -> str:
-    """The model that a description names, as `Recording.model`.
-
-    Raises:
-        RecordingError: the description cannot be read.
-    """
-    return _model_beside(toml, parse_description(read_text(toml), str(toml)).model)
+    """The model that a description names, as `Recording.model`."""
+    return _model_beside(toml, parse_toml(read_text(toml), str(toml))[0].model)
 
 
 def is_same_model(one: str, other: str) -> bool:
     """Whether two recordings' models are the same name, or paths to one file in one folder."""
     first, second = Path(one), Path(other)
-    return one == other or (
-        first.name == second.name
-        and first.is_file()
-        and second.parent.is_dir()
-        and first.parent.samefile(second.parent)
-    )
+    files = first.name == second.name and first.is_file() and second.is_file()
+    return one == other or (files and first.parent.samefile(second.parent))
 
 
 def _model_beside(toml: Path, model: str) -> str:

@@ -66,29 +66,25 @@ _CLAIMED = re.compile(r"(?:(?:^|_)[^_]+_per)?_[^_]+$")
 
 
 class NumberRange(NamedTuple):
-    """Allowed values of a number: from ``low`` to ``high``, and 0 or from 1e-30 to 1e30 in size.
+    """Allowed values of a number: from ``low`` to ``high``, and 0 or from 1e-30 to 1e30 in size."""
 
-    Attributes:
-        low, high: ends, which are allowed.
-        zero: whether 0 is allowed.
-    """
-
+    # ends, which are allowed
     low: float = -LARGEST
     high: float = LARGEST
-    zero: bool = True
+    zero: bool = True  # whether 0 is allowed
 
     def admits(self, value: float) -> bool:
         """Whether a value is allowed; nan never is."""
         size = abs(value) >= SMALLEST or (self.zero and value == 0.0)
         return self.low <= value <= self.high and size
 
-    def check(self, name: str, value: float, unit: str = "", where: str = "") -> None:
-        """Raise `InvalidValueError`, beginning with ``where``, unless a value is allowed."""
+    def check(self, name: str, value: float, unit: str = "") -> None:
+        """Raise `InvalidValueError` unless a value is allowed."""
         if fault := self.fault(name, value, unit):
-            raise InvalidValueError(f"{where}: {fault}" if where else fault)
+            raise InvalidValueError(fault)
 
     def fault(self, name: str, value: float, unit: str = "") -> str:
-        """The message of `check`, without its place; empty if the value is allowed."""
+        """The message of `check`; empty if the value is allowed."""
         if self.admits(value):
             return ""
         return f"{name} = {float(value)!r}{f' [{unit}]' if unit else ''} is outside {self}"
@@ -136,10 +132,8 @@ def name_fault(name: str, *, si: bool = False, elements: Collection[str] = ()) -
 def unit_fault(column: str, *, si: bool, elements: Collection[str] = ()) -> str:
     """Message that the unit in a column's name cannot be used; empty if it can.
 
-    Args:
-        column: its name.
-        si: whether the unit has to be of SI, or may be one that is converted.
-        elements: names, as of actuators, that may precede the unit although they end in one.
+    With ``si`` units that are converted cannot. ``elements`` are names, as of actuators, that may
+    precede the unit although they end in one.
     """
     ending, allowed = claimed_unit(column), UNITS if si else tuple(UNIT_FACTORS)
     stem = f"_{column.removesuffix(ending)}"

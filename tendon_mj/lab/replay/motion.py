@@ -26,14 +26,8 @@ _FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _FPS = 30.0  # [1/s]
 _MOST_MEMORY = 2.0  # that frames may take [GB]
 _FRICTION = (
-    "friction",
-    "static_friction",
-    "constant_friction",
-    "stribeck_friction",
-    "viscous_friction",
-    "friction_gradient",
-    "friction_drift",
-    "direction_asymmetry",
+    *("friction", "static_friction", "constant_friction", "stribeck_friction"),
+    *("viscous_friction", "friction_gradient", "friction_drift", "direction_asymmetry"),
 )
 # actuator -> amplitude of its default motion in its own unit
 _NAMED = {"bench": {"reel": 0.002}, "joint": {"command": np.deg2rad(60.0)}}

@@ -18,14 +18,18 @@ The commands of actuators and the parameters of sensors are the rig's:
 control(t) = scale × column(t − delay) + offset, and `Readout` makes a column of a reading.
 Over its ``slip_duration`` from its ``slip_time`` on, a control becomes more by its ``slip``, as
 where the cable slips on its drum.
+
+In recordings ``sheath_*.friction`` stands for several parameters, and ``<parameter> @ <recording>``
+for the value of one in a single recording.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from fnmatch import fnmatchcase
 from functools import cached_property
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple, TypeVar
 
 import mujoco
 import numpy as np
@@ -33,7 +37,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.attach import Parameters, checked_number
 from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameError
-from tendon_mj.lab.recordings import excess
+from tendon_mj.lab.recordings import LARGEST, Recording
 from tendon_mj.lab.replay.readout import (
     USER_NUMBERS,
     Readout,
@@ -46,6 +50,10 @@ from tendon_mj.lab.replay.units import JOINT, UNKNOWN, control_unit, rate
 from tendon_mj.plugin import GAINS, PARAMETERS, C, sensor_kind, sheath_arrays, sheaths
 from tendon_mj.sheath import LAW, check_scales, check_static
 
+Entry = TypeVar("Entry")
+
+_WILD = frozenset("*?[")
+_AT = " @ "
 _OBJ, _TRN = mujoco.mjtObj, mujoco.mjtTrn
 _HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value
 _ON_JOINT = _TRN.mjTRN_JOINT.value, _TRN.mjTRN_JOINTINPARENT.value
@@ -62,6 +70,84 @@ _LEAST_EFFICIENCY = 1e-3
 _COMMANDS = {"command_scale": -math.inf, "command_offset": -math.inf, "command_delay": 0.0}  # least
 
 Kind = Literal["live", "joint", "body", "actuator", "motor", "sensor", "gravity"]
+
+
+def matching(name: str, names: Collection[str], where: str = "") -> list[str]:
+    """Parameters that a name stands for: itself, or all that fit its `*`, `?` and `[…]`."""
+    if name in names or not _WILD & set(name):
+        return [name]
+    fitting = sorted(n for n in names if fnmatchcase(n, name))
+    if not fitting:
+        raise UnknownNameError("parameter", name, names, where)
+    return fitting
+
+
+def expand(table: Mapping[str, Entry], names: Collection[str]) -> dict[str, Entry]:
+    """Parameter → entry of a table whose names may stand for several; a plain name goes first."""
+    expanded = {n: entry for name, entry in table.items() for n in matching(name, names)}
+    return expanded | {name: entry for name, entry in table.items() if name in expanded}
+
+
+def claims(recording: Recording, names: Collection[str]) -> dict[str, tuple[str, str]]:
+    """Parameter → (table, name in it) of a recording that describes it; a plain name goes first."""
+    claimed: dict[str, tuple[str, str]] = {}
+    for title in ("known", "uncertain", "session"):
+        for name in getattr(recording, title):
+            for target in matching(name, names):
+                other = claimed.get(target)
+                if other is None or (name == target and other[1] != target):
+                    claimed[target] = title, name
+                elif (name == target) == (other[1] == target):
+                    raise InvalidValueError(
+                        f"{target!r} is meant by {other[1]!r} in [{other[0]}] and by {name!r} in"
+                        f" [{title}]; leave one of them out, or name the parameter itself"
+                    )
+    return claimed
+
+
+def name_in_session(parameter: str, recording: str) -> str:
+    """Name of a parameter's value in one recording."""
+    return f"{parameter}{_AT}{recording}"
+
+
+def parameter_of(name: str) -> str:
+    """The parameter of a name, in one recording or in all."""
+    return name.partition(_AT)[0]
+
+
+def recording_of(name: str) -> str:
+    """The recording of a name; empty where it is for all."""
+    return name.partition(_AT)[2]
+
+
+def value_in(values: Mapping[str, float], name: str) -> float:
+    """Value of a name; without one in its recording, that of the parameter in all."""
+    return values.get(name, values[parameter_of(name)])
+
+
+def values_in(
+    recordings: Collection[str], values: Mapping[str, float], parameters: Collection[str]
+) -> dict[str, float]:
+    """The values without those of parameters in other recordings than these.
+
+    A name of no parameter stays, for the simulator to refuse.
+    """
+    return {
+        name: value
+        for name, value in values.items()
+        if recording_of(name) in {"", *recordings} or parameter_of(name) not in parameters
+    }
+
+
+def values_for(recording: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Parameter → value that holds in one recording, its own before that in all."""
+    common = {name: value for name, value in values.items() if _AT not in name}
+    in_session = {
+        parameter_of(name): value
+        for name, value in values.items()
+        if _AT in name and recording_of(name) == recording
+    }
+    return common | in_session
 
 
 class Parameter(NamedTuple):
@@ -147,8 +233,7 @@ class DrawnBends:
         sheath, _, parameter = name.rpartition(".")
         extra_bend = f"{sheath}.{EXTRA_BEND}"
         if parameter == DRAWN_BEND:
-            if not (math.isfinite(value) and value >= 0.0):
-                raise InvalidValueError(f"{name} = {value:g} must be finite and ≥ 0")
+            _check(name, 0.0, value)
             added = self._added.get(sheath, self._live[extra_bend])
             correction = value - self._of_paths[sheath]
         else:
@@ -158,31 +243,26 @@ class DrawnBends:
 
 
 class Adjustable:
-    """A model and its data with their parameters by name.
+    """A model, which is changed in place, and its data with their parameters by name.
 
-    Args:
-        model: changed in place, so a copy.
-
-    Attributes:
-        model, data: ready to run, with the values that ``set`` was given.
-        commands: (nactuator, 6) scale, offset, delay, slip, its time and its duration, for the
-            caller who runs the model.
-        joint_commands: (njnt, 3) scale, offset and delay of columns that prescribe joints.
-        readings: (nsensor, 8) `Readout` of every sensor, for the caller who runs the model.
-        geared: sensor of a load → actuators that may bear it, and the sense, 1 or −1, in which
-            the control of each moves against the load.
-        live: those of sheaths and servos alone; with ``bends``, the drawn bends of these.
+    Both are ready to run with the values that ``set`` was given. Commands and readings are for the
+    caller who runs them.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model = model
         self.data = mujoco.MjData(model)
+        # (nactuator, 6) scale, offset, delay, slip, its time and its duration
         self.commands = np.hstack([stored_commands(model), np.zeros((model.nactuator, len(SLIP)))])
+        # (njnt, 3) scale, offset and delay of columns that prescribe joints
         self.joint_commands = stored_joint_commands(model)
-        self.live = Parameters(model, self.data)
+        self.live = Parameters(model, self.data)  # of sheaths and servos alone
         self.bends = DrawnBends(model, self.live)
+        # sensor of a load → actuators that may bear it, and in which sense, 1 or −1, the control of
+        # each moves against the load
         self.geared = _geared(model, self.data)
         gearless = np.tile(Readout()[USER_NUMBERS:], (model.nsensor, 1))
+        # (nsensor, 8) `Readout` of every sensor
         self.readings = np.hstack([stored_readouts(model), gearless])
         geared = {model.sensor(k).name: k for k in self.geared}
         stored = custom_numbers(model, GEAR, len(GEARED), geared.__contains__)
@@ -205,10 +285,7 @@ class Adjustable:
 
     def parameters(self) -> dict[str, Parameter]:
         """Every parameter as it is now."""
-        live = {
-            name: Parameter(value, _live_unit(name), "live", _least(name))
-            for name, value in {**self.live, **self.bends.values()}.items()
-        }
+        live = {n: _live(n, value) for n, value in {**self.live, **self.bends.values()}.items()}
         others = {
             name: parameter._replace(value=_value(places))
             for name, (parameter, places) in self._entries.items()
@@ -359,7 +436,6 @@ def joint_of(model: mujoco.MjModel, actuator: int) -> int:
 
 
 def _is_motor(model: mujoco.MjModel, actuator: int) -> bool:
-    """Whether an actuator's force is its control times a gain."""
     return bool(
         model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED.value
         and model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_NONE.value
@@ -411,17 +487,13 @@ def _shown_tendon(model: mujoco.MjModel, sensor: int) -> int:
     return int(mujoco.mj_name2id(model, _OBJ.mjOBJ_TENDON, written.decode()))
 
 
-def _live_unit(name: str) -> str:
-    parameter = name.rsplit(".", 1)[1]
-    return "rad" if parameter == DRAWN_BEND else (PARAMETERS | GAINS)[parameter].unit
-
-
-def _least(name: str) -> float:
+def _live(name: str, value: float) -> Parameter:
+    """A parameter of a sheath or servo."""
     parameter = name.rsplit(".", 1)[1]
     if parameter == DRAWN_BEND:
-        return 0.0
-    law = LAW.get(parameter)
-    return 0.0 if law is not None and not law.range.admits(-1.0) else -math.inf
+        return Parameter(value, "rad", "live", 0.0)
+    low = 0.0 if parameter in LAW and not LAW[parameter].range.admits(-1.0) else -math.inf
+    return Parameter(value, (PARAMETERS | GAINS)[parameter].unit, "live", low)
 
 
 def _value(places: tuple[_Place, ...]) -> float:
@@ -430,11 +502,9 @@ def _value(places: tuple[_Place, ...]) -> float:
 
 
 def _check(name: str, low: float, value: float) -> None:
-    if not (math.isfinite(value) and value >= low):
-        bound = f" and ≥ {low:g}" if math.isfinite(low) else ""
-        raise InvalidValueError(f"{name} = {value:g} must be finite{bound}")
-    if fault := excess(value):
-        raise InvalidValueError(f"{name} = {fault}")
+    low = max(low, -LARGEST)
+    if not low <= value <= LARGEST:
+        raise InvalidValueError(f"{name} = {value:g} is outside {low:g} … {LARGEST:g}")
 
 
 def is_muscle(model: mujoco.MjModel, actuator: int) -> bool:

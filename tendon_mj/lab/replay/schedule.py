@@ -10,15 +10,8 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import RecordingError, UnknownNameError
-from tendon_mj.lab.recordings import (
-    NOT_NEGATIVE,
-    POSITIVE_NUMBER,
-    Recording,
-    Session,
-    Uncertain,
-)
-from tendon_mj.lab.replay.names import expand
-from tendon_mj.lab.replay.parameters import Adjustable
+from tendon_mj.lab.recordings import NOT_NEGATIVE, POSITIVE_NUMBER, Recording, Session, Uncertain
+from tendon_mj.lab.replay.parameters import Adjustable, expand
 from tendon_mj.lab.replay.patch import read_intervals
 from tendon_mj.lab.replay.readout import Readout, Sense, make_clock, sense_of
 from tendon_mj.lab.replay.units import column_unit, name_in, reading_unit
@@ -47,24 +40,8 @@ class Schedule:
     settling time passes, and the row is read. With step h a move takes h_0/h times as long, so any
     dependence on its speed shows as a step error.
 
-    Args:
-        recording: to simulate.
-        model: that has its actuators and sensors; not kept.
-        settle: time before the first sample [s]; with 0 the model starts in its reference pose.
-            None: that of the recording.
-        timestep: longest step allowed [s]; default: the model's.
-
-    Attributes:
-        recording, clock: the samples and the grid of steps from the first to the last.
-        lead: steps before the first sample.
-        actuators, joints: (column, id) of the actuators that it drives by their controls, and of
-            the joints that it prescribes.
-        addresses: sensor and its place in `mjData.sensordata` for every measured column.
-
-    Raises:
-        RecordingError: the model lacks an actuator or sensor, the sensor is not one number, or
-            the recording would take far too many steps.
-        InvalidValueError: ``settle`` or ``timestep`` outside its range.
+    ``settle``: time before the first sample [s]; with 0 the model starts in its reference pose;
+    None: that of the recording. ``timestep``: longest step allowed [s]; None: the model's.
     """
 
     def __init__(
@@ -79,7 +56,9 @@ class Schedule:
         longest = model.opt.timestep if timestep is None else timestep
         POSITIVE_NUMBER.check("timestep", longest, "s")
         self.recording = recording
+        # (column, id) of the actuators that it drives, and of the joints that it prescribes
         self.actuators, self.joints = _driven(recording, model)
+        # measured column → sensor and its place in `mjData.sensordata`
         self.addresses = _sensor_addresses(recording, model)
         times = recording.time
         self._move = self._between = 0.0
@@ -89,7 +68,7 @@ class Schedule:
             self._between = self._move + recording.settling_time
             times = self._between * np.arange(recording.time.size, dtype=np.float64)
             settle = max(settle, self._between) if settle > 0.0 else 0.0
-        self.clock = make_clock(times, longest)
+        self.clock = make_clock(times, longest)  # steps from the first sample to the last
         lead = settle / self.clock.timestep * (1.0 - 1e-9)
         if lead + self.clock.steps > _MOST_STEPS:
             raise RecordingError(
@@ -98,7 +77,7 @@ class Schedule:
                 f" {lead:.6g} in the settle of {settle:g} s before the first sample; more than"
                 f" {_MOST_STEPS} are not simulated; are the times in seconds, and settle too?"
             )
-        self.lead = math.ceil(lead)
+        self.lead = math.ceil(lead)  # steps before the first sample
         self._drive = {column: self._on_grid(column) for column in recording.drive}
         self._recorded = self.clock.time  # times of the recording at the steps
         if self._move:

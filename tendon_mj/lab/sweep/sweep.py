@@ -21,15 +21,16 @@ from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Parameter, Simulator, plain_commands, reading_unit, stated_values
-from tendon_mj.lab.sweep.design import Axis, Design, parse_axes
-from tendon_mj.lab.sweep.outputs import (
+from tendon_mj.lab.sweep.design import (
     FEWEST_ROLLOUTS,
+    Axis,
+    Design,
     SensorSummary,
+    parse_axes,
     parse_outputs,
     share_of_variance,
 )
-from tendon_mj.lab.sweep.policy import Policy
-from tendon_mj.lab.sweep.rollouts import FAILED, UNSOLVED, Batch, Rollouts, simulate_batch
+from tendon_mj.lab.sweep.rollouts import FAILED, UNSOLVED, Batch, Policy, Rollouts
 from tendon_mj.lab.tasks import ParquetParts, Workers, run_tasks, versions
 from tendon_mj.plugin import sheaths
 from tendon_mj.whole_file import whole_file
@@ -51,21 +52,10 @@ _READ = 16  # columns at a time: a table has a file a task, and may be larger th
 class Sweep:
     """Axes, drive and outputs of rollouts of a model.
 
-    Args:
-        model: compiled; not changed.
-        recording: that drives it, measured or of `motion_recording`.
-        parameters: see `parse_axes`.
-        draws: of the ranges without a number of values.
-        seed: of the draws.
-        outputs: see `parse_outputs`.
-        measured: whether the recording has measurements. A motion has none, and its columns are
-            controls: the scale, offset and delay that `patch_model` wrote do not apply.
-        settle: time before the first sample [s]; default: as the recording says.
-        policy: that sets the controls from the first sample on; it finds those of the recording.
-
-    Attributes:
-        axes, outputs, design: of the rollouts.
-        units: axis → unit of its parameters.
+    ``parameters`` are as of `parse_axes`, ``outputs`` as of `parse_outputs`; the model is not
+    changed. A recording that is not ``measured`` is a motion, of which the columns are controls:
+    the scale, offset and delay that `patch_model` wrote do not apply. A policy sets the controls
+    from the first sample on, where it finds those of the recording.
     """
 
     def __init__(
@@ -122,13 +112,6 @@ class Sweep:
         tendons = {name: sheath.tendon for name, sheath in sheaths(model).items()}
         axes = parse_axes(texts, draws, known, tendons)
         for axis in axes:
-            for target in axis.targets:
-                least = known[target].low
-                if axis.low < least:
-                    raise InvalidValueError(
-                        f"--parameter {axis.name}: {axis.low:g} is below {least:g}, the least that"
-                        f" {target} may be"
-                    )
             units = {known[target].unit: target for target in axis.targets}
             if len(units) > 1:
                 each = ", ".join(f"{target} [{unit}]" for unit, target in units.items())
@@ -195,15 +178,9 @@ def run_sweep(
     begin: Callable[[], None] = lambda: None,
     progress: Progress = silent,
 ) -> SweepResult:
-    """Simulate every rollout that has no result in the folder yet.
+    """Simulate every rollout that has no result in the folder yet, or all ``again``.
 
-    Args:
-        sweep: design, recording and outputs.
-        folder: for the plan and the table.
-        on: where to run; default: this machine's cores.
-        again: begin again, whatever is there.
-        begin: called when nothing more is refused, before the folder is written to.
-        progress: called with "rollouts", how many are done, and of how many.
+    ``begin`` is called when nothing more is refused, before the folder is written to.
     """
     begun, total = None if again else check_folder(sweep, folder), sweep.design.rollouts
     anew = begun is None
@@ -224,7 +201,7 @@ def run_sweep(
         begin()
 
     run_tasks(
-        simulate_batch,
+        Rollouts.of,
         sweep.rollouts,
         list(numbers),
         lambda key: sweep.batch(numbers[key], size),
@@ -293,18 +270,13 @@ def _readings(recording: Recording, model: mujoco.MjModel) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class SweepResult:
-    """Results of a sweep, on disk.
+    """Results of a sweep, on disk."""
 
-    Attributes:
-        axes, outputs: of the sweep.
-        rollouts: number of rows.
-        table: `rollout`, axes, outputs, `failed`, `unsolved`; a row a rollout.
-    """
-
+    # of the sweep
     axes: Sequence[Axis]
     outputs: Sequence[SensorSummary]
-    rollouts: int
-    table: ParquetParts
+    rollouts: int  # number of rows
+    table: ParquetParts  # `rollout`, axes, outputs, `failed`, `unsolved`; a row a rollout
 
     def column(self, name: str) -> NDArray[Any]:
         """A column of the table, (rollouts,)."""

@@ -6,14 +6,18 @@ Where it runs changes no number, so a worker with other versions is refused.
 
 from __future__ import annotations
 
+import hashlib
+import importlib.metadata
+import importlib.util
 import logging
 import multiprocessing
 import os
 import re
 import signal
+import sys
 import threading
 import warnings
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -24,11 +28,15 @@ from concurrent.futures import (
 )
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
-from tendon_mj.errors import InvalidValueError, MissingPackageError, WorkerError
+from tendon_mj.errors import InvalidValueError, MissingPackageError, TendonError, WorkerError
 from tendon_mj.lab.progress import Progress, silent
-from tendon_mj.lab.tasks.job import THREADS, Job, check_same, identity
+
+THREADS: Final = "OMP_NUM_THREADS"  # OpenBLAS and MKL heed it too
+_PACKAGES: Final = ("mujoco", "numpy", "scipy")
 
 Shared = TypeVar("Shared")
 Argument = TypeVar("Argument")
@@ -41,6 +49,80 @@ _AHEAD = 2  # tasks per worker: one runs, one waits
 _CONNECT, _FIRST_WORKER = 10.0, 60.0  # longest wait for a scheduler, and for its first worker [s]
 _NTHREADS: Final = "--nthreads"  # threads would share one simulation
 _COUNTED = 10.0  # longest interval between two counts of Dask's workers [s]
+
+
+def versions(sources: Sequence[str] = ("tendon_mj",)) -> dict[str, str]:
+    """Name → version of the packages that numbers depend on, and digest of some's sources."""
+    packages = {name: importlib.metadata.version(name) for name in _PACKAGES}
+    digests = {name: f"sources {_digest(name)}" for name in sources}
+    return {"python": ".".join(map(str, sys.version_info[:2])), **packages, **digests}
+
+
+def identity(sources: Sequence[str] = ("tendon_mj",)) -> dict[str, str]:
+    """`versions` and the number of threads of BLAS, on which its sums depend."""
+    return {**versions(sources), THREADS: os.environ.get(THREADS, "not set")}
+
+
+@cache  # a package is imported once, and its files may change afterwards
+def _digest(package: str) -> str:
+    """16 hexadecimal digits of a package's Python sources."""
+    spec, whole = importlib.util.find_spec(package), hashlib.sha256()
+    for folder in spec.submodule_search_locations or () if spec else ():
+        for path in sorted(Path(folder).rglob("*.py")):
+            whole.update(path.relative_to(folder).as_posix().encode())
+            whole.update(path.read_bytes().replace(b"\r\n", b"\n"))
+    return whole.hexdigest()[:16]
+
+
+def check_same(expected: Mapping[str, str], there: Mapping[str, str], where: str) -> None:
+    """Refuse a process that computes with something else; the message has both values."""
+    differing = [
+        f"{name}: {there.get(name, 'missing')} there, {value} here"
+        for name, value in expected.items()
+        if there.get(name) != value
+    ]
+    if differing:
+        raise WorkerError(
+            f"{where} differs from this process; {'; '.join(differing)}; install the same on every"
+            " machine, and start workers as `dask worker ADDRESS --nworkers 2 --nthreads 1`, which"
+            f" sets {THREADS}"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """Function and shared data of a run, and the versions that a worker must have."""
+
+    function: Callable[[Any, Any], Any]
+    shared: Any
+    sources: tuple[str, ...]
+    expected: Mapping[str, str]
+
+    @staticmethod
+    def of(function: Callable[[Any, Any], Any], shared: Any, sources: Sequence[str]) -> Job:
+        """The job of a run in this process."""
+        expected = {**identity(sources), THREADS: "1", **_identity_of(shared)}
+        return Job(function, shared, tuple(sources), expected)
+
+    def run(self, key: str, argument: Any, worker: str) -> Any:
+        """Do one task in this process, unless it computes with something else than the caller."""
+        if [self] != _CHECKED:
+            here = {**identity(self.sources), **_identity_of(self.shared)}
+            check_same(self.expected, here, worker)
+            _CHECKED[:] = [self]
+        try:
+            return self.function(self.shared, argument)
+        except TendonError as error:  # with a text alone, which every process can read
+            kind = WorkerError if isinstance(error, WorkerError) else TendonError
+            raise kind(f"{key}: {error}") from None
+
+
+_CHECKED: list[Job] = []  # the job of this worker
+
+
+def _identity_of(shared: Any) -> Mapping[str, str]:
+    stated: Mapping[str, str] = shared.identity() if hasattr(shared, "identity") else {}
+    return stated
 
 
 class Store(Protocol[_Result]):
@@ -57,17 +139,11 @@ class Store(Protocol[_Result]):
 
 @dataclass(frozen=True, kw_only=True)
 class Workers:
-    """Processes in which tasks run; at most one of the three is given.
+    """Processes in which tasks run; at most one of the three is given."""
 
-    Attributes:
-        processes: of this machine, without Dask; default: as many as it has cores.
-        workers: of a Dask cluster that lives as long as the run.
-        scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
-    """
-
-    processes: int | None = None
-    workers: int | None = None
-    scheduler: str | None = None
+    processes: int | None = None  # of this machine, without Dask; default: as many as it has cores
+    workers: int | None = None  # of a Dask cluster that lives as long as the run
+    scheduler: str | None = None  # address of a Dask scheduler, such as tcp://10.0.0.1:8786
 
     def __post_init__(self) -> None:
         given = {name: value for name, value in vars(self).items() if value is not None}
@@ -116,7 +192,8 @@ def run_tasks(
     """Compute ``function(shared, argument(key))`` for every key whose result is not kept yet.
 
     Where it runs and with how many workers changes no number. Two tasks per worker are under way,
-    so memory is bounded, and workers need no folder in common.
+    so memory is bounded, and workers need no folder in common. Results are kept also where a task
+    is refused, or workers are lost.
 
     Args:
         function: of a module that workers can import too.
@@ -130,12 +207,6 @@ def run_tasks(
         begin: called once, before the first task, when the workers are there and may compute.
         progress: called with ``what``, how many are kept, and of how many.
         what: the tasks are.
-
-    Raises:
-        MissingPackageError: Dask is wanted and not installed.
-        WorkerError: a worker has other versions than this process, a process was killed, or the
-            scheduler or its workers are gone. Computed results are kept.
-        TendonError: a task was refused; those that were computed before are kept.
     """
     kept, on = set(store.done()), on or Workers()
     todo = [key for key in keys if key not in kept]
@@ -157,11 +228,7 @@ class _Pool(NamedTuple):
 
 
 def _run_all(
-    on: Workers,
-    pool: _Pool,
-    todo: Sequence[str],
-    argument: Callable[[str], Any],
-    store: Store[Any],
+    on: Workers, pool: _Pool, todo: Sequence[str], argument: Callable[[str], Any], store: Store[Any]
 ) -> Iterator[int]:
     """Do all tasks; yields the number that is left whenever some are done."""
     waiting: dict[Future[Any], str] = {}

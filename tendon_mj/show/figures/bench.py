@@ -1,8 +1,8 @@
-"""Figures of the bench: loops, first motions and convergence, each with the closed form."""
+"""Figures of the bench with the closed form: loops, first motions, convergence; bars of costs."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from tendon_mj import theory
 from tendon_mj.lab.verification import BenchReadings, FirstMotion
 from tendon_mj.models import Bench
 from tendon_mj.show.figures import style
+from tendon_mj.show.figures.style import BLACK, BLUE, legend_below, new_figure, print_style
 from tendon_mj.typing import FloatArray
 
 _MARGIN = 0.06  # of the data's span, by which lines run on
@@ -39,7 +40,7 @@ def loops_figure(bench: Bench, readings: BenchReadings) -> Figure:
         left, right = figure.subplots(1, 2)
         left.plot(went_in, came_out, color=style.SKY, linewidth=3.0, label="MuJoCo with the plugin")
         right.plot(1e3 * wound, came_out, color=style.SKY, linewidth=3.0)
-        span = _span(came_out)
+        span = _padded_span(came_out)
         for sign, label, colour, dashes in _DIRECTIONS:
             lam = sign * bench.exponent
             _line(left, span * np.exp(lam), span, f"closed form, {label}", colour, dashes)
@@ -52,7 +53,7 @@ def loops_figure(bench: Bench, readings: BenchReadings) -> Figure:
                 ("right", "left")[sign > 0],
             )
             place = 1e3 * backlash, pretension
-            _note(
+            _annotate(
                 right, name, place, (sign * 8, -sign * 4), side, ("bottom", "top")[sign > 0], colour
             )
         _line(left, span, span, "closed form, no friction", style.GREY, ":")
@@ -65,7 +66,7 @@ def loops_figure(bench: Bench, readings: BenchReadings) -> Figure:
         right.set_title("displacement: slopes $K_t(\\pm|\\lambda|)$")
         right.set_xlabel("reel displacement $\\xi_\\mathrm{in}$ [mm]")
         for axes, values in ((left, went_in), (right, 1e3 * wound)):
-            axes.set_xlim(*_span(values))
+            axes.set_xlim(*_padded_span(values))
             axes.set_ylim(*span)
             axes.set_ylabel("output tension $T_\\mathrm{out}$ [N]")
         style.legend_below(figure, left, columns=3)
@@ -80,7 +81,7 @@ def _branch(lam: float, bench: Bench) -> tuple[float, float]:
     return float(stiffness), float(backlash)
 
 
-def _span(values: FloatArray) -> FloatArray:
+def _padded_span(values: FloatArray) -> FloatArray:
     low, high = float(values.min()), float(values.max())
     margin = _MARGIN * (high - low) or 1.0
     return np.array([low - margin, high + margin])
@@ -90,7 +91,7 @@ def _line(axes: Axes, x: FloatArray, y: FloatArray, label: str, colour: str, das
     axes.plot(x, y, color=colour, linestyle=dashes, linewidth=1.3, label=label)
 
 
-def _note(
+def _annotate(
     axes: Axes,
     text: str,
     place: tuple[float, float],
@@ -127,7 +128,10 @@ def sweep_figure(motions: Sequence[FirstMotion]) -> Figure:
             (stiffness_error, 100.0 * (measured / analytic - 1.0), False),
             (lost_error, 100.0 * np.array([m.backlash_error for m in ordered]), False),
         ):
-            _draw_points(axes, lam, values, named)
+            for sign, kind, colour, marker in _KINDS:
+                chosen, label = np.sign(lam) == sign, f"MuJoCo, {kind}" if named else None
+                look: dict[str, Any] = {"markerfacecolor": "none", "markeredgewidth": 1.3}
+                axes.plot(lam[chosen], values[chosen], marker, color=colour, label=label, **look)
         for axes in (stiffness_error, lost_error):
             axes.axhline(0.0, color=style.GREY, linewidth=0.9)
             axes.set_xlabel("friction exponent $\\lambda$ [–]")
@@ -143,20 +147,10 @@ def _unit_backlash(lam: FloatArray) -> FloatArray:
     return np.asarray(theory.equivalent_backlash(lam, 1.0, 1.0, 1.0))
 
 
-def _draw_points(axes: Axes, lam: FloatArray, values: FloatArray, named: bool) -> None:
-    for sign, kind, colour, marker in _KINDS:
-        chosen, label = np.sign(lam) == sign, f"MuJoCo, {kind}" if named else None
-        look: dict[str, Any] = {"color": colour, "markerfacecolor": "none", "markeredgewidth": 1.3}
-        axes.plot(lam[chosen], values[chosen], marker, label=label, **look)
-
-
 def convergence_figure(guides: ArrayLike, error: ArrayLike, order: float) -> Figure:
-    """Draw the error of K_ap over the guides on logarithmic axes, with a line of order 2.
+    """Draw the (k,) errors |K_ap/K_ap(finest) − 1| over the guides, with a line of order 2.
 
-    Args:
-        guides: (k,) numbers of guides.
-        error: (k,) |K_ap/K_ap(finest) − 1|, each > 0 [-].
-        order: fitted p of error ∝ guides^−p [-].
+    ``order`` is the fitted p of error ∝ guides^−p.
     """
     count, off = np.asarray(guides, float), np.asarray(error, float)
     with style.print_style():
@@ -170,12 +164,55 @@ def convergence_figure(guides: ArrayLike, error: ArrayLike, order: float) -> Fig
         x = np.array([middle, 2.0 * middle])
         y = 0.45 * off[-1] * (x / count[-1]) ** -ORDER
         axes.loglog([x[0], x[0], x[1], x[0]], [y[0], y[1], y[1], y[0]], "-", color=style.GREY)
-        _note(axes, f"{ORDER}", (x[0], float(np.sqrt(y[0] * y[1]))), (-4, 0), "right", "center")
-        _note(axes, "1", (float(np.sqrt(x[0] * x[1])), y[1]), (0, -3), "center", "top")
+        _annotate(axes, f"{ORDER}", (x[0], float(np.sqrt(y[0] * y[1]))), (-4, 0), "right", "center")
+        _annotate(axes, "1", (float(np.sqrt(x[0] * x[1])), y[1]), (0, -3), "center", "top")
         axes.set_xticks(count, [f"{n:g}" for n in count])
         axes.xaxis.set_minor_locator(NullLocator())
         axes.set_xlabel("guides $n$ [–]")
         error_label = "$|K_{ap}/K_{ap}(\\mathrm{finest})-1|$ [–]"
         axes.set_ylabel(f"error of the apparent stiffness,\n{error_label}")
         style.legend_below(figure, axes, columns=2)
+    return figure
+
+
+def bars_figure(
+    spreads: Mapping[str, Sequence[float]],
+    text: str,
+    *,
+    title: str,
+    label: str,
+    reference: tuple[float, str] | None = None,
+) -> Figure:
+    """Draw a bar for each (low quartile, median, high quartile), with its value in format ``text``.
+
+    The reference is a value to mark by a line, and its name.
+    """
+    low, median, high = np.array([list(spread) for spread in spreads.values()]).T
+    rows = np.arange(len(spreads))
+    with print_style():
+        figure = new_figure(5.2, 1.4 + 0.34 * len(spreads))
+        axes = figure.subplots()
+        axes.barh(rows, median, 0.7, color=BLUE)
+        errors = [median - low, high - median]
+        axes.errorbar(
+            median, rows, xerr=errors, linestyle="none", color=BLACK, elinewidth=1.0, capsize=2.0
+        )
+        for row, value, end in zip(rows, median, high, strict=True):
+            axes.annotate(
+                text.format(value),
+                (max(end, 0.0), row),
+                (5, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=8.0,
+            )
+        axes.set_xlim(min(0.0, 1.1 * float(low.min())), 1.3 * float(high.max()))
+        axes.set_yticks(rows, list(spreads))
+        axes.invert_yaxis()
+        axes.grid(visible=False, axis="y")
+        axes.set(title=title, xlabel=label)
+        if reference:
+            value, name = reference
+            axes.axvline(value, color=BLACK, linestyle=":", linewidth=1.3, label=name)
+            legend_below(figure, axes, columns=1)
     return figure

@@ -11,15 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tendon_mj.errors import RecordingError
+from tendon_mj.lab import replay
 from tendon_mj.lab.recordings import Recording, noise_levels
-from tendon_mj.lab.replay import (
-    column_name,
-    column_unit,
-    engineering_unit,
-    plain,
-    replay_error,
-    with_unit,
-)
 from tendon_mj.lab.sweep import bins_of
 from tendon_mj.models import JOINTS, TENDON_COLOUR, TENDONS
 from tendon_mj.show.figures import style
@@ -37,15 +30,12 @@ _MOST_POINTS = 2000  # beyond which single points merge
 def replay_figure(measured: Recording, simulated: Mapping[str, Recording]) -> Figure:
     """Draw every measured column, a row each: over time, and over the first driven column.
 
-    Over the drive the cycles of a rate-independent response coincide.
-
-    Args:
-        measured: with at least one measured column.
-        simulated: label → the same columns, simulated; the legend gives each rms error.
+    Over the drive the cycles of a rate-independent response coincide. The legend gives each rms
+    error of the simulations, by label.
     """
     if not measured.measured:
         raise RecordingError(f"recording {measured.name!r}: no [measured] column to draw")
-    errors = {label: replay_error(measured, answer) for label, answer in simulated.items()}
+    errors = {label: replay.replay_error(measured, answer) for label, answer in simulated.items()}
     drive = next(iter(measured.drive), "")
     driven = measured.columns[drive] if drive else measured.time
     across = style.drawn_unit(drive, driven)
@@ -96,10 +86,10 @@ def _draw_replay(axes: Axes, x: FloatArray, series: Mapping[str, FloatArray]) ->
 def _draw_key(key: Axes, drawn: Axes, column: str, rms: Mapping[str, float]) -> None:
     """The legend of a row, next to it."""
     key.set_axis_off()
-    unit = engineering_unit(column_unit(column), rms.values())
+    unit = replay.engineering_unit(replay.column_unit(column), rms.values())
     handles, labels = drawn.get_legend_handles_labels()
     texts = [
-        f"{label}\nrms error {with_unit(plain(unit.factor * rms[label]), unit)}"
+        f"{label}\nrms error {replay.with_unit(replay.plain(unit.factor * rms[label]), unit)}"
         if label in rms
         else label
         for label in labels
@@ -112,14 +102,12 @@ def before_after_figure(
 ) -> Figure:
     """Draw every measured column over the driven one and over time, and below it the residual.
 
-    Args:
-        measured: with at least one driven and one measured column.
-        before, after: the same columns, simulated; without ``after``, where nothing was changed.
+    There is no ``after`` where nothing was changed.
     """
     if not measured.measured or not measured.drive:
         raise RecordingError(f"recording {measured.name!r}: nothing in [drive] or in [measured]")
     simulated = {"before": before, "after": after} if after else {"simulated": before}
-    errors = {label: replay_error(measured, answer) for label, answer in simulated.items()}
+    errors = {label: replay.replay_error(measured, answer) for label, answer in simulated.items()}
     drive = next(iter(measured.drive))
     across = style.drawn_unit(drive, measured.columns[drive])
     driven = across.factor * measured.columns[drive]
@@ -173,12 +161,12 @@ def _draw_residual(
 def _title(measured: Recording, column: str, rms: Mapping[str, float]) -> str:
     """A signal's errors and its noise, in one unit."""
     noise = noise_levels(measured)[column]
-    unit = engineering_unit(column_unit(column), [*rms.values(), noise])
+    unit = replay.engineering_unit(replay.column_unit(column), [*rms.values(), noise])
     errors = ", ".join(
-        f"{with_unit(plain(unit.factor * e), unit)} {name}" for name, e in rms.items()
+        f"{replay.with_unit(replay.plain(unit.factor * e), unit)} {name}" for name, e in rms.items()
     )
-    level = with_unit(plain(unit.factor * noise, 2), unit)
-    return f"{column_name(column)}: rms error {errors}; noise {level}"
+    level = replay.with_unit(replay.plain(unit.factor * noise, 2), unit)
+    return f"{replay.column_name(column)}: rms error {errors}; noise {level}"
 
 
 def finger_figure(answers: Mapping[str, Recording]) -> Figure:
@@ -220,9 +208,8 @@ def _draw_joints(axes: Axes, answers: Mapping[str, Recording]) -> None:
     for k, answer in enumerate(answers.values()):
         for joint, colour in _JOINT_COLOURS.items():
             angle = np.degrees(answer.columns[f"{joint}_angle_rad"])
-            axes.plot(answer.time, angle, color=colour, linestyle=_LINES[k % 3])
-    for joint, colour in _JOINT_COLOURS.items():
-        axes.plot([], [], color=colour, label=joint.upper())
+            label, dashes = joint.upper() if k == 0 else "", _LINES[k % 3]
+            axes.plot(answer.time, angle, color=colour, linestyle=dashes, label=label)
     first = next(iter(answers.values()))
     targets = [c for c in first.columns if c.startswith("asked_") and c.endswith("_rad")]
     for column in targets:
@@ -247,9 +234,8 @@ def _draw_tensions(axes: Axes, answers: Mapping[str, Recording]) -> None:
         for tendon, end, alpha in ends:
             look: dict[str, Any] = {"color": TENDON_COLOUR[tendon], "alpha": alpha}
             values = answer.columns[f"{tendon}_{end}_tension_N"]
-            axes.plot(answer.time, values, linestyle=_LINES[k % 3], **look)
-            if k == 0:
-                axes.plot([], [], label=f"{tendon}, {end}", **look)
+            label = f"{tendon}, {end}" if k == 0 else ""
+            axes.plot(answer.time, values, linestyle=_LINES[k % 3], label=label, **look)
     axes.set_ylabel("tension [N]")
     _key(axes)
 
@@ -272,10 +258,7 @@ def parameter_figure(
 ) -> Figure:
     """Draw each output of a sweep over each parameter: median and middle 90 % of all rollouts.
 
-    Args:
-        parameters: label → (rollouts,) values; a column each.
-        outputs: label → (rollouts,) finite; a row each.
-        drawn: labels of the parameters with random values.
+    Both are (rollouts,) by label, a column and a row each; ``drawn``: parameters drawn at random.
     """
     rows, columns = len(outputs), len(parameters)
     with style.print_style():

@@ -86,4 +86,9 @@ def drawn_unit(column: str, *series: FloatArray) -> EngineeringUnit:
 
 def column_label(column: str, unit: EngineeringUnit) -> str:
     """A column as an axis label: ``joint_rad`` in degrees is `joint [°]`."""
-    return f"{column_name(column)} [{unit.symbol}]" if unit.symbol else column_name(column)
+    return labelled(column_name(column), unit)
+
+
+def labelled(name: str, unit: EngineeringUnit | None = None) -> str:
+    """A name with its unit, if it has one."""
+    return f"{name} [{unit.symbol}]" if unit and unit.symbol else name

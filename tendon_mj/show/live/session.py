@@ -20,13 +20,13 @@ from tendon_mj.lab.replay import Drive, record_frames
 from tendon_mj.models import load_spec, model_path
 from tendon_mj.plugin import TENSION_SCALE, sheaths
 from tendon_mj.show.live.scene import Viewpoint, first_view
-from tendon_mj.show.render.scene import colour_limits
+from tendon_mj.show.render.offscreen import colour_limits
 from tendon_mj.typing import FloatArray
 
-_FPS = 60.0  # [1/s]
-_TRIAL, _TRIAL_FPS = 8.0, 20.0  # length of the run that sets the colours' limits [s], its frames
+_LIVE_FPS = 60.0  # [1/s]
+_TRIAL_TIME, _TRIAL_FPS = 8.0, 20.0  # of the run that sets the colours' limits [s], [1/s]
 _LAG = 0.5  # that is caught up; with more the simulation is slower than the clock [s]
-_LONGEST = 0.1  # between two frames in any case [s]
+_LONGEST_FRAME = 0.1  # between two frames in any case [s]
 _JUMP = 1e-3  # largest distance of a motion's end from its beginning, over its range
 _RETURN = 0.5  # from the last controls of a motion back to its first [s]
 _UNSTABLE = [
@@ -37,16 +37,9 @@ _UNSTABLE = [
 class LiveSimulation:
     """A model that moves by controls over time.
 
-    Args:
-        model: to simulate.
-        drive: time [s] → (nu,) controls.
-        remembered: for how long the tensions at the ends are kept [s].
-
-    Attributes:
-        model, data: of the simulation; another thread holds ``lock`` while it uses them.
-        tendons: sheath → name of its tendon.
-        parameters: live ones, by ``<sheath>.<parameter>``; `set` changes them.
-        paused: whether time stands still.
+    Another thread holds ``lock`` while it uses model and data. ``tendons`` names those of the
+    sheaths; ``parameters`` are live, and `set` changes them. Tensions at the ends are kept for a
+    time, ``remembered`` [s].
     """
 
     def __init__(self, model: mujoco.MjModel, drive: Drive, remembered: float = 10.0) -> None:
@@ -57,15 +50,13 @@ class LiveSimulation:
         self.tendons = {name: sheath.tendon for name, sheath in self._sheaths.items()}
         self.parameters = Parameters(model, self.data)
         self._views = [view_sheath(model, self.data, name) for name in self._sheaths]
-        self._times: deque[float] = deque()
-        self._ends: deque[FloatArray] = deque()
+        self._kept: deque[tuple[float, FloatArray]] = deque()
         self._start()
 
     def advance(self, duration: float, limit: float = float("inf")) -> float:
         """Simulate for a duration [s], and keep the tensions at its end.
 
-        Returns:
-            Simulated time [s], shorter if ``limit`` [s] of wall time ran out.
+        Returns the simulated time [s], shorter if ``limit`` [s] of wall time ran out.
         """
         deadline = time.perf_counter() + limit
         with self.lock:
@@ -101,14 +92,14 @@ class LiveSimulation:
             values = dict(self.parameters)
             mujoco.mj_resetData(self.model, self.data)
             self.parameters.update(values)
-            self._times.clear()
-            self._ends.clear()
+            self._kept.clear()
             self._start()
 
     def curves(self) -> tuple[FloatArray, FloatArray]:
         """Remembered (n,) times [s] and (n, sheaths, 2) tensions at input and output [N]."""
-        shape = (len(self._ends), len(self._sheaths), 2)
-        return np.array(self._times), np.array(self._ends).reshape(shape)
+        with self.lock:
+            times, ends = zip(*self._kept, strict=True)
+        return np.array(times), np.array(ends).reshape(len(times), len(self._sheaths), 2)
 
     def _start(self) -> None:
         self.data.ctrl[:] = self._drive(0.0)
@@ -116,29 +107,21 @@ class LiveSimulation:
         self._keep()
 
     def _keep(self) -> None:
-        self._times.append(float(self.data.time))
-        self._ends.append(np.array([view.tension[[0, -1]] for view in self._views]))
-        while self._times[0] < self.data.time - self._remembered:
-            self._times.popleft()
-            self._ends.popleft()
+        ends = np.array([view.tension[[0, -1]] for view in self._views])
+        self._kept.append((float(self.data.time), ends))
+        while self._kept[0][0] < self.data.time - self._remembered:
+            self._kept.popleft()
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """A simulation and the way it is shown.
+    """A simulation and the way it is shown."""
 
-    Attributes:
-        simulation: at its start.
-        view: at first.
-        low, high: tensions at the ends of the colour bar [N]; both 0 without sheaths.
-        still: reason that nothing moves; empty where something does.
-    """
-
-    simulation: LiveSimulation
-    view: Viewpoint
-    low: float
+    simulation: LiveSimulation  # at its start
+    view: Viewpoint  # at first
+    low: float  # tensions at the ends of the colour bar [N]; both 0 without sheaths
     high: float
-    still: str
+    still: str  # reason that nothing moves; empty where something does
 
 
 def prepare(name: str, motion: str | None = None) -> Prepared:
@@ -156,11 +139,11 @@ def prepare(name: str, motion: str | None = None) -> Prepared:
     except ValueError as error:
         raise TendonError(f"{model_path(name, scene=True)}: {error}") from error
     model, drive = in_motion(stem, compiled, motion)
-    still, limits = stands_still(model, drive, _TRIAL), model.numeric(TENSION_SCALE).data
+    still, limits = stands_still(model, drive, _TRIAL_TIME), model.numeric(TENSION_SCALE).data
     if not sheaths(model):
         limits[:] = 0.0
     elif not has_scale:
-        trial = record_frames(model, drive, duration=_TRIAL, fps=_TRIAL_FPS)
+        trial = record_frames(model, drive, duration=_TRIAL_TIME, fps=_TRIAL_FPS)
         colours = colour_limits(trial.cables)
         limits[:] = colours.vmin, colours.vmax
     low, high = (float(limit) for limit in limits)
@@ -197,17 +180,11 @@ def stands_still(model: mujoco.MjModel, drive: Drive, duration: float) -> str:
 
 @dataclass(frozen=True)
 class RealTime:
-    """Pace of a simulation.
+    """Pace of a simulation."""
 
-    Attributes:
-        simulated: [s].
-        elapsed: on the clock, without pauses [s].
-        frames: shown.
-    """
-
-    simulated: float
-    elapsed: float
-    frames: int
+    simulated: float  # [s]
+    elapsed: float  # on the clock, without pauses [s]
+    frames: int  # shown
 
     def sentence(self) -> str:
         """The pace in a sentence."""
@@ -231,13 +208,13 @@ def run_in_real_time(
         watched = show()  # opens the window or page, which does not count for the pace
         last = time.perf_counter()
         while watched and (seconds is None or elapsed < seconds):
-            time.sleep(max(0.0, last + 1.0 / _FPS - time.perf_counter()))
+            time.sleep(max(0.0, last + 1.0 / _LIVE_FPS - time.perf_counter()))
             now = time.perf_counter()
             passed, last = now - last, now
             if not simulation.paused:
                 elapsed += passed
                 owed = min(owed + passed, _LAG)
-                done = simulation.advance(owed, limit=_LONGEST)
+                done = simulation.advance(owed, limit=_LONGEST_FRAME)
                 simulated, owed = simulated + done, owed - done
             watched = show()
             frames += 1

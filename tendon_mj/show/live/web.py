@@ -14,31 +14,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, MissingPackageError, TendonError
-from tendon_mj.show.live.panel import (
+from tendon_mj.show.live.scene import (
     FIRST,
     MOST_TENDONS,
+    Viewpoint,
     colour_key,
+    curve_colours,
+    drawn_tendons,
     key_height,
     slider,
     tension_table,
 )
-from tendon_mj.show.live.scene import Viewpoint, curve_colours, drawn_tendons
 from tendon_mj.show.live.session import LiveSimulation, Prepared, RealTime, run_in_real_time
 from tendon_mj.typing import FloatArray
 
 HOST = "localhost"  # no other machine's browser: the page is not protected
 _LAST_PORT = 65535
 _FLOOR, _THIN = 3.0, 1e-3  # half a plane's width and height over the model's extent
-_EVERY, _RARELY = 4, 8  # frames of the simulation between new scenes, and between new curves
+_SCENE_EVERY, _RARELY = 4, 8  # frames of the simulation between new scenes, and between new curves
 _THICKER = 2.5  # than MuJoCo's own tendon, which is hard to see in a browser
-_MARK = 5.0  # size of a slipping guide over the tendon's radius
-_APART = 0.5  # distance of two points over the radius that is drawn
-_MOST_POINTS, _MOST_GEOMS = 8000, 20000  # of all tendons together
+_MARK_SIZE = 5.0  # size of a slipping guide over the tendon's radius
+_POINT_SPACING = 0.5  # distance of two points over the radius that is drawn
+_MOST_DOTS, _MOST_GEOMS = 8000, 20000  # of all tendons together
 _SLIPPING = (230, 0, 122)  # magenta, as the plugin draws it
-_WIDTH = 400  # of the key of colours [pixels]
+_PX = 400  # of the key of colours [pixels]
 _HEIGHT = 230  # of the curves [pixels]
-_SAMPLES = 400  # of a curve
-_ALL = "all sheaths"
+_PER_CURVE = 400  # of a curve
+_EACH = "all sheaths"
 _RESTART = "restart the motion"  # the sliders stay as they are
 
 
@@ -49,13 +51,9 @@ def serve(
     seconds: float | None = None,
     announce: Callable[[str], object] = print,
 ) -> RealTime:
-    """Serve a simulation to browsers on this machine until Ctrl-C.
+    """Serve a simulation to browsers on this machine until Ctrl-C, or for some seconds.
 
-    Args:
-        prepared: to show.
-        port: of the page; where it is taken, the next one that is free.
-        seconds: after which to end [s]; None: never.
-        announce: called with the page's address.
+    Where the port is taken, it is the next one that is free; ``announce`` gets the address.
     """
     try:
         mjviser, viser = importlib.import_module("mjviser"), importlib.import_module("viser")
@@ -77,7 +75,7 @@ def serve(
 
         def show() -> bool:
             nonlocal frames
-            if frames % _EVERY == 0:
+            if frames % _SCENE_EVERY == 0:
                 with simulation.lock:
                     scene.update_from_mjdata(simulation.data)
                 cable.draw()
@@ -125,7 +123,7 @@ class _Cable:
         self._simulation = simulation
         self._scene = mujoco.MjvScene(simulation.model, _MOST_GEOMS)
         width = float(simulation.model.tendon_width.max(initial=1e-6))
-        self._spacing = _APART * _THICKER * width
+        self._spacing = _POINT_SPACING * _THICKER * width
         self._spans, self._marks = (
             server.scene.add_point_cloud(
                 name,
@@ -137,7 +135,7 @@ class _Cable:
                 precision="float32",
                 visible=False,
             )
-            for name, size in (("/tendons", _THICKER), ("/slipping", _MARK))
+            for name, size in (("/tendons", _THICKER), ("/slipping", _MARK_SIZE))
         )
 
     def draw(self) -> None:
@@ -156,7 +154,7 @@ class _Cable:
 
 
 def row_of_points(
-    ends: FloatArray, colours: NDArray[np.uint8], spacing: float, most: int = _MOST_POINTS
+    ends: FloatArray, colours: NDArray[np.uint8], spacing: float, most: int = _MOST_DOTS
 ) -> tuple[FloatArray, NDArray[np.uint8]]:
     """(k, 3) points [m] along all spans, including their ends, and (k, 3) colours.
 
@@ -184,7 +182,7 @@ class _Panel:
         self._handles: dict[str, tuple[Any, float]] = {}  # of sliders, and their units over SI
         if self._tendons:
             limits, none = (prepared.low, prepared.high), np.zeros((0, 2, 3))
-            key = colour_key(limits, [], none, _WIDTH, key_height(0))  # the curves have their names
+            key = colour_key(limits, [], none, _PX, key_height(0))  # the curves have their names
             gui.add_image(key, format="png")
             self._table = gui.add_markdown("")
             self._curves = self._add_curves(uplot)
@@ -198,7 +196,7 @@ class _Panel:
             return
         times, tensions = self._simulation.curves()
         self._table.content = tension_table(self._tendons, tensions[-1], float(times[-1]))
-        chosen = np.unique(np.linspace(0, len(times) - 1, min(len(times), _SAMPLES)).astype(int))
+        chosen = np.unique(np.linspace(0, len(times) - 1, min(len(times), _PER_CURVE)).astype(int))
         rows = np.nan_to_num(tensions[chosen, :MOST_TENDONS].reshape(len(chosen), -1), posinf=0.0)
         self._curves.data = (times[chosen], *(np.ascontiguousarray(row) for row in rows.T))
 
@@ -234,10 +232,10 @@ class _Panel:
         simulation, names = self._simulation, tuple(self._simulation.tendons)
         chosen = None
         if len(names) > 1:
-            chosen = self._gui.add_dropdown("sheath", (_ALL, *names), initial_value=_ALL)
+            chosen = self._gui.add_dropdown("sheath", (_EACH, *names), initial_value=_EACH)
 
         def sheaths() -> Sequence[str]:
-            return names if chosen is None or chosen.value == _ALL else [chosen.value]
+            return names if chosen is None or chosen.value == _EACH else [chosen.value]
 
         for parameter in FIRST:
             self._add_slider(parameter, sheaths)

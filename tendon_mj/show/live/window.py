@@ -13,19 +13,25 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import EngineError
-from tendon_mj.show.live.panel import MOST_TENDONS, colour_key, key_height, tension_text
-from tendon_mj.show.live.scene import curve_colours, look_from
+from tendon_mj.show.live.scene import (
+    MOST_TENDONS,
+    colour_key,
+    curve_colours,
+    key_height,
+    look_from,
+    tension_text,
+)
 from tendon_mj.show.live.session import Prepared, RealTime, run_in_real_time
 from tendon_mj.typing import FloatArray
 
-_SPAN = 8.0  # of the curves [s]
-_EVERY = 6  # frames between new numbers and curves
+_CURVES_SPAN = 8.0  # of the curves [s]
+_NUMBERS_EVERY = 6  # frames between new numbers and curves
 _SPACE = 32  # key
-_PATIENCE = 10.0  # with a window that closes [s]
+_CLOSING = 10.0  # with a window that closes [s]
 _POINTS = 1000  # of a curve, as many as `mjvFigure` takes
-_SHARE = 0.42, 0.34  # of the window's width and height that the curves take
-_KEY = 420  # width of the key of colours [pixels]
-_MARGIN = 10  # [pixels]
+_TAKEN = 0.42, 0.34  # of the window's width and height that the curves take
+_KEY_PIXELS = 420  # width of the key of colours [pixels]
+_EDGE = 10  # [pixels]
 _INSTEAD = (
     "`tendon-mj view MODEL --web` shows the same in a browser, and `tendon-mj render MODEL` writes "
     "a clip"
@@ -65,7 +71,7 @@ def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
     finally:
         window.close()
         for thread in set(threading.enumerate()) - others:  # the viewer's, which still draws
-            thread.join(_PATIENCE)
+            thread.join(_CLOSING)
 
 
 def _check_screen() -> None:
@@ -98,7 +104,7 @@ class _Overlay:
         """Show the simulation as it is now; return whether the window is still open."""
         if not self._window.is_running():
             return False
-        if self._tendons and self._frames % _EVERY == 0:
+        if self._tendons and self._frames % _NUMBERS_EVERY == 0:
             self._renew()
         self._frames += 1
         self._window.sync()
@@ -106,7 +112,7 @@ class _Overlay:
 
     def _renew(self) -> None:
         times, tensions = self._simulation.curves()
-        draw_curves(self._figure, times, tensions, _SPAN)
+        draw_curves(self._figure, times, tensions, _CURVES_SPAN)
         left, right = tension_text(self._tendons, tensions[-1], float(times[-1]))
         self._window.set_texts(
             (mujoco.mjtFontScale.mjFONTSCALE_150, mujoco.mjtGridPos.mjGRID_TOPLEFT, left, right)
@@ -159,12 +165,12 @@ def draw_curves(
 
 def curves_place(viewport: mujoco.MjrRect) -> mujoco.MjrRect:
     """Place of the curves in a window: at its lower right."""
-    width, height = round(_SHARE[0] * viewport.width), round(_SHARE[1] * viewport.height)
-    left = viewport.left + viewport.width - width - _MARGIN
-    return mujoco.MjrRect(left, viewport.bottom + _MARGIN, width, height)
+    width, height = (round(_TAKEN[0] * viewport.width), round(_TAKEN[1] * viewport.height))
+    left = viewport.left + viewport.width - width - _EDGE
+    return mujoco.MjrRect(left, viewport.bottom + _EDGE, width, height)
 
 
 def key_place(viewport: mujoco.MjrRect, height: int) -> mujoco.MjrRect:
     """Place of a key of colours of that height [pixels] in a window: at its lower left."""
-    width = min(_KEY, max(1, viewport.width // 2))
-    return mujoco.MjrRect(viewport.left + _MARGIN, viewport.bottom + _MARGIN, width, height)
+    width = min(_KEY_PIXELS, max(1, viewport.width // 2))
+    return mujoco.MjrRect(viewport.left + _EDGE, viewport.bottom + _EDGE, width, height)

@@ -19,25 +19,16 @@ from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.lab.progress import Progress
 from tendon_mj.lab.replay import POSE, Frames
 from tendon_mj.plugin import sheaths
-from tendon_mj.show.render.offscreen import Image, Offscreen, find_camera, project
+from tendon_mj.show.render import offscreen
 from tendon_mj.show.render.panel import INK, Panel, tendon_colours, text_scale
-from tendon_mj.show.render.scene import (
-    GHOST_COLOUR,
-    GUIDE_COLOUR,
-    Ghost,
-    add_cable,
-    cable_radius,
-    colour_limits,
-    without_tendons,
-)
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
 _PANEL = 0.34  # share of the width that the panel takes
-_SMALLEST, _LARGEST = 64, 8192  # [pixels]
+_SMALLEST_SIZE, _LARGEST_SIZE = 64, 8192  # [pixels]
 _QUALITY = 4  # constant rate factor of H.264, less is better: the colour of a tendon is a reading
 # Stated in the file, lest players guess: they take another matrix of colours for large pictures.
-_COLOURS: Final = (
+_COLOUR_FLAGS: Final = (
     "-vf",
     "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+bicubic",
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
@@ -45,8 +36,8 @@ _COLOURS: Final = (
 _HALO: Final[dict[str, Any]] = {"stroke_width": 2, "stroke_fill": "white"}  # on any background
 _ARROW = 0.12  # length of the largest force's arrow over the model's extent
 _ARROW_COLOUR, _RIM = (150, 20, 40), (255, 255, 255)
-_FINE = 4  # pixels drawn for each one shown
-_LEAST = 0.2  # force that is shown, over the largest in the clip
+_OVERSAMPLING = 4  # pixels drawn for each one shown
+_LEAST_FORCE = 0.2  # force that is shown, over the largest in the clip
 
 
 def render_clip(
@@ -98,7 +89,7 @@ def render_clip(
 
 
 def _write_video(
-    images: Iterator[Image],
+    images: Iterator[offscreen.Image],
     path: Path,
     size: tuple[int, int],
     frames: Frames,
@@ -111,7 +102,7 @@ def _write_video(
         codec="libx264",
         quality=None,  # but that of the parameters
         macro_block_size=2,
-        output_params=["-crf", str(_QUALITY), *_COLOURS],
+        output_params=["-crf", str(_QUALITY), *_COLOUR_FLAGS],
     )
     with contextlib.closing(writer):
         writer.send(None)
@@ -132,7 +123,7 @@ def draw_frames(
     height: int,
     camera: str | mujoco.MjvCamera | None = None,
     twin: Frames | None = None,
-) -> Iterator[Image]:
+) -> Iterator[offscreen.Image]:
     """The (height, width, 3) pictures of a clip one after the other; see `render_clip`."""
     sizes = frames.poses.shape[1], frames.controls.shape[1]
     needed = mujoco.mj_stateSize(model, POSE), model.nu
@@ -146,7 +137,7 @@ def draw_frames(
             f"the twin has {twin.poses.shape[0]} frames of {twin.poses.shape[1]} numbers, the "
             f"motion {frames.poses.shape[0]} of {frames.poses.shape[1]}"
         )
-    view = find_camera(model, camera)
+    view = offscreen.find_camera(model, camera)
     panel = 2 * round(0.5 * _PANEL * width) if frames.cables else 0
     return _FramePainter(model, frames, view, (width - panel, height), panel, twin).pictures()
 
@@ -154,9 +145,9 @@ def draw_frames(
 def check_size(width: int, height: int) -> None:
     """Check the size of a clip."""
     for name, size in (("width", width), ("height", height)):
-        if size % 2 or not _SMALLEST <= size <= _LARGEST:
+        if size % 2 or not _SMALLEST_SIZE <= size <= _LARGEST_SIZE:
             raise InvalidValueError(
-                f"{name} = {size} [pixels] must be even, ≥ {_SMALLEST} and ≤ {_LARGEST}"
+                f"{name} = {size} [pixels] must be even, ≥ {_SMALLEST_SIZE} and ≤ {_LARGEST_SIZE}"
             )
 
 
@@ -173,10 +164,10 @@ class _FramePainter:
         twin: Frames | None,
     ) -> None:
         self._frames, self._camera, self._twin, self._size = frames, camera, twin, size
-        self._model = without_tendons(model)
+        self._model = offscreen.without_tendons(model)
         self._data = mujoco.MjData(self._model)
-        self._scale = colour_limits(frames.cables) if frames.cables else Normalize()
-        self._radius = cable_radius(model, frames.cables)
+        self._scale = offscreen.colour_limits(frames.cables) if frames.cables else Normalize()
+        self._radius = offscreen.cable_radius(model, frames.cables)
         self._panel = (
             Panel(model, frames, self._scale, panel, size[1], twin) if frames.cables else None
         )
@@ -192,41 +183,41 @@ class _FramePainter:
         length = _ARROW * float(model.stat.extent)
         self._arrow = length / self._largest if self._largest > 0.0 else 0.0  # [m/N]
         self._legend_row: float | None = None
-        self._offscreen = Offscreen(self._model, *size)
-        self._ghost = Ghost(self._model, self._offscreen, camera) if twin is not None else None
+        self._offscreen = offscreen.Offscreen(self._model, *size)
+        self._ghost = (
+            offscreen.Ghost(self._model, self._offscreen, camera) if twin is not None else None
+        )
 
-    def pictures(self) -> Iterator[Image]:
+    def pictures(self) -> Iterator[offscreen.Image]:
         """All frames as pictures; the graphics memory is free after the last."""
         with self._offscreen:
             for k in range(len(self._frames.time)):
                 yield self._draw(k)
 
-    def _draw(self, k: int) -> Image:
+    def _draw(self, k: int) -> offscreen.Image:
         """(height, width, 3) picture of frame ``k``."""
         mujoco.mj_setState(self._model, self._data, self._frames.poses[k], POSE)
         mujoco.mj_fwdPosition(self._model, self._data)
 
         def add(scene: mujoco.MjvScene) -> None:
             for cable in self._frames.cables.values():
-                add_cable(scene, cable.points[k], cable.tensions[k], self._scale, self._radius)
+                offscreen.add_cable(
+                    scene, cable.points[k], cable.tensions[k], self._scale, self._radius
+                )
 
         image = self._offscreen.draw(self._data, self._camera, add)
         if self._ghost is not None and self._twin is not None:
             image = self._ghost.behind(image, self._offscreen.depth, self._twin.poses[k])
         contacts, labels = self._frames.contacts[k], list[FloatArray]()
-        for contact in contacts[_norms(contacts) > _LEAST * self._largest]:
-            image = self._draw_force(image, contact, labels)
+        for contact in contacts[_norms(contacts) > _LEAST_FORCE * self._largest]:
+            ends = contact[:3] + np.outer((0.0, self._arrow), contact[3:])
+            start, end = offscreen.project(self._offscreen.scene, ends, *self._size)
+            text = f"{np.linalg.norm(contact[3:]):.1f} N"
+            image = draw_arrow(image, start, end, text, self._font, labels)
         image = self._label_ends(image, k)
         return image if self._panel is None else np.hstack([image, self._panel.draw(k)])
 
-    def _draw_force(self, image: Image, contact: FloatArray, labels: list[FloatArray]) -> Image:
-        point, force = contact[:3], contact[3:]
-        ends = np.stack([point, point + self._arrow * force])
-        start, end = project(self._offscreen.scene, ends, *self._size)
-        text = f"{np.linalg.norm(force):.1f} N"
-        return draw_arrow(image, start, end, text, self._font, labels)
-
-    def _label_ends(self, image: Image, k: int) -> Image:
+    def _label_ends(self, image: offscreen.Image, k: int) -> offscreen.Image:
         """Write the tendons' names next to their input ends, and a legend below."""
         picture = Picture.fromarray(image)
         draw = ImageDraw.Draw(picture)
@@ -234,7 +225,7 @@ class _FramePainter:
         size = self._font.size
         several = len(self._frames.cables) > 1
         for name, cable in self._frames.cables.items():
-            seen = project(self._offscreen.scene, cable.points[k], *self._size)
+            seen = offscreen.project(self._offscreen.scene, cable.points[k], *self._size)
             tendon, colour = self._names[name]
             for text, end in [(tendon, 0)] if several else [("input", 0), ("output", -1)]:
                 away = seen[end] - np.nanmean(seen, axis=0)
@@ -255,9 +246,9 @@ class _FramePainter:
         """Explain the grey bead and the grey ghost in a left corner."""
         size = float(self._font.size)
         x, radius = 1.2 * size, 0.35 * size
-        lines = [("guide: bends the tendon, which rubs on it", GUIDE_COLOUR, "")]
+        lines = [("guide: bends the tendon, which rubs on it", offscreen.GUIDE_COLOUR, "")]
         if self._twin is not None:
-            lines.append(("the same drive without friction", GHOST_COLOUR, "black"))
+            lines.append(("the same drive without friction", offscreen.GHOST_COLOUR, "black"))
         high = 1.5 * size * (len(lines) - 1)
         if self._legend_row is None:  # the emptier corner of the first frame, for all of the clip
             wide = max(self._font.getlength(text) for text, _, _ in lines) + 2.0 * x
@@ -280,13 +271,13 @@ def _norms(contacts: FloatArray) -> FloatArray:
 
 
 def draw_arrow(
-    image: Image,
+    image: offscreen.Image,
     start: FloatArray,
     end: FloatArray,
     text: str,
     font: ImageFont.FreeTypeFont,
     labels: list[FloatArray],
-) -> Image:
+) -> offscreen.Image:
     """Draw an arrow between two pixels on a copy of a picture, with its value in front of its head.
 
     The value keeps clear of the places in ``labels``, and is added to them.
@@ -306,7 +297,7 @@ def draw_arrow(
         return image
     picture = Picture.fromarray(image)
     patch = picture.crop((*low, *high))
-    patch = patch.resize(tuple(_FINE * (high - low)), Picture.Resampling.BICUBIC)
+    patch = patch.resize(tuple(_OVERSAMPLING * (high - low)), Picture.Resampling.BICUBIC)
     draw = ImageDraw.Draw(patch)
     side = np.array([-way[1], way[0]])
     for colour, rim in ((_RIM, 0.12 * font.size), (_ARROW_COLOUR, 0.0)):
@@ -321,7 +312,7 @@ def draw_arrow(
             neck - half * side,
             tail - half * side,
         ]
-        draw.polygon([tuple(_FINE * (corner - low)) for corner in outline], fill=colour)
+        draw.polygon([tuple(_OVERSAMPLING * (corner - low)) for corner in outline], fill=colour)
     picture.paste(patch.resize(tuple(high - low), Picture.Resampling.BOX), tuple(low))
     anchor = "rm" if way[0] < 0 else "lm"
     spot = tuple(free_spot(end + 0.5 * font.size * way, labels, font.size))

@@ -19,27 +19,26 @@ from matplotlib.lines import Line2D
 from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
-from tendon_mj.lab.replay import EngineeringUnit, Frames, control_unit, engineering_unit
+from tendon_mj.lab.replay import Frames, control_unit, engineering_unit
 from tendon_mj.plugin import sheaths
 from tendon_mj.show.figures import style
-from tendon_mj.show.render.offscreen import Image
-from tendon_mj.show.render.scene import COLOURS
+from tendon_mj.show.render.offscreen import COLOURS, Image
 from tendon_mj.typing import FloatArray
 
 _DPI, _LEGIBLE = 100.0, 84.0  # at 720 pixels of height; the least that is read with ease
 _LEAST_INCHES = 5.0  # height that a chart, a colour bar and the values take
 HEIGHT = 720  # [pixels]
-_ROWS = 4  # sheaths whose tensions are also written as numbers
+_TABLE_ROWS = 4  # sheaths whose tensions are also written as numbers
 _CHART, _BAR = 1.2, 0.6  # least height of a chart without its legend, and of the bar [inch]
 _LEGEND = 0.92  # width of a legend over the panel's
 INK = "#202020"
 # of legends: text [pt]; line, gaps and rows over the text's size
-_SIZE = 8.0
-_HANDLE, _GAP, _COLUMN = 1.3, 0.4, 0.8
+_TEXT_SIZE = 8.0
+_HANDLE, _TEXT_GAP, _COLUMN = 1.3, 0.4, 0.8
 _ROW, _ROWS_APART = 1.25, 0.1
 _MOST_COLUMNS = 4
 _MOST_LONG = 6  # entries in a single column
-_FINE = 16  # pixels to a point that text is measured in
+_TEXT_PIXELS = 16  # pixels to a point that text is measured in
 
 Style = Literal["-", "--", "-.", ":"]
 # for tendons with the same colour in the model; the last two are of Paul Tol's palette
@@ -53,15 +52,10 @@ TENDON_PALETTE = (
     "#332288",
     "#882255",
 )
-_OTHERS = (
-    style.GREEN,
-    style.PURPLE,
-    style.ORANGE,
-    style.SKY,
-)  # of joints, apart from the colours of two tendons
-_ENDS: tuple[tuple[Style, Style], ...] = (("-", "--"), ("-.", ":"))  # input and output end
-_MOST = 4  # lines of one kind in a chart
-_MOST_TENDONS = len(TENDON_PALETTE) * len(_ENDS)
+_OTHER_COLOURS = TENDON_PALETTE[2:6]  # of joints, apart from the colours of two tendons
+_END_STYLES: tuple[tuple[Style, Style], ...] = (("-", "--"), ("-.", ":"))  # input and output end
+_MOST_LINES = 4  # lines of one kind in a chart
+_MOST_TENDONS = len(TENDON_PALETTE) * len(_END_STYLES)
 _UNCOLOURED = (0.5, 0.5, 0.5)  # MuJoCo's default colour of a tendon
 _Cells = tuple[str | np.ndarray, str | np.ndarray]  # of a row: texts, or values by frame
 
@@ -88,11 +82,13 @@ class Panel:
     ) -> None:
         self._frames = frames
         self._unit = text_scale(height)
-        self._rows = _table(model, frames, twin)
+        self._rows = _value_rows(model, frames, twin)
         dpi, table = _DPI * self._unit, (66 + 24 * len(self._rows)) * self._unit / height
         inches = height / dpi
-        shown = charts(model, frames, twin)
-        shown = _that_fit(shown, (1.0 - table) * inches - _BAR, width / dpi)
+        shown = charts(model, frames, twin)  # of which the first are drawn, as many as fit
+        heights = [_CHART + Legend(_entries(c)[0], _LEGEND * width / dpi).height for c in shown]
+        fitting = np.cumsum(heights) <= (1.0 - table) * inches - _BAR
+        shown = shown[: max(1, int(fitting.sum()))]
         with style.print_style():
             figure = style.new_figure(width / dpi, inches)
             figure.set_dpi(dpi)
@@ -102,7 +98,11 @@ class Panel:
             figure.colorbar(ScalarMappable(scale, COLOURS), cax=bar, orientation="horizontal")
             bar.set_title("tension along the tendon [N]", fontweight="normal", fontsize=9.0)
             for axes, chart in zip(grid, shown, strict=True):
-                _draw_chart(axes, chart, frames, width / dpi)
+                for line in (*chart.twin, *chart.lines):
+                    axes.plot(frames.time, line.values, color=line.colour, linestyle=line.style)
+                names, entries = _entries(chart)
+                Legend(names, _LEGEND * width / dpi).draw(axes, entries, left=-0.12)
+                axes.set_ylabel(chart.label)
                 axes.tick_params(labelbottom=axes is grid[-1])
                 axes.set_xlim(frames.time[0], max(frames.time[-1], frames.time[0] + 1e-3))
             grid[-1].set_xlabel("time [s]")
@@ -149,7 +149,7 @@ class Panel:
                 draw.text((x, y), text, fill=colour, font=small, anchor="ra")
 
 
-def _table(
+def _value_rows(
     model: mujoco.MjModel, frames: Frames, twin: Frames | None
 ) -> list[tuple[str, str, _Cells]]:
     """Rows of the table: name, colour, and two cells."""
@@ -165,7 +165,8 @@ def _table(
             rows.append((label, INK, ("", values)))
     rows.append(("tension [N]", INK, ("input", "output")))
     colours, cables = tendon_colours(model), list(frames.cables.items())
-    listed = cables if len(cables) == _ROWS + 1 else cables[:_ROWS]  # in place of "and 1 more"
+    # one row more in place of "and 1 more"
+    listed = cables if len(cables) == _TABLE_ROWS + 1 else cables[:_TABLE_ROWS]
     for name, cable in listed:
         ends = cable.tensions[:, 0], cable.tensions[:, -1]
         colour = colours[name] if len(cables) > 1 else INK
@@ -173,20 +174,6 @@ def _table(
     if len(listed) < len(cables):
         rows.append((f"  … and {len(cables) - len(listed)} more", style.GREY, ("", "")))
     return rows
-
-
-def _that_fit(shown: list[_Chart], height: float, width: float) -> list[_Chart]:
-    """The first charts that fit into a height and width [inch], at least one."""
-    taken = np.cumsum([_CHART + Legend(_entries(c)[0], _LEGEND * width).height for c in shown])
-    return shown[: max(1, int((taken <= height).sum()))]
-
-
-def _draw_chart(axes: Axes, chart: _Chart, frames: Frames, width: float) -> None:
-    for line in (*chart.twin, *chart.lines):
-        axes.plot(frames.time, line.values, color=line.colour, linestyle=line.style)
-    names, entries = _entries(chart)
-    Legend(names, _LEGEND * width).draw(axes, entries, left=-0.12)
-    axes.set_ylabel(chart.label)
 
 
 def _entries(chart: _Chart) -> tuple[list[str], list[Line2D]]:
@@ -210,8 +197,8 @@ class Legend:
     """
 
     def __init__(self, names: Sequence[str], width: float) -> None:
-        place = 72.0 * width / _SIZE  # over the text's size
-        around = _HANDLE + _GAP + _COLUMN
+        place = 72.0 * width / _TEXT_SIZE  # over the text's size
+        around = _HANDLE + _TEXT_GAP + _COLUMN
         least = 1 if len(names) <= _MOST_LONG else 2
         self.names = [shortened(name, place / least - around) for name in names]
         widest = around + max((text_width(name) for name in self.names), default=0.0)
@@ -222,12 +209,12 @@ class Legend:
     @property
     def height(self) -> float:
         """Height of all rows [inch]."""
-        return self.rows * (_ROW + _ROWS_APART) * _SIZE / 72.0
+        return self.rows * (_ROW + _ROWS_APART) * _TEXT_SIZE / 72.0
 
     def draw(self, axes: Axes, entries: Sequence[Line2D], left: float) -> None:
         """Draw the legend above a chart, from ``left`` of its width on, and keep its place free."""
         # the layout leaves the place of a title, which is as wide as the chart, unlike the legend
-        axes.set_title(" ", fontsize=_SIZE, pad=72.0 * self.height - _SIZE)
+        axes.set_title(" ", fontsize=_TEXT_SIZE, pad=72.0 * self.height - _TEXT_SIZE)
         drawn = axes.legend(
             entries,
             self.names,
@@ -239,8 +226,8 @@ class Legend:
             labelspacing=_ROWS_APART,
             columnspacing=_COLUMN,
             handlelength=_HANDLE,
-            handletextpad=_GAP,
-            fontsize=_SIZE,
+            handletextpad=_TEXT_GAP,
+            fontsize=_TEXT_SIZE,
         )
         drawn.set_in_layout(False)
 
@@ -256,12 +243,12 @@ def shortened(text: str, width: float) -> str:
 
 def text_width(text: str) -> float:
     """Width of a text over its size."""
-    return float(_font().getlength(text)) / (_FINE * _SIZE)
+    return float(_font().getlength(text)) / (_TEXT_PIXELS * _TEXT_SIZE)
 
 
 @cache
 def _font() -> ImageFont.FreeTypeFont:
-    return ImageFont.truetype(findfont("DejaVu Sans"), int(_FINE * _SIZE))
+    return ImageFont.truetype(findfont("DejaVu Sans"), int(_TEXT_PIXELS * _TEXT_SIZE))
 
 
 class Line(NamedTuple):
@@ -297,10 +284,10 @@ def tendon_colours(model: mujoco.MjModel) -> dict[str, str]:
 def charts(model: mujoco.MjModel, frames: Frames, twin: Frames | None = None) -> list[_Chart]:
     """Charts of the quantities that there are, the most important first."""
     drawn = (
-        _forces(model, frames, twin),
-        _tensions(model, frames),
-        _joints(model, frames, twin),
-        _controls(model, frames),
+        _forces_chart(model, frames, twin),
+        _tensions_chart(model, frames),
+        _joints_chart(model, frames, twin),
+        _controls_chart(model, frames),
     )
     return [chart for chart in drawn if chart.lines]
 
@@ -316,11 +303,11 @@ def touch_forces(
     return {n: frames.readings[:, model.sensor_adr[k]] for n, k in places.items()}
 
 
-def _forces(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> _Chart:
-    forces = list(touch_forces(model, frames, twin).items())[:_MOST]
+def _forces_chart(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> _Chart:
+    forces = list(touch_forces(model, frames, twin).items())[:_MOST_LINES]
     several = len(forces) > 1
     lines = [
-        Line(name.replace("_", " "), values, _OTHERS[k] if several else style.BLACK)
+        Line(name.replace("_", " "), values, _OTHER_COLOURS[k] if several else style.BLACK)
         for k, (name, values) in enumerate(forces)
     ]
     other = touch_forces(model, twin, frames) if twin else {}
@@ -328,23 +315,23 @@ def _forces(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> _Char
     return _Chart("force [N]" if several or not lines else f"{lines[0].name} [N]", lines, behind)
 
 
-def _tensions(model: mujoco.MjModel, frames: Frames) -> _Chart:
+def _tensions_chart(model: mujoco.MjModel, frames: Frames) -> _Chart:
     if len(frames.cables) == 1:
         ((_, cable),) = frames.cables.items()
-        first = Line("input end", cable.tensions[:, 0], style.BLUE, _ENDS[0][0])
-        last = Line("output end", cable.tensions[:, -1], style.VERMILLION, _ENDS[0][1])
+        first = Line("input end", cable.tensions[:, 0], style.BLUE, _END_STYLES[0][0])
+        last = Line("output end", cable.tensions[:, -1], style.VERMILLION, _END_STYLES[0][1])
         return _Chart("tension [N]", [first, last])
     lines, colours, used = [], tendon_colours(model), Counter[str]()
     for name, cable in list(frames.cables.items())[:_MOST_TENDONS]:
         colour = colours[name]
-        styles = _ENDS[used[colour] % len(_ENDS)]
+        styles = _END_STYLES[used[colour] % len(_END_STYLES)]
         used[colour] += 1
         lines.append(Line(sheaths(model)[name].tendon, cable.tensions[:, 0], colour, styles[0]))
         lines.append(Line("", cable.tensions[:, -1], colour, styles[1]))
     return _Chart("tension [N]", lines, left_out=len(frames.cables) - len(lines) // 2)
 
 
-def _joints(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> _Chart:
+def _joints_chart(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> _Chart:
     """Hinges, or slides where there are none, that no actuator moves directly."""
     driven = model.actuator_trnid[model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT.value, 0]
     for kind, label, si in (
@@ -352,38 +339,33 @@ def _joints(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> _Char
         (mujoco.mjtJoint.mjJNT_SLIDE, "displacement", "m"),
     ):
         chosen = [k for k in np.flatnonzero(model.jnt_type == kind.value) if k not in driven]
-        places = [model.jnt_qposadr[k] for k in chosen[:_MOST]]
+        places = [model.jnt_qposadr[k] for k in chosen[:_MOST_LINES]]
         if places:
             unit = engineering_unit(si, frames.poses[:, places].ravel())
             lines = [
                 Line(model.joint(k).name or f"joint {k}", unit.factor * frames.poses[:, p], colour)
-                for k, p, colour in zip(chosen, places, _OTHERS, strict=False)
+                for k, p, colour in zip(chosen, places, _OTHER_COLOURS, strict=False)
             ]
             behind = [
                 Line("", unit.factor * twin.poses[:, p], style.GREY, "--") for p in places if twin
             ]
-            return _Chart(_labelled(label, unit), lines, behind, len(chosen) - len(places))
+            return _Chart(style.labelled(label, unit), lines, behind, len(chosen) - len(places))
     return _Chart("", [])
 
 
-def _controls(model: mujoco.MjModel, frames: Frames) -> _Chart:
+def _controls_chart(model: mujoco.MjModel, frames: Frames) -> _Chart:
     moving = [k for k in range(model.nu) if np.ptp(frames.controls[:, k]) > 0.0]
-    shown = moving[:_MOST]
+    shown = moving[:_MOST_LINES]
     alike: dict[str, list[int]] = {}  # SI unit → controls in it
     for k in shown:
         alike.setdefault(control_unit(model, k), []).append(k)
     units = {si: engineering_unit(si, frames.controls[:, ks].ravel()) for si, ks in alike.items()}
     lines, tendons, known = [], tendon_colours(model), sheaths(model)
-    for colour, k in zip(_OTHERS, shown, strict=False):
+    for colour, k in zip(_OTHER_COLOURS, shown, strict=False):
         name, unit = model.actuator(k).name or f"actuator {k}", units[control_unit(model, k)]
         values = unit.factor * frames.controls[:, k]
         of_tendon = (c for sheath, c in tendons.items() if name.startswith(known[sheath].tendon))
-        entry = name if len(units) == 1 else _labelled(name, unit)
+        entry = name if len(units) == 1 else style.labelled(name, unit)
         lines.append(Line(entry, values, next(of_tendon, colour)))
-    label = _labelled("control", *(units.values() if len(units) == 1 else ()))
+    label = style.labelled("control", *(units.values() if len(units) == 1 else ()))
     return _Chart(label, lines, left_out=len(moving) - len(shown))
-
-
-def _labelled(name: str, unit: EngineeringUnit | None = None) -> str:
-    """A name with its unit, if it has one."""
-    return f"{name} [{unit.symbol}]" if unit and unit.symbol else name

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
+from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
@@ -24,7 +25,6 @@ from tendon_mj.lab.diagnosis import (
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import column_name, estimated_percent, percent, quantity
 from tendon_mj.show.figures.style import DPI
-from tendon_mj.show.page import page_templates
 from tendon_mj.show.report.pictures import (
     correlation_figure,
     diagnosis_figures,
@@ -45,7 +45,18 @@ from tendon_mj.whole_file import whole_file
 
 MODEL = "model.xml"
 LEFT_OUT = "The comparison with mujoco.sysid was left out."
-_KEPT = {False: "its last quarter", True: "left out in turn"}
+_HELD_BACK = {False: "its last quarter", True: "left out in turn"}
+
+
+def page_templates() -> Environment:
+    """The templates of the pages, which extend ``base.html``."""
+    return Environment(
+        loader=PackageLoader("tendon_mj.show"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
 
 
 def write_report(
@@ -119,7 +130,7 @@ def report_page(
         "file_name": lambda path: Path(path).name,
         "value_rows": value_rows,
         "quantity": quantity,
-        "linked": partial(_linked, file=model),
+        "linked": partial(_with_links, file=model),
     }
     row, column = most_telling(simulated)
     rival = sysid.signals if sysid else None
@@ -174,14 +185,14 @@ def _uses(diagnosis: Diagnosis) -> list[tuple[Recording, str]]:
     """Every recording with its use."""
     use, kept = "selection and fit", "proof"
     if not diagnosis.held_out_recordings:
-        use = kept = f"selection and fit; {_KEPT[diagnosis.leaves_one_out]} for the proof"
+        use = kept = f"selection and fit; {_HELD_BACK[diagnosis.leaves_one_out]} for the proof"
     return [
         *((r, use) for r in diagnosis.recordings),
         *((r, kept) for r in _held_out_only(diagnosis)),
     ]
 
 
-def _linked(sentence: str, file: str) -> Markup:
+def _with_links(sentence: str, file: str) -> Markup:
     """A sentence with links to a file where it names it."""
     escaped = escape(sentence)
     link = Markup('<a href="{0}">{0}</a>').format(file)

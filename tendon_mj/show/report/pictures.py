@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
+from tendon_mj.lab import replay
 from tendon_mj.lab.diagnosis import (
     Autocorrelation,
     BeforeAfter,
@@ -20,20 +21,12 @@ from tendon_mj.lab.diagnosis import (
     Diagnosis,
     Located,
 )
-from tendon_mj.lab.replay import (
-    EngineeringUnit,
-    column_name,
-    column_unit,
-    engineering_unit,
-    plain,
-    with_unit,
-)
 from tendon_mj.show.figures import style
 from tendon_mj.show.figures.simulations import before_after_figure
 
 TIME_SPENT, BEFORE, SYSID, AFTER = "time spent there", "before", "mujoco.sysid alone", "after"
 FLOOR = "noise and reproducibility"
-_COLOURS = {
+_BAR_COLOURS = {
     TIME_SPENT: style.PALE,
     BEFORE: style.VERMILLION,
     SYSID: style.PURPLE,
@@ -41,7 +34,7 @@ _COLOURS = {
 }
 _HATCHES = {BEFORE: "////", SYSID: "...."}  # apart in grey too
 _AXIS_SPAN = 1.5  # over the longest bar, for the label behind it
-_COLUMNS = 2
+_ACROSS = 2
 _OF_SIGN = LinearSegmentedColormap.from_list("sign", [style.BLUE, "#F7F7F7", style.VERMILLION])
 
 
@@ -56,21 +49,18 @@ class _Bars(NamedTuple):
 def diagnosis_figures(
     diagnosis: Diagnosis, shown: BeforeAfter, sysid: Mapping[str, float] | None = None
 ) -> dict[str, Figure]:
-    """Figures of a diagnosis by name.
+    """Figures of a diagnosis by name, with a recording before and after.
 
-    Args:
-        diagnosis: to draw.
-        shown: a recording, and its simulations before and after.
-        sysid: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
+    ``sysid``: column → held-out rms error of `mujoco.sysid` alone [the column's unit].
     """
     changed = diagnosis.changed
     figures = {}
     if diagnosis.verdict != "nothing missing":
         remaining = diagnosis.remaining if changed else None
-        figures["misfit"] = _misfit(diagnosis.located, remaining)
-    figures["gap"] = _errors(diagnosis, sysid)
+        figures["misfit"] = _misfit_figure(diagnosis.located, remaining)
+    figures["gap"] = _errors_figure(diagnosis, sysid)
     if changed:
-        figures["proof"] = _proof(*diagnosis.proof, diagnosis.bars)
+        figures["proof"] = _proof_figure(*diagnosis.proof, diagnosis.bars)
     figures["before_after"] = _signals(shown, changed)
     return figures
 
@@ -89,12 +79,12 @@ def whiteness_figure(
     white: Mapping[str, tuple[Autocorrelation, Autocorrelation]], *, changed: bool
 ) -> Figure:
     """Autocorrelation of each signal's residual before and after, and the band of white noise."""
-    rows = -(-len(white) // _COLUMNS)
+    rows = -(-len(white) // _ACROSS)
     with style.print_style():
         figure = style.new_figure(8.0, 0.6 + 1.8 * rows)
-        panels = figure.subplots(rows, _COLUMNS, squeeze=False, sharey=True).ravel()
+        panels = figure.subplots(rows, _ACROSS, squeeze=False, sharey=True).ravel()
         for axes, (column, (before, after)) in zip(panels, white.items(), strict=False):
-            unit = engineering_unit("s", after.lags)
+            unit = replay.engineering_unit("s", after.lags)
             drawn = {BEFORE: before, AFTER: after} if changed else {"residual": before}
             for colour, (label, shown) in zip(
                 (style.VERMILLION, style.BLUE), drawn.items(), strict=False
@@ -102,7 +92,9 @@ def whiteness_figure(
                 lags = unit.factor * shown.lags
                 axes.plot(lags, shown.values, ".-", color=colour, linewidth=1.1, label=label)
             axes.axhspan(-before.band, before.band, color=style.PALE, alpha=0.5, linewidth=0.0)
-            axes.set(title=column_name(column), xlabel=f"lag [{unit.symbol}]", ylim=(-1.05, 1.05))
+            axes.set(
+                title=replay.column_name(column), xlabel=f"lag [{unit.symbol}]", ylim=(-1.05, 1.05)
+            )
             axes.set_xlim(left=0.0)
         for axes in panels[len(white) :]:
             axes.set_axis_off()
@@ -127,7 +119,7 @@ def correlation_figure(correlations: Correlations) -> Figure:
     return figure
 
 
-def _errors(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> Figure:
+def _errors_figure(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> Figure:
     """Rms errors in units of the noise, labelled in the signal's unit, a row for each signal."""
     changed, train, held_out = diagnosis.changed, diagnosis.train, diagnosis.held_out
     with style.print_style():
@@ -136,7 +128,7 @@ def _errors(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> Figure:
         longest = 1.0
         for row, column in zip(grid, held_out.signals, strict=True):
             shown = [*held_out.signals[column][:2], *train.signals.get(column, ())[:2]]
-            unit = engineering_unit(column_unit(column), shown)
+            unit = replay.engineering_unit(replay.column_unit(column), shown)
             rival = (sysid or {}).get(column)
             for axes, errors, other in zip(row, (train, held_out), (None, rival), strict=True):
                 before, after, noise = errors.signals.get(column, (0.0, 0.0, 1.0))
@@ -148,7 +140,7 @@ def _errors(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> Figure:
                         diagnosis.bars[column], color=style.GREY, linewidth=1.3, label=FLOOR
                     )
                 longest = max(longest, *(value / noise for value in bars.values()))
-            row[0].set_ylabel(column_name(column))
+            row[0].set_ylabel(replay.column_name(column))
         grid[0][0].set_xlim(0.0, _AXIS_SPAN * longest)
         grid[0][0].set_title("training data: selection and fit")
         grid[0][1].set_title("held-out data")
@@ -159,20 +151,20 @@ def _errors(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> Figure:
 
 
 def _draw_errors(
-    axes: Axes, bars: Mapping[str, float], noise: float, unit: EngineeringUnit, changed: bool
+    axes: Axes, bars: Mapping[str, float], noise: float, unit: replay.EngineeringUnit, changed: bool
 ) -> None:
     for k, (label, value) in enumerate(bars.items()):
         axes.barh(
             k,
             value / noise,
             0.75,
-            color=_COLOURS[label],
+            color=_BAR_COLOURS[label],
             hatch=_HATCHES.get(label, ""),
             edgecolor="white",
             label=label if changed or label != BEFORE else "calibrated, nothing added",
         )
         axes.annotate(
-            f"{value / noise:.2f} × ({with_unit(plain(unit.factor * value), unit)})",
+            f"{value / noise:.2f} × ({replay.with_unit(replay.plain(unit.factor * value), unit)})",
             (value / noise, k),
             xytext=(4, 0),
             textcoords="offset points",
@@ -185,7 +177,7 @@ def _draw_errors(
     axes.grid(visible=False, axis="y")
 
 
-def _misfit(located: Located, remaining: Located | None) -> Figure:
+def _misfit_figure(located: Located, remaining: Located | None) -> Figure:
     """Share [%] of the misfit in every bin of every regime, before and after, and of the time.
 
     The misfit is the power beyond noise, time × (rms² − 1); that after is in shares of that before.
@@ -197,7 +189,7 @@ def _misfit(located: Located, remaining: Located | None) -> Figure:
         _Bars(BEFORE, "misfit beyond noise, before", lambda b: unit * b.time * (b.rms**2 - 1.0)),
     ]
     if remaining:
-        left = _rms(remaining)
+        left = _by_bin(remaining)
         label = "misfit beyond noise, after (of that before)"
         bars.append(
             _Bars(
@@ -209,13 +201,13 @@ def _misfit(located: Located, remaining: Located | None) -> Figure:
     return _by_regime(located, bars, located.sentence, "share [%]")
 
 
-def _proof(before: Located, after: Located, floors: Mapping[str, float]) -> Figure:
+def _proof_figure(before: Located, after: Located, floors: Mapping[str, float]) -> Figure:
     """Rms error in every bin of every regime, before and after, in units of noise."""
     title = "Error on held-out data, before and after; 1 is the noise floor"
     floor = float(np.sqrt(np.mean(np.square([*floors.values()])))) if floors else 1.0
     if floors:
         title += f", {floor:.2f} that of {FLOOR} together (grey line)"
-    rms = _rms(after)
+    rms = _by_bin(after)
     bars = [
         _Bars(BEFORE, BEFORE, lambda b: b.rms),
         _Bars(AFTER, AFTER, lambda b: rms.get((b.regime, b.label), b.rms)),
@@ -229,7 +221,7 @@ def _proof(before: Located, after: Located, floors: Mapping[str, float]) -> Figu
     return figure
 
 
-def _rms(located: Located) -> Mapping[tuple[str, str], float]:
+def _by_bin(located: Located) -> Mapping[tuple[str, str], float]:
     return {(b.regime, b.label): b.rms for b in located.bins}
 
 
@@ -238,14 +230,14 @@ def _by_regime(located: Located, bars: Sequence[_Bars], title: str, label: str) 
     regimes: dict[str, list[Bin]] = {}
     for b in located.bins:
         regimes.setdefault(b.regime, []).append(b)
-    rows = -(-len(regimes) // _COLUMNS)
+    rows = -(-len(regimes) // _ACROSS)
     with style.print_style():
         counts = [len(bins) for bins in regimes.values()]
         highest = [max(counts[k::rows]) for k in range(rows)]
         figure = style.new_figure(8.0, 1.4 + sum(0.55 + 0.21 * count for count in highest))
         figure.suptitle(textwrap.fill(title, 105), fontsize=9.0)
         grid = figure.subplots(
-            rows, _COLUMNS, squeeze=False, sharex=True, height_ratios=[n + 1.5 for n in highest]
+            rows, _ACROSS, squeeze=False, sharex=True, height_ratios=[n + 1.5 for n in highest]
         )
         panels = grid.T.ravel()
         for axes, (name, bins) in zip(panels, regimes.items(), strict=False):
@@ -266,13 +258,15 @@ def _draw_regime(axes: Axes, bins: Sequence[Bin], bars: Sequence[_Bars]) -> None
             rows + (k - 0.5 * (len(bars) - 1)) * high,
             [one.length(b) for b in bins],
             high,
-            color=_COLOURS[one.kind],
+            color=_BAR_COLOURS[one.kind],
             edgecolor="white",
             linewidth=0.4,
             hatch=_HATCHES.get(one.kind, ""),
             label=one.label,
         )
-    axes.set_yticks(rows, [column_name(b.label) if b.regime == "signal" else b.label for b in bins])
+    axes.set_yticks(
+        rows, [replay.column_name(b.label) if b.regime == "signal" else b.label for b in bins]
+    )
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
     axes.axvline(0.0, color=style.GREY, linewidth=0.8)

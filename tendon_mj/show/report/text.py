@@ -83,29 +83,23 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
             )
         advice = advise(diagnosis.closest, diagnosis.catalogue)
         return [first, *(advice or [_record_more(diagnosis)])]
-    return [*_use_of_the_model(diagnosis), *_ties(diagnosis), *_inspections(diagnosis)]
-
-
-def _use_of_the_model(diagnosis: Diagnosis) -> list[str]:
+    use = [
+        "Use model.xml, which has the findings; tendon-mj replay RECORDING --model model.xml"
+        " shows how it follows a recording, with the --description of this diagnosis if it had one."
+    ]
     if diagnosis.verdict == "partly":
         without = f", without {', '.join(diagnosis.excluded)}," if diagnosis.excluded else ""
-        return [
+        use = [
             "Use model.xml with care: an error remains that nothing in the catalogue"
             f"{without} explains.",
             _record_more(diagnosis),
         ]
-    return [
-        "Use model.xml, which has the findings; tendon-mj replay RECORDING --model model.xml"
-        " shows how it follows a recording, with the --description of this diagnosis if it had one."
-    ]
-
-
-def _ties(diagnosis: Diagnosis) -> list[str]:
-    return [
+    ties = [
         f"These data can't tell {' from '.join(name.replace('_', ' ') for name in group[:2])}."
         f" {' '.join(advise(group, diagnosis.catalogue))}"
         for group in diagnosis.indistinguishable
     ]
+    return [*use, *ties, *_inspections(diagnosis)]
 
 
 def _inspections(diagnosis: Diagnosis) -> list[str]:

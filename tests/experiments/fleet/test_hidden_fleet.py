@@ -22,24 +22,14 @@ def test_a_change_begins_on_its_day_and_a_ramp_grows(kind):
     assert all(change.applied(rig, k, 12) is rig for k in range(change.first))
     assert change.applied(rig, change.first, 12) != rig
     assert change.applied(rig, 11, 12) == KINDS[kind].apply(rig, change.size)
-
-
-def test_a_ramp_grows():
-    change = RigChange("friction", 0.4, "ramp", 8)
-    rig = ReferenceBench()
-    grown = [change.applied(rig, k, 12).friction / rig.friction for k in range(7, 12)]
+    ramp = RigChange("friction", 0.4, "ramp", 8)
+    grown = [ramp.applied(rig, k, 12).friction / rig.friction for k in range(7, 12)]
     assert grown == pytest.approx([1.0, 1.1, 1.2, 1.3, 1.4])
 
 
 def test_a_fleet_is_written_with_its_key(tmp_path):
-    settings = Settings(
-        out=tmp_path / "fleet",
-        key=tmp_path / "key.json",
-        rigs=2,
-        changing=1,
-        recordings=8,
-        processes=1,
-    )
+    where = {"out": tmp_path / "fleet", "key": tmp_path / "key.json"}
+    settings = Settings(**where, rigs=2, changing=1, recordings=8, processes=1)
     make_fleet(settings)
     rigs = {rig.name: rig for rig in find_rigs(settings.out)}
     key = json.loads(settings.key.read_text(encoding="utf-8"))
@@ -90,10 +80,6 @@ def test_the_score_counts_what_was_found_named_and_dated():
         rig("f"),
     ]
     result = score(key, rigs)
-    assert [result[k] for k in ("found", "named", "named_first", "within_a_recording")] == [
-        2,
-        2,
-        1,
-        2,
-    ]
+    counts = ("found", "named", "named_first", "within_a_recording")
+    assert [result[count] for count in counts] == [2, 2, 1, 2]
     assert result["false_alarms"] == ["d", "e"]

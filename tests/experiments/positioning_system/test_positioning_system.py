@@ -12,7 +12,6 @@ import pytest
 
 import experiments.positioning_system.__main__ as program
 import experiments.positioning_system.study as study
-from experiments.command import run_experiment
 from experiments.positioning_system import published
 from experiments.positioning_system.__main__ import positioning_system
 from experiments.positioning_system.descriptions import NAMES, describe
@@ -86,16 +85,6 @@ def test_friction_and_damping_are_named_and_everything_is_written(
     assert NAMES["motion"] in (tmp_path / "out" / "table.md").read_text("utf-8")
     for name in ("friction", "residual"):
         assert (tmp_path / "out" / f"{name}.png").stat().st_size > 10_000
-
-
-def test_missing_data_are_told_in_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.delenv("TENDON_MJ_DATA", raising=False)
-    arguments = ["--out", str(tmp_path / "out")]
-    assert run_experiment(positioning_system, "positioning_system", arguments) == 2
-    assert "set TENDON_MJ_DATA" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
 
 
 def test_the_published_model_explains_the_measured_file() -> None:

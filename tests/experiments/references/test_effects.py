@@ -92,20 +92,20 @@ EFFECTS = {
 }
 
 
-def test_inert_effects_are_the_chain_without():
-    plain = simulate_chain(quasi_static(chain(), 1.0, slowness=100), TIME, input_displacement=SWING)
-    run = simulate_effects(chain(), Effects(), TIME, SWING)
-    for name in ("input_tension", "output_tension", "output_displacement"):
-        mine, theirs = getattr(run, name), getattr(plain, name)
-        assert np.sqrt(np.mean((mine - theirs) ** 2)) < 5e-4 * np.ptp(theirs), name
-
-
-def test_inert_effects_with_static_friction_stay_near_the_chain_without():
-    sticky = chain(static_friction=0.25, dynamic_friction=0.15)
-    plain = simulate_chain(quasi_static(sticky, 1.0, slowness=100), TIME, input_displacement=SWING)
-    run = simulate_effects(sticky, Effects(), TIME, SWING)
-    error = np.sqrt(np.mean((run.output_tension - plain.output_tension) ** 2))
-    assert error < 0.02 * np.ptp(plain.output_tension)
+@pytest.mark.parametrize(
+    ("friction", "names", "within"),
+    [
+        ({}, ("input_tension", "output_tension", "output_displacement"), 5e-4),
+        ({"static_friction": 0.25, "dynamic_friction": 0.15}, ("output_tension",), 0.02),
+    ],
+)
+def test_inert_effects_are_the_chain_without(friction, names, within):
+    plain = quasi_static(chain(**friction), 1.0, slowness=100)
+    expected = simulate_chain(plain, TIME, input_displacement=SWING)
+    run = simulate_effects(chain(**friction), Effects(), TIME, SWING)
+    for name in names:
+        mine, theirs = getattr(run, name), getattr(expected, name)
+        assert np.sqrt(np.mean((mine - theirs) ** 2)) < within * np.ptp(theirs), name
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -136,46 +136,36 @@ def test_a_tendon_with_effects_does_not_push(name):
     assert run.output_tension.min() >= 0.0
 
 
-@pytest.mark.parametrize("alpha", [-0.4, 0.3])
-@pytest.mark.parametrize("way", [1.0, -1.0])
-def test_asymmetry_scales_the_exponent_of_each_way(alpha, way):
-    time, xi = ramp(way * 2e-3)
-    run = simulate_effects(chain(), Effects(direction_asymmetry=alpha), time, way * np.abs(xi))
-    expected = way * EXPONENT * (1.0 + way * alpha)
-    assert log_ratio(run)[-1] == pytest.approx(expected, abs=1e-3)
+STRIBECK = {"stribeck_friction": 0.1, "stribeck_velocity": 2e-3}
+LINE = np.linspace(0.0, 1.0, 501)  # [s]
 
 
-def test_extra_bend_adds_to_the_exponent_and_a_bend_below_zero_is_none():
-    time, xi = ramp(2e-3)
-    run = simulate_effects(chain(), Effects(extra_bend=0.5), time, xi)
-    assert log_ratio(run)[-1] == pytest.approx(0.15 * (np.pi + 0.5), abs=1e-3)
-    run = simulate_effects(chain(), Effects(extra_bend=-4.0), time, xi)
-    assert log_ratio(run)[-1] == pytest.approx(0.0, abs=1e-3)
-
-
-def test_drift_grows_the_exponent_in_time():
-    time, xi = ramp(2e-3)
-    run = simulate_effects(stiff(), Effects(friction_drift=0.2), time, xi)
-    late = time > 0.5
-    expected = EXPONENT * (1.0 + 0.2 * time)
-    assert log_ratio(run)[late] == pytest.approx(expected[late], abs=1e-3)
-
-
-def test_gradient_grows_the_exponent_with_the_tendon_that_passed():
-    time, xi = ramp(2e-3)
-    run = simulate_effects(stiff(), Effects(friction_gradient=150.0), time, xi)
-    late = time > 0.5
-    expected = EXPONENT * (1.0 + 150.0 * xi)
-    assert log_ratio(run)[late] == pytest.approx(expected[late], abs=2e-3)
-
-
-@pytest.mark.parametrize("speed", [1e-3, 3e-3])
-def test_velocity_weakening_is_the_stribeck_curve_in_steady_sliding(speed):
+@pytest.mark.parametrize(
+    ("make", "effects", "speed", "exponent", "within"),
+    [
+        *(
+            (chain, {"direction_asymmetry": a}, way * 2e-3, way * EXPONENT * (1.0 + way * a), 1e-3)
+            for a in (-0.4, 0.3)
+            for way in (1.0, -1.0)
+        ),
+        (chain, {"extra_bend": 0.5}, 2e-3, 0.15 * (np.pi + 0.5), 1e-3),
+        (chain, {"extra_bend": -4.0}, 2e-3, 0.0, 1e-3),  # a bend below zero is none
+        (stiff, {"friction_drift": 0.2}, 2e-3, EXPONENT * (1.0 + 0.2 * LINE), 1e-3),
+        (stiff, {"friction_gradient": 150.0}, 2e-3, EXPONENT * (1.0 + 0.3 * LINE), 2e-3),
+        *(
+            (stiff, STRIBECK, v, (0.15 + 0.1 * math.exp(-v / 2e-3)) * np.pi, 2e-3)
+            for v in (1e-3, 3e-3)
+        ),
+    ],
+)
+def test_a_tendon_that_is_drawn_has_the_exponent_of_its_effect(
+    make, effects, speed, exponent, within
+):
     time, xi = ramp(speed)
-    effects = Effects(stribeck_friction=0.1, stribeck_velocity=2e-3)
-    run = simulate_effects(stiff(), effects, time, xi)
-    expected = (0.15 + 0.1 * math.exp(-speed / 2e-3)) * np.pi
-    assert log_ratio(run)[-1] == pytest.approx(expected, abs=2e-3)
+    run = simulate_effects(make(), Effects(**effects), time, xi)
+    late = time > (0.5 if np.ndim(exponent) else 0.999)
+    expected = np.broadcast_to(exponent, time.shape)[late]
+    assert log_ratio(run)[late] == pytest.approx(expected, abs=within)
 
 
 def test_velocity_weakening_starts_with_the_friction_at_rest_and_forgets_it_in_20_ms():
@@ -186,19 +176,18 @@ def test_velocity_weakening_starts_with_the_friction_at_rest_and_forgets_it_in_2
     assert log_ratio(run)[-1] == pytest.approx(0.15 * np.pi, abs=2e-3)
 
 
-def test_constant_friction_is_a_difference_of_tensions():
-    time, xi = ramp(2e-3)
-    run = simulate_effects(stiff(static_friction=0.0), Effects(constant_friction=3.0), time, xi)
-    difference = run.input_tension - run.output_tension
-    assert difference[-1] == pytest.approx(3.0, abs=1e-3)
-
-
-def test_viscous_friction_is_proportional_to_speed():
-    for speed in (1e-3, 2e-3):
-        time, xi = ramp(speed)
-        run = simulate_effects(stiff(static_friction=0.0), Effects(viscous_friction=80.0), time, xi)
-        difference = run.input_tension - run.output_tension
-        assert difference[-1] == pytest.approx(80.0 * speed, rel=2e-3)
+@pytest.mark.parametrize(
+    ("effects", "speed", "difference"),
+    [
+        ({"constant_friction": 3.0}, 2e-3, 3.0),
+        *(({"viscous_friction": 80.0}, speed, 80.0 * speed) for speed in (1e-3, 2e-3)),
+    ],
+)
+def test_constant_and_viscous_friction_are_a_difference_of_tensions(effects, speed, difference):
+    time, xi = ramp(speed)
+    run = simulate_effects(stiff(static_friction=0.0), Effects(**effects), time, xi)
+    left = run.input_tension[-1] - run.output_tension[-1]
+    assert left == pytest.approx(difference, rel=3e-4 if "constant_friction" in effects else 2e-3)
 
 
 def test_friction_along_the_turn_is_met_to_second_order():
@@ -221,11 +210,8 @@ def test_backlash_is_the_play_operator_before_the_drum():
     tight = simulate_effects(chain(), Effects(), TIME, wound)
     error = np.sqrt(np.mean((loose.output_tension - tight.output_tension) ** 2))
     assert error < 1e-3 * np.ptp(tight.output_tension)
-
-
-def test_a_drive_within_the_gap_moves_nothing():
-    run = simulate_effects(chain(), Effects(backlash=2.1e-3), TIME, SWING)
-    assert np.ptp(run.input_tension) == pytest.approx(0.0, abs=1e-9)
+    within = simulate_effects(chain(), Effects(backlash=2.1e-3), TIME, SWING)
+    assert np.ptp(within.input_tension) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_stiffening_is_the_quadratic_law_at_finite_strain():

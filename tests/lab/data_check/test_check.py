@@ -14,7 +14,7 @@ from experiments.one_capstan import DRUM, build, record
 from tendon_mj import Measured, Recording, Uncertain, replay_recording
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.data_check import check_recording, timing_warnings
-from tendon_mj.lab.data_check.samples import spike_warnings, turn_warnings
+from tendon_mj.lab.data_check.columns import spike_warnings, turn_warnings
 from tests.lab.recorded import recorded
 from tests.refusals import refusing
 

@@ -48,16 +48,12 @@ def test_at_the_stated_noise_the_criteria_give_the_verdict() -> None:
         assert sensitivity.low <= 1.0 <= sensitivity.high
 
 
-def test_a_noise_above_the_error_leaves_nothing_to_find() -> None:
-    outcome = named()
-    error = outcome.held_out.before
-    above = noise_sensitivity(outcome, [1.5 * error])
+def test_above_another_noise_nothing_is_to_be_found_or_a_part_is_not_explained() -> None:
+    error = named().held_out.before
+    above = noise_sensitivity(named(), [1.5 * error])
     assert above.cases[0].verdict == "nothing missing"
     assert "detection limit" in above.cases[0].reason
     assert above.high < 1.5 * error
-
-
-def test_above_a_noise_far_below_the_rest_a_part_is_not_explained() -> None:
     sensitivity = noise_sensitivity(named(), [0.1])
     (case,) = sensitivity.cases
     assert case.verdict == "partly"
@@ -109,9 +105,6 @@ def test_white_noise_is_white_and_a_wave_is_not() -> None:
     assert not wave.white
     assert wave.values[24] == pytest.approx(0.0, abs=0.02)  # a quarter of the period
     assert wave.values[0] == pytest.approx(np.cos(2.0 * np.pi * 0.01), abs=0.01)
-
-
-def test_a_residual_that_is_constant_has_no_correlation() -> None:
     still = autocorrelation(np.arange(20.0), np.full(20, 3.0))
     np.testing.assert_array_equal(still.values, 0.0)
     assert still.lags.size == 5  # a quarter of the samples

@@ -34,7 +34,12 @@ def spoilt(made, error, rows=slice(None)):
 
 @needs_sysid
 def test_what_was_planted_is_recovered_down_to_the_noise():
-    result = fit_with_sysid([record(1), record(2)], [record(3)], simulator=Toy)
+    seen = []
+
+    def progress(label, done, total):
+        seen.append((label, done <= total, done == total))
+
+    result = fit_with_sysid([record(1), record(2)], [record(3)], progress, simulator=Toy)
     for name, truth in TRUTH.items():
         value, low, high = result.values[name]
         assert value == pytest.approx(truth, rel=0.02)
@@ -42,21 +47,26 @@ def test_what_was_planted_is_recovered_down_to_the_noise():
     assert result.train_rms == pytest.approx(1.0, abs=0.1)
     assert result.held_out_rms == pytest.approx(1.0, abs=0.1)
     assert result.signals == pytest.approx(dict.fromkeys(COLUMNS, NOISE), rel=0.1)
+    assert {step[:2] for step in seen} == {("mujoco.sysid", True)}
+    assert seen[-1][2]
+
+
+@needs_sysid
+def test_values_stay_in_the_ranges_of_the_recordings_and_without_any_nothing_is_fitted():
+    narrow = UNCERTAIN | {FRICTION: Uncertain(0.1, 0.05, 0.15)}
+    result = fit_with_sysid([record(1, uncertain=narrow)], [record(2)], simulator=Toy)
+    for name, (value, low, high) in result.values.items():
+        assert narrow[name].low <= low <= value <= high <= narrow[name].high
+    assert result.values[FRICTION][0] == pytest.approx(0.15, rel=1e-3)
+    result = fit_with_sysid([record(1, uncertain={})], [record(2, uncertain={})], simulator=Toy)
+    assert result.values == {}
+    assert "nothing was fitted" in result.note
 
 
 @needs_sysid
 def test_what_the_model_lacks_stays_in_the_error():
     result = fit_with_sysid([record(1, 1.0), record(2, 1.0)], [record(3, 1.0)], simulator=Toy)
     assert result.held_out_rms == pytest.approx(np.sqrt(0.5) / NOISE, rel=0.1)
-
-
-@needs_sysid
-def test_values_stay_in_the_ranges_of_the_recordings():
-    narrow = UNCERTAIN | {FRICTION: Uncertain(0.1, 0.05, 0.15)}
-    result = fit_with_sysid([record(1, uncertain=narrow)], [record(2)], simulator=Toy)
-    for name, (value, low, high) in result.values.items():
-        assert narrow[name].low <= low <= value <= high <= narrow[name].high
-    assert result.values[FRICTION][0] == pytest.approx(0.15, rel=1e-3)
 
 
 @needs_sysid
@@ -76,22 +86,6 @@ def test_of_different_states_each_is_predicted_by_a_fit_to_the_others():
     off = fit_with_sysid([*three[:2], spoilt(three[2], 50.0 * NOISE)], simulator=Toy)
     assert off.held_out_rms > 50.0 / np.sqrt(3.0)  # the fit has not seen it
     assert off.train_rms < off.held_out_rms
-
-
-@needs_sysid
-def test_where_nothing_is_uncertain_nothing_is_fitted():
-    result = fit_with_sysid([record(1, uncertain={})], [record(2, uncertain={})], simulator=Toy)
-    assert result.values == {}
-    assert "nothing was fitted" in result.note
-
-
-@needs_sysid
-def test_progress_ends_at_its_total():
-    seen = []
-    fit_with_sysid([record(1)], [record(2)], lambda *told: seen.append(told), simulator=Toy)
-    assert all(label == "mujoco.sysid" for label, _, _ in seen)
-    assert all(done <= total for _, done, total in seen)
-    assert seen[-1][1] == seen[-1][2]
 
 
 def test_without_its_extras_the_message_says_what_to_install(monkeypatch):

@@ -9,9 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tendon_mj.lab.fleet.changes import daily_deviations, find_change, suspects, templates
-from tendon_mj.lab.fleet.comparison import larger_misfits, rig_differences, spread_between
-from tendon_mj.lab.fleet.observation import Number, Observation, one_out
-from tendon_mj.lab.fleet.series import NumberSeries, explanation
+from tendon_mj.lab.fleet.observation import Number, NumberSeries, Observation, explanation, one_out
+from tendon_mj.lab.fleet.result import larger_misfits, rig_differences, spread_between
 
 DAYS = 10
 DATES = [datetime(2026, 3, 1) + timedelta(days=k) for k in range(DAYS)]

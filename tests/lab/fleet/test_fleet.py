@@ -94,16 +94,6 @@ def test_a_second_run_computes_only_what_is_new(run, capsys):
     assert "1 changed (hand_2)" in capsys.readouterr().out
 
 
-def test_results_that_would_go_to_a_rig_are_refused_and_the_folder_is_as_it_was(run, capsys):
-    rig = run / "hands" / "hand_1"
-    (rig / "replay.png").write_text("mine")
-    (rig / "result.json").write_text('{"files": ["replay.png"]}')
-    before = sorted(rig.iterdir())
-    assert main(["fleet", str(run / "hands"), "--out", str(rig)]) == 2
-    assert "is also --out" in capsys.readouterr().err
-    assert sorted(rig.iterdir()) == before
-
-
 def test_what_is_set_anew_each_day_is_no_change(tmp_path):
     write_fleet(tmp_path / "hands", rigs=2, zero=0.8)
     found = run_fleet(find_rigs(tmp_path / "hands"), tmp_path / "out", on=Workers(processes=1))

@@ -8,16 +8,15 @@ import pytest
 
 from tendon_mj.lab.fleet import FleetResult, RigResult
 from tendon_mj.lab.fleet.changes import find_change
-from tendon_mj.lab.fleet.comparison import unlike
-from tendon_mj.lab.fleet.observation import Number
+from tendon_mj.lab.fleet.observation import Number, NumberSeries
 from tendon_mj.lab.fleet.result import (
     change_sentence,
     odd_day,
     other_kind,
     remaining,
     timing_remarks,
+    unlike,
 )
-from tendon_mj.lab.fleet.series import NumberSeries
 from tendon_mj.lab.recordings import Recording
 
 DATES = tuple(datetime(2026, 3, 1) + timedelta(days=k) for k in range(8))

@@ -443,12 +443,6 @@ def test_all_faults_of_a_log_are_in_one_message(tmp_path: Path) -> None:
         read_recording(path)
 
 
-def test_a_folder_that_is_there_is_not_said_to_be_missing(tmp_path: Path) -> None:
-    (tmp_path / "bag").mkdir()  # as of rosbag2
-    with refusing(RecordingError, "bag: cannot be read"):
-        read_recording(tmp_path / "bag")
-
-
 @pytest.mark.parametrize("units", ["s,mm,N", "[s],[mm],[N]", "(s), (mm), (N)"])
 def test_a_row_of_units_is_refused_as_that_with_names_that_would_do(
     tmp_path: Path, units: str

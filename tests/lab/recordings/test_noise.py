@@ -15,7 +15,7 @@ from tendon_mj.lab.recordings import (
     range_ends,
     resolution,
 )
-from tendon_mj.lab.recordings.description import parse_description
+from tendon_mj.lab.recordings.description import parse_toml
 from tests.lab.recorded import recorded
 from tests.refusals import refusing
 
@@ -111,9 +111,9 @@ HEAD = 'model = "bench"\nsource = "made up"\n'
 
 def test_rows_are_samples_of_a_motion_unless_they_are_said_to_be_rests() -> None:
     for timing in ("", "[timing]\n", "[timing]\nquasi_static = false\n"):
-        described = parse_description(HEAD + timing, "a.toml")
+        described = parse_toml(HEAD + timing, "a.toml")[0]
         assert (described.quasi_static, described.settling_time) == (False, None)
-    described = parse_description(HEAD + "[timing]\nquasi_static = true\n", "a.toml")
+    described = parse_toml(HEAD + "[timing]\nquasi_static = true\n", "a.toml")[0]
     assert described.quasi_static
     assert described.settling_time > 0.0
 
@@ -130,7 +130,7 @@ def test_rows_are_samples_of_a_motion_unless_they_are_said_to_be_rests() -> None
 )
 def test_a_timing_that_is_none_is_refused_with_its_place(timing: str, value: str) -> None:
     with refusing(RecordingError, "a.toml, [timing]", f"{value}"):
-        parse_description(f"{HEAD}{timing}\n", "a.toml")
+        parse_toml(f"{HEAD}{timing}\n", "a.toml")
 
 
 @pytest.mark.parametrize("settling", [0.0, -1.0, np.inf, np.nan])

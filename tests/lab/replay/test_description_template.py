@@ -12,12 +12,16 @@ import pytest
 from tendon_mj import load_model, read_recording
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.data_check import check_recording
-from tendon_mj.lab.recordings import parse_description
+from tendon_mj.lab.recordings.description import Description, parse_toml
 from tendon_mj.lab.replay import Adjustable, format_template
 from tests.refusals import refusing
 from tests.rigs import compiled, lever
 
 MODELS = ["bench", "joint", "finger", "finger_spring"]
+
+
+def parse_description(text: str, where: str) -> Description:
+    return parse_toml(text, where)[0]
 
 
 @pytest.mark.parametrize("name", MODELS)

@@ -189,8 +189,7 @@ def test_a_time_to_settle_that_is_none_is_refused(settle):
 
 
 @pytest.mark.parametrize(
-    ("interval", "settle", "steps"),
-    [(1e-2, 1e5, "100000490"), (5e-324, 0.5, "inf")],
+    ("interval", "settle", "steps"), [(1e-2, 1e5, "100000490"), (5e-324, 0.5, "inf")]
 )
 def test_more_steps_than_are_simulated_are_refused_by_their_number(interval, settle, steps):
     recording = joint_recording(interval * np.arange(50), np.full(50, 0.6))

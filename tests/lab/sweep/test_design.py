@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.lab.sweep.design import Design, parse_axes
-from tendon_mj.lab.sweep.outputs import parse_outputs, share_of_variance, summarised
+from tendon_mj.lab.sweep.design import (
+    Design,
+    parse_axes,
+    parse_outputs,
+    share_of_variance,
+    summarised,
+)
 from tests.refusals import refusing
 
 KNOWN = ["flexor_sheath.friction", "extensor_sheath.friction", "mcp.damping", "gravity.z"]
@@ -75,10 +80,10 @@ def test_a_design_does_not_depend_on_how_it_is_cut_nor_first_draws_on_their_numb
 
 def test_more_combinations_than_a_sweep_has_are_refused_before_any_is_drawn():
     drawn = axes("flexor.friction=0.1:0.3", draws=10**11)
-    with refusing(InvalidValueError, "100000000000 draws", "100000000000 rollouts"):
+    with refusing(InvalidValueError, "100000000000 rollouts"):
         Design(drawn, 10**11, seed=0)
     grids = axes("mcp.damping=0:1:1e6", "flexor.friction=0:1:1e7", "gravity.z=0:1:1e7")
-    with refusing(InvalidValueError, "10000000 values", "100000000000000000000"):  # over 2^64
+    with refusing(InvalidValueError, "10000000", "100000000000000000000"):  # over 2^64
         Design(grids, 0, seed=0)
 
 

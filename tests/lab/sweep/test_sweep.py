@@ -125,7 +125,7 @@ def test_a_rollout_that_becomes_unstable_is_nan_and_the_next_is_not():
 @pytest.mark.parametrize(
     ("varied", "facts"),
     [
-        ("mcp.damping=-1:1", ["mcp.damping", "-1 is below 0"]),
+        ("mcp.damping=-1:1", ["mcp.damping = -1 is outside 0"]),
         ("flexor_sheath.static_friction=0.2,0.05", ["rollout 1", "friction"]),
         ("*.stiffness=0.05:0.2", ["*.stiffness", "stiffness [N/m]"]),  # of different units
     ],

@@ -1,13 +1,13 @@
-"""`tendon-mj sweep`: rollouts of a model over grids and random draws of its parameters."""
+"""`tendon-mj sweep` and `fleet`: rollouts over parameters, and recordings of many rigs."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Annotated
 
 import mujoco
 import tyro
-from matplotlib.figure import Figure
 
 from tendon_mj.cli.options import Repeated, Required, flat, given_files
 from tendon_mj.cli.output import (
@@ -16,16 +16,18 @@ from tendon_mj.cli.output import (
     print_table,
     print_warnings,
     progress_bar,
+    typed_command,
 )
-from tendon_mj.errors import InvalidValueError
+from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.data_check import timing_warnings
+from tendon_mj.lab.diagnosis import collect_provenance
+from tendon_mj.lab.fleet import RESULT_TABLE, find_rigs, run_fleet
 from tendon_mj.lab.recordings import Recording, read_recording
 from tendon_mj.lab.replay import UNKNOWN
 from tendon_mj.lab.sweep import (
     CSV,
     PLAN,
     TABLE,
-    Axis,
     Policy,
     SensorSummary,
     Sweep,
@@ -37,9 +39,19 @@ from tendon_mj.lab.sweep import (
 )
 from tendon_mj.lab.tasks import Workers
 from tendon_mj.models import load_model, model_path
-from tendon_mj.show import parameter_figure
+from tendon_mj.show import (
+    CHANGES,
+    SPREAD,
+    changes_figure,
+    fleet_page,
+    parameter_figure,
+    spread_figure,
+    write_table,
+)
+from tendon_mj.whole_file import whole_file
 
-_SHOWN = 8  # outputs on the console; result.json has all
+_PRINTED = 8  # outputs on the console; result.json has all
+PAGE = "fleet.html"
 
 
 def sweep(
@@ -96,7 +108,7 @@ def sweep(
     on = Workers(processes=processes, workers=workers, scheduler=scheduler)
     compiled = load_model(model)
     acting = read_policy(policy) if policy is not None else None
-    driven = _driven(model, compiled, motion, acting, recording, description, duration)
+    driven = _driving_recording(model, compiled, motion, acting, recording, description, duration)
     plan = Sweep(
         compiled,
         driven,
@@ -114,35 +126,17 @@ def sweep(
     given = [*read, motion, acting.path if acting else None]
     output = Output(out, (CSV,), writes=(PLAN, CSV), given=given, begin=False)
     print_warnings(timing_warnings(driven) if recording else [])
-    console.print(f"{_counted(plan.design.rollouts)} of {plan.rollouts.steps} steps on {on}")
+    console.print(f"{_rollouts_text(plan.design.rollouts)} of {plan.rollouts.steps} steps on {on}")
     with progress_bar() as progress:
         done = run_sweep(plan, out, on=on, again=again, begin=output.begin, progress=progress)
-    drawn = _write(output, done, plan)
-    result = {"model": model, "motion": driven.name, "policy": policy, **_numbers(done, plan)}
-    output.result(result)
-    shown = drawn or list(plan.outputs[:1])
-    _print(done, shown)
-    output.close(_sentence(done, shown[0], model))
-    return result
-
-
-def _write(output: Output, done: SweepResult, plan: Sweep) -> list[SensorSummary]:
-    """Write tables and picture; returns the outputs in the picture."""
-    output.add(output.folder / TABLE)
-    table = done.write_csv(output.folder / CSV)
-    if table:
-        output.add(table)
-    axes, drawn = done.drawn()
-    if axes and drawn:
-        output.figure("sweep", _figure(done, axes, drawn, plan.units))
-    return list(drawn)
-
-
-def _numbers(done: SweepResult, plan: Sweep) -> dict[str, object]:
-    return {
+    drawn = _write_tables(output, done, plan)
+    result: dict[str, object] = {
+        "model": model,
+        "motion": driven.name,
+        "policy": policy,
         "rollouts": plan.design.rollouts,
         "steps": plan.rollouts.steps,
-        "failed": _failed(done),
+        "failed": int((~done.solid).sum()),
         "unsolved": done.unsolved,
         "parameters": {
             axis.name: {
@@ -155,28 +149,33 @@ def _numbers(done: SweepResult, plan: Sweep) -> dict[str, object]:
         },
         "outputs": done.summaries,
     }
+    output.result(result)
+    shown = drawn or list(plan.outputs[:1])
+    _print_outputs(done, shown)
+    output.close(_range_sentence(done, shown[0], model))
+    return result
 
 
-def _failed(done: SweepResult) -> int:
-    return int((~done.solid).sum())
+def _write_tables(output: Output, done: SweepResult, plan: Sweep) -> list[SensorSummary]:
+    """Write tables and picture; returns the outputs in the picture."""
+    output.add(output.folder / TABLE)
+    table = done.write_csv(output.folder / CSV)
+    if table:
+        output.add(table)
+    axes, drawn = done.drawn()
+    if axes and drawn:  # of the rollouts that stayed stable
+        labels = {f"{axis.name} [{plan.units[axis.name]}]": axis for axis in axes}
+        units = {one: "" if one.unit == UNKNOWN else f" [{one.unit}]" for one in drawn}
+        figure = parameter_figure(
+            {label: done.column(axis.name)[done.solid] for label, axis in labels.items()},
+            {f"{one.name}{unit}": done.column(one.name)[done.solid] for one, unit in units.items()},
+            [label for label, axis in labels.items() if axis.drawn],
+        )
+        output.figure("sweep", figure)
+    return list(drawn)
 
 
-def _figure(
-    done: SweepResult,
-    axes: Sequence[Axis],
-    outputs: Sequence[SensorSummary],
-    units: Mapping[str, str],
-) -> Figure:
-    """Outputs over parameters, of the rollouts that stayed stable."""
-    labels = {f"{axis.name} [{units[axis.name]}]": axis for axis in axes}
-    return parameter_figure(
-        {label: done.column(axis.name)[done.solid] for label, axis in labels.items()},
-        {_labelled(output): done.column(output.name)[done.solid] for output in outputs},
-        [label for label, axis in labels.items() if axis.drawn],
-    )
-
-
-def _driven(
+def _driving_recording(
     name: str,
     model: mujoco.MjModel,
     motion: str | None,
@@ -197,16 +196,16 @@ def _driven(
     return read_recording(recording, description)
 
 
-def _print(done: SweepResult, outputs: list[SensorSummary]) -> None:
+def _print_outputs(done: SweepResult, outputs: list[SensorSummary]) -> None:
     rows = []
-    for output in outputs[:_SHOWN]:
+    for output in outputs[:_PRINTED]:
         summary = done.summaries[output.name]
         if "min" in summary:
             shares = [f"{name} {share:.0%}" for name, share in summary["share_of_variance"].items()]
             rows.append(
                 (
                     output.name,
-                    _span(summary, " … ", output),
+                    _range_text(summary, " … ", output),
                     f"{summary['mean']:.4g}",
                     ", ".join(shares),
                 )
@@ -215,36 +214,89 @@ def _print(done: SweepResult, outputs: list[SensorSummary]) -> None:
         print_table(("output", "range", "mean", "share of its variance"), rows)
 
 
-def _sentence(done: SweepResult, output: SensorSummary, model: str) -> str:
+def _range_sentence(done: SweepResult, output: SensorSummary, model: str) -> str:
     """Range of an output, and the parameter that it follows most."""
     rollouts, summary = done.rollouts, done.summaries[output.name]
     if "min" not in summary:
         every = "The rollout" if rollouts == 1 else f"All {rollouts} rollouts"
         return f"{every} of {model} became unstable."
     stable = "all stayed stable" if rollouts > 1 else "it stayed stable"
-    failed = _failed(done)
+    failed = int((~done.solid).sum())
     ended = f"{failed} became unstable" if failed else stable
     if done.unsolved:
         ended += f", and in {done.unsolved} a sheath had no solved equilibrium at some time"
     varies = summary["min"] < summary["max"]
     goes = "goes from" if varies else "is"
-    text = f"{output.name} {goes} {_span(summary, ' to ', output)}"
+    text = f"{output.name} {goes} {_range_text(summary, ' to ', output)}"
     if varies and summary["share_of_variance"]:
         name, share = max(summary["share_of_variance"].items(), key=lambda item: item[1])
         text += f", and {share:.0%} of its variance follows {name}"
-    return f"In {_counted(rollouts)} of {model} {text}; {ended}."
+    return f"In {_rollouts_text(rollouts)} of {model} {text}; {ended}."
 
 
-def _counted(rollouts: int) -> str:
+def _rollouts_text(rollouts: int) -> str:
     return "1 rollout" if rollouts == 1 else f"{rollouts} rollouts"
 
 
-def _span(summary: Mapping[str, float], between: str, output: SensorSummary) -> str:
+def _range_text(summary: Mapping[str, float], between: str, output: SensorSummary) -> str:
     """Least and largest value with their unit, once where they are the same."""
     ends = (summary["min"], summary["max"])
     numbers = between.join(f"{end:.4g}" for end in dict.fromkeys(ends))
     return numbers if output.unit == UNKNOWN else f"{numbers} {output.unit}"
 
 
-def _labelled(output: SensorSummary) -> str:
-    return output.name if output.unit == UNKNOWN else f"{output.name} [{output.unit}]"
+def fleet(
+    folder: Annotated[Path, tyro.conf.Positional],
+    out: Path = Path("out/fleet"),
+    processes: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    again: bool = False,
+) -> dict[str, object]:
+    """Find which rig of many changed, in what and since when, and which differs from the others.
+
+    Args:
+        folder: a folder for each rig, with recordings named after their day, as 2026-03-03.csv,
+            each with its TOML beside it, or with a description.toml for all.
+        out: folder for the page, the table, result.json, and results of each rig, which the next
+            run does not compute again.
+        processes: of this machine, without Dask; default: as many as it has cores.
+        workers: of a Dask cluster that lives as long as the run.
+        scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
+        again: compute every rig again.
+
+    Raises:
+        TendonError: the folder is not a fleet, or no rig could be fitted; in the second case page
+            and table have the reasons.
+
+    Example:
+        tendon-mj fleet hands --out out/hands
+    """
+    on = Workers(processes=processes, workers=workers, scheduler=scheduler)
+    kept = out / "rigs"
+    rigs = find_rigs(folder, kept)
+    writes = (PAGE, RESULT_TABLE, f"{CHANGES}.png", f"{SPREAD}.png")
+    output = Output(out, tables=(RESULT_TABLE,), writes=writes, begin=False)
+    with progress_bar() as progress:
+        result = run_fleet(rigs, kept, on=on, again=again, begin=output.begin, progress=progress)
+    figures = {CHANGES: changes_figure(result), SPREAD: spread_figure(result)}
+    pictures = {
+        name: output.figure(name, figure).read_bytes()
+        for name, figure in figures.items()
+        if figure is not None
+    }
+    output.add(write_table(result, out / RESULT_TABLE))
+    provenance = collect_provenance(typed_command.get())
+    with whole_file(out / PAGE) as made:
+        page = fleet_page(result, pictures, provenance, str(folder))
+        made.write_text(page, encoding="utf-8")
+    output.add(out / PAGE)
+    numbers = result.result() | {"provenance": provenance.result()}
+    output.result(numbers)
+    for rig in result.with_findings:
+        console.print(f"  {rig.sentence(result.units)}")
+    output.close(" ".join(filter(None, [result.sentence, result.warning, f"Page: {out / PAGE}"])))
+    failed = result.of("failed")
+    if len(failed) == len(result.rigs):
+        raise TendonError(f"no rig could be fitted; {failed[0].name}: {failed[0].error}")
+    return numbers
