@@ -63,7 +63,8 @@ def _commit(t: Tendons, s: Sheath, now: wp.float32) -> None:
     for j in range(s.guides + 1):
         t.before[s.segment + j, w] = t.tension[s.segment + j, w]
     if s.given:  # the input's tension sets its length
-        t.stored[s.segment, w] = held(t, s, 0, t.tension[s.segment, w])
+        holds, _ = held(t, s, 0, t.tension[s.segment, w])
+        t.stored[s.segment, w] = holds
     t.has_trial[k, w] = False
 
 
@@ -156,9 +157,10 @@ def _lay(
         strain = total / unstretched - _ONE
     for j in range(s.guides + 1):
         row = s.segment + j
-        t.stored[row, w] = held(t, s, j, strain)
+        holds, _ = held(t, s, j, strain)
         if not s.given:
-            t.stored[row, w] = t.length[row, w] * unstretched / total
+            holds = t.length[row, w] * unstretched / total
+        t.stored[row, w] = holds
         t.before[row, w] = strain
     for i in range(s.guides):
         t.previous_slip[s.guide + i, w] = 0

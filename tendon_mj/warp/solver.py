@@ -1,21 +1,18 @@
 """Solver of one time step: tensions of the segments and flow of tendon over each guide.
 
-While the guides that slide are known, each run of them is one scalar equation; where that fails,
-`sweep` solves the whole tendon. The same as in `tendon_mj.sheath`, without drag, where the method
-is explained; the tests hold one against the other.
+Where the guides slide as they did in the last step, each run of them is one scalar equation; where
+they do not, `breakpoints` solves the whole tendon. The same as in `tendon_mj.sheath`, without drag,
+where the method is explained; the tests hold one against the other.
 """
 
 import warp as wp
 
-from tendon_mj.warp.sweep import sweep
-from tendon_mj.warp.tendons import Sheath, Tendons, held, highest, lowest, slope_of, tension_of
+from tendon_mj.warp.breakpoints import TOLERANCE, balance, highest, lowest
+from tendon_mj.warp.tendons import Sheath, Tendons, held, tension_of
 
 wp.set_module_options({"enable_backward": False})
 
-_STEPS = wp.constant(30)
-_TOLERANCE = wp.constant(wp.float64(4e-15))
-_UNSOLVED = wp.constant(-1)
-_PASSES = wp.constant(16)
+_STEPS = wp.constant(4)
 
 
 @wp.func
@@ -55,7 +52,8 @@ def _finish_run(t: Tendons, s: Sheath, first: int, last: int, head: wp.float64) 
             return False
         t.tension[s.segment + k, w] = tau
         if k < last:
-            passed += held(t, s, k, tau) - t.kept[s.segment + k, w]
+            holds, _ = held(t, s, k, tau)
+            passed += holds - t.kept[s.segment + k, w]
             t.flow[s.guide + k, w] = passed
             tau = _behind(t, s, k, tau)
     return True
@@ -68,14 +66,10 @@ def _solve_run(t: Tendons, s: Sheath, first: int, last: int) -> bool:
     if not head > wp.float64(0.0):
         head = wp.float64(1e-6)
     for _ in range(_STEPS):
-        missing = wp.float64(0.0)
-        slope = wp.float64(0.0)
-        curvature = wp.float64(0.0)
-        gain = wp.float64(1.0)
-        tau = wp.float64(head)
+        missing, slope, curvature = wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)
+        tau, gain = wp.float64(head), wp.float64(1.0)
         for k in range(first, last + 1):
-            holds = held(t, s, k, tau)
-            falls = slope_of(t, s, k, tau, holds)
+            holds, falls = held(t, s, k, tau)
             missing += holds - t.kept[s.segment + k, s.world]
             slope += gain * falls
             curvature -= gain * gain * wp.float64(2.0) * falls / (wp.float64(1.0) + tau)
@@ -105,63 +99,39 @@ def _follow_input(t: Tendons, s: Sheath, last: int) -> bool:
     for back in range(last):
         k = last - 1 - back
         row = s.segment + k + 1
-        passed += t.kept[row, w] - held(t, s, k + 1, t.tension[row, w])
+        holds, _ = held(t, s, k + 1, t.tension[row, w])
+        passed += t.kept[row, w] - holds
         t.flow[s.guide + k, w] = passed
     return True
 
 
 @wp.func
-def _guess_from_motion(t: Tendons, s: Sheath) -> None:
-    """Let every guide slide as the motion takes the tendon over it, where the input is given."""
+def _agrees(t: Tendons, s: Sheath) -> bool:
+    """Whether the solution agrees, to rounding, with the slip from which it follows."""
     w = s.world
-    passed = wp.float64(0.0)
-    for back in range(s.guides):
-        k = s.guides - 1 - back
-        row, guide = s.segment + k + 1, s.guide + k
-        tau = t.tension[row, w]
-        passed += t.kept[row, w] - held(t, s, k + 1, tau)
-        ratio = wp.max(t.input_ratio[guide, w], t.output_ratio[guide, w])
-        yields = t.length[row, w] + t.give[row, w]
-        if wp.abs(passed) > wp.float64(4.0) * (ratio - wp.float64(1.0)) * tau * yields:
-            t.slip[guide, w] = wp.where(passed > wp.float64(0.0), 1, -1)
-
-
-@wp.func
-def _correct(t: Tendons, s: Sheath) -> int:
-    """Count and correct the guides whose slip the solution denies by more than rounding."""
-    w = s.world
-    changed = int(0)
     for i in range(s.guides):
-        row = s.guide + i
-        flow = t.flow[row, w]
-        slip = t.slip[row, w]
-        left, right = t.tension[s.segment + i, w], t.tension[s.segment + i + 1, w]
+        row, segment = s.guide + i, s.segment + i
+        slip, flow = t.slip[row, w], t.flow[row, w]
         if slip == 0:
             t.flow[row, w] = wp.float64(0.0)
-            if left > highest(t, s, i, right) + _TOLERANCE:
-                t.slip[row, w] = 1
-                changed += 1
-            elif left < lowest(t, s, i, right) - _TOLERANCE:
-                t.slip[row, w] = -1
-                changed += 1
+            left, right = t.tension[segment, w], t.tension[segment + 1, w]
+            if left > highest(t, s, i, right) + TOLERANCE:
+                return False
+            if left < lowest(t, s, i, right) - TOLERANCE:
+                return False
         elif flow * wp.float64(slip) < wp.float64(0.0):
             if _is_frictionless(t, s, i):
                 t.slip[row, w] = -slip  # nothing rubs: either direction will do
-            elif wp.abs(flow) < _TOLERANCE * t.length[s.segment + i, w]:
+            elif wp.abs(flow) < TOLERANCE * t.length[segment, w]:
                 t.flow[row, w] = wp.float64(0.0)
             else:
-                t.slip[row, w] = 0
-                changed += 1
-    return changed
+                return False
+    return True
 
 
 @wp.func
-def _try_pattern(t: Tendons, s: Sheath) -> int:
-    """Solve with the guides' slip as the pattern, and correct it where the solution denies it.
-
-    Returns:
-        How many guides changed (0: solved), or UNSOLVED where a tension would not be positive.
-    """
+def _follow_pattern(t: Tendons, s: Sheath) -> bool:
+    """Tensions and flows for the guides' slip; whether they are the solution."""
     w = s.world
     first = int(0)
     while first <= s.guides:
@@ -172,30 +142,18 @@ def _try_pattern(t: Tendons, s: Sheath) -> int:
             last += 1
         if s.given and first == 0:
             if not _follow_input(t, s, last):
-                return _UNSOLVED
+                return False
         elif last == first:
             t.tension[s.segment + first, w] = tension_of(t, s, first)
         elif not _solve_run(t, s, first, last):
-            return _UNSOLVED
+            return False
         tau = t.tension[s.segment + last, w]
-        # a slack segment between guides that hold does not contradict where the input is given
+        # a slack segment between guides that hold is right where the input is given
         slack = s.given and tau == wp.float64(0.0)
         if not ((wp.float64(0.0) < tau and tau < wp.float64(1e300)) or slack):
-            return _UNSOLVED
+            return False
         first = last + 1
-    return _correct(t, s)
-
-
-@wp.func
-def _balance(t: Tendons, s: Sheath) -> bool:
-    """Equilibrium for given holding ratios: the known pattern if it serves, else the sweep."""
-    for _ in range(_PASSES + s.guides):
-        changed = _try_pattern(t, s)
-        if changed == 0:
-            return True
-        if changed < 0:
-            break
-    return sweep(t, s)
+    return _agrees(t, s)
 
 
 @wp.func
@@ -254,11 +212,11 @@ def solve_flow(t: Tendons, s: Sheath) -> bool:
         t.flow[row, w] = wp.float64(0.0)
         if static != dynamic:
             stiction = True
-    if s.given:
-        _guess_from_motion(t, s)
     solved = bool(False)
     for _ in range(1 + 2 * s.guides):
-        solved = _balance(t, s)
+        solved = _follow_pattern(t, s)
+        if not solved:
+            solved = balance(t, s)
         if not (stiction and solved):
             break
         if not _release(t, s):

@@ -83,6 +83,9 @@ class Tendons:
     near_body: wp.array2d[wp.int32]
     far_body: wp.array2d[wp.int32]
     # work space of the solver
+    breakpoint: wp.array2d[wp.float64]  # (2 guides, worlds), τ before the map of its stack
+    bend: wp.array2d[wp.float64]  # slope of G_j beyond it less slope before it [m]
+    jump: wp.array2d[wp.float64]  # G_j beyond it less G_j before it [m]
     kept: wp.array2d[wp.float64]  # s before the flow of this step, after winding and shifts
     prefix: wp.array2d[wp.float64]  # τ* of the tendon cut behind a segment
     static_ratio: wp.array2d[wp.float64]  # e^{μ_s φ}
@@ -126,16 +129,12 @@ def sheath_at(t: Tendons, index: int, world: int) -> Sheath:
 
 
 @wp.func
-def held(t: Tendons, s: Sheath, j: int, tau: wp.float64) -> wp.float64:
-    """Unstretched length s_j(τ) [m]."""
+def held(t: Tendons, s: Sheath, j: int, tau: wp.float64) -> tuple[wp.float64, wp.float64]:
+    """Unstretched length s_j(τ) [m] and its slope ds/dτ < 0."""
     row, w = s.segment + j, s.world
-    return (t.length[row, w] - t.give[row, w] * tau) / (wp.float64(1.0) + tau)
-
-
-@wp.func
-def slope_of(t: Tendons, s: Sheath, j: int, tau: wp.float64, holds: wp.float64) -> wp.float64:
-    """Slope ds/dτ < 0 of s_j where it is ``holds``."""
-    return -(t.give[s.segment + j, s.world] + holds) / (wp.float64(1.0) + tau)
+    inverse = wp.float64(1.0) / (wp.float64(1.0) + tau)
+    length = (t.length[row, w] - t.give[row, w] * tau) * inverse
+    return length, -(t.give[row, w] + length) * inverse
 
 
 @wp.func
@@ -146,21 +145,3 @@ def tension_of(t: Tendons, s: Sheath, j: int) -> wp.float64:
     if softness <= wp.float64(0.0):
         return wp.float64(wp.inf)
     return wp.max(wp.float64(0.0), (t.length[row, w] - t.kept[row, w]) / softness)
-
-
-@wp.func
-def highest(t: Tendons, s: Sheath, i: int, right: wp.float64) -> wp.float64:
-    """Largest τ that guide i holds on its input side against ``right``."""
-    row, w = s.guide + i, s.world
-    return t.input_ratio[row, w] * right + t.constant[row, w]
-
-
-@wp.func
-def lowest(t: Tendons, s: Sheath, i: int, right: wp.float64) -> wp.float64:
-    """Smallest τ that guide i holds on its input side against ``right``."""
-    row, w = s.guide + i, s.world
-    constant = t.constant[row, w]
-    # the rounding of a difference must not make a slack segment taut
-    if right > constant * wp.float64(1.0 + 1e-12):
-        return (right - constant) / t.output_ratio[row, w]
-    return wp.float64(0.0)

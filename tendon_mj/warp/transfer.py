@@ -36,6 +36,7 @@ _BY_WORLD = (
     ("guides", wp.float64, "input_ratio output_ratio"),
     ("guides", wp.int32, "previous_slip slip"),
     ("guides", wp.bool, "is_on_arc"),
+    ("breakpoints", wp.float64, "breakpoint bend jump"),
     ("arcs", wp.bool, "touched trial_touches"),
     ("arcs", wp.vec3d, "near_tangent far_tangent trial_near trial_far"),
 )
@@ -68,6 +69,7 @@ def allocate(
         "arcs": sum(len(sheath.arcs) for sheath in simulated.values()),
         "sheaths": len(simulated),
     }
+    counts["breakpoints"] = 2 * counts["guides"]
     for rows, kind, names in _BY_WORLD:
         for name in names.split():
             setattr(tendons, name, wp.zeros((counts[rows], nworld), dtype=kind))

@@ -1,0 +1,324 @@
+"""The flow problem of a whole tendon, in a number of operations that its guides bound.
+
+The same as in `tendon_mj.sheath`, where the method is explained; the tests hold one against the
+other. The two stacks of breakpoints grow from both ends of a sheath's rows: together they never
+hold more than two for each guide.
+"""
+
+import warp as wp
+
+from tendon_mj.warp.tendons import Sheath, Tendons, held
+
+wp.set_module_options({"enable_backward": False})
+
+_ZERO = wp.constant(wp.float64(0.0))
+_ONE = wp.constant(wp.float64(1.0))
+_ROUNDS = wp.constant(64)
+_FARTHEST = wp.constant(wp.float64(16.0))  # scale of a map
+_SETTLED = wp.constant(wp.float64(1e-8))  # change of a strain in a round
+_HUGE = wp.constant(wp.float64(1e100))
+_INF = wp.constant(wp.float64(wp.inf))
+TOUCHING = wp.constant(wp.float64(1e-12))
+TOLERANCE = wp.constant(wp.float64(4e-15))
+
+
+@wp.func
+def highest(t: Tendons, s: Sheath, i: int, right: wp.float64) -> wp.float64:
+    """Largest τ that guide i holds on its input side against ``right``."""
+    row, w = s.guide + i, s.world
+    return t.input_ratio[row, w] * right + t.constant[row, w]
+
+
+@wp.func
+def lowest(t: Tendons, s: Sheath, i: int, right: wp.float64) -> wp.float64:
+    """Smallest τ that guide i holds on its input side against ``right``."""
+    row, w = s.guide + i, s.world
+    constant = t.constant[row, w]
+    # the rounding of a difference must not make a slack segment taut
+    if right > constant * (_ONE + TOUCHING):
+        return (right - constant) / t.output_ratio[row, w]
+    return _ZERO
+
+
+@wp.struct
+class Stack:
+    """Breakpoints on one side of a root, the nearest on top, and their map τ → scale τ + shift."""
+
+    bottom: wp.int32  # row
+    step: wp.int32  # from a row to the next
+    count: wp.int32
+    scale: wp.float64
+    inverse: wp.float64  # of the scale
+    shift: wp.float64
+
+
+@wp.func
+def _unmapped(bottom: int, step: int, count: int) -> Stack:
+    """A stack whose breakpoints are where its rows have them."""
+    stack = Stack()
+    stack.bottom = bottom
+    stack.step = step
+    stack.count = count
+    stack.scale = _ONE
+    stack.inverse = _ONE
+    return stack
+
+
+@wp.func
+def _mapped(
+    t: Tendons, s: Sheath, stack: Stack, scale: wp.float64, inverse: wp.float64, shift: wp.float64
+) -> Stack:
+    """The stack with every τ moved to scale τ + shift; slopes shrink as distances grow."""
+    w = s.world
+    stack.shift = scale * stack.shift + shift
+    stack.scale = scale * stack.scale
+    stack.inverse = inverse * stack.inverse
+    if wp.max(stack.scale, stack.inverse) > _FARTHEST:
+        for k in range(stack.count):
+            row = stack.bottom + stack.step * k
+            t.breakpoint[row, w] = stack.scale * t.breakpoint[row, w] + stack.shift
+            t.bend[row, w] = t.bend[row, w] * stack.inverse
+        return _unmapped(stack.bottom, stack.step, stack.count)
+    return stack
+
+
+@wp.func
+def _pushed(
+    t: Tendons, s: Sheath, stack: Stack, tau: wp.float64, bend: wp.float64, jump: wp.float64
+) -> Stack:
+    """The stack with one breakpoint more."""
+    row, w = stack.bottom + stack.step * stack.count, s.world
+    t.breakpoint[row, w] = (tau - stack.shift) * stack.inverse
+    t.bend[row, w] = bend * stack.scale
+    t.jump[row, w] = jump
+    stack.count += 1
+    return stack
+
+
+@wp.func
+def _search(
+    t: Tendons,
+    s: Sheath,
+    side: wp.float64,
+    bound: wp.float64,
+    start: wp.float64,
+    lacks: wp.float64,
+    falls: wp.float64,
+    near: Stack,
+    far: Stack,
+) -> tuple[wp.float64, wp.vec2d, wp.vec2d, Stack, Stack]:
+    """Root of G_j on the right of ``start`` (``side`` +1) or left of it (−1), at most at ``bound``.
+
+    ``lacks`` and ``falls`` are value and slope of G_j at ``start``; ``near`` holds the breakpoints
+    on that side. Returns the root, slope and value of G_j just before and just beyond it, seen from
+    ``start``, and both stacks.
+    """
+    w = s.world
+    tau, value, slope = wp.float64(start), wp.float64(lacks), wp.float64(falls)
+    while True:
+        at, bend, jump, left = wp.float64(bound), wp.float64(0.0), -side * _INF, int(0)
+        if near.count > 0:
+            row = near.bottom + near.step * (near.count - 1)
+            inner = near.scale * t.breakpoint[row, w] + near.shift
+            if side * (inner - bound) < -TOUCHING * wp.abs(near.shift):
+                at, bend, jump = inner, t.bend[row, w] * near.inverse, wp.float64(t.jump[row, w])
+                left = near.count - 1
+        root = tau - value / slope
+        if side * (root - at) < _ZERO:
+            return root, wp.vec2d(slope, _ZERO), wp.vec2d(slope, _ZERO), near, far
+        near.count = left
+        value += slope * (at - tau)
+        if not side * (value + jump) > _ZERO:
+            beyond = wp.vec2d(slope + bend, value + jump)
+            return at, wp.vec2d(slope, value), beyond, near, far
+        far = _pushed(t, s, far, at, -bend, -jump)
+        tau, value, slope = at, value + jump, slope + bend
+
+
+@wp.func
+def _walk_forward(t: Tendons, s: Sheath) -> None:
+    """τ*_j of every segment, with tangents at its tension."""
+    w = s.world
+    left = _unmapped(2 * s.guide, 1, 0)
+    right = _unmapped(2 * (s.guide + s.guides) - 1, -1, 0)
+    least, most = wp.float64(0.0), wp.float64(_INF)
+    low, high = wp.float64(0.0), wp.float64(_INF)
+    first, root = int(0), wp.float64(0.0)
+    before, beyond = wp.vec2d(), wp.vec2d()  # slope and value of G_j on the left and right of it
+    if s.given:
+        first, root = 1, wp.float64(t.tension[s.segment, w])
+        least, most = wp.float64(root), wp.float64(root)
+        t.prefix[s.segment, w] = root
+    for j in range(first, s.guides + 1):
+        row, guide = s.segment + j, s.guide + j - 1
+        if j > 0:
+            ratio, back = t.input_ratio[guide, w], t.output_ratio[guide, w]
+            constant = t.constant[guide, w]
+            inverse, inverse_back = _ONE / ratio, _ONE / back
+            left = _mapped(t, s, left, inverse, ratio, -constant * inverse)
+            right = _mapped(t, s, right, back, inverse_back, constant)
+            least = wp.max(_ZERO, least - constant) * inverse
+            most = most * back + constant
+            low = (root - constant) * inverse
+            high = root * back + constant
+            if low > least and root > constant * (_ONE + TOUCHING):
+                left = _pushed(t, s, left, low, before[0] * ratio, before[1])
+            else:
+                low = wp.float64(least)
+                left.count = 0
+            if high < most:
+                right = _pushed(t, s, right, high, beyond[0] * inverse_back, beyond[1])
+            else:
+                high = wp.float64(most)
+                right.count = 0
+        tau = wp.float64(t.tension[row, w])
+        tau = wp.where(tau >= _ZERO and tau <= _HUGE, tau, _ZERO)
+        holds, slope = held(t, s, j, tau)
+        value = holds - t.kept[row, w]
+        root = tau - value / slope
+        before, beyond = wp.vec2d(slope, _ZERO), wp.vec2d(slope, _ZERO)
+        if root < low:
+            value += slope * (low - tau)
+            root, beyond, before, left, right = _search(
+                t, s, -_ONE, least, low, value, slope, left, right
+            )
+        elif root > high:
+            value += slope * (high - tau)
+            root, before, beyond, right, left = _search(
+                t, s, _ONE, most, high, value, slope, right, left
+            )
+        t.prefix[row, w] = root
+
+
+@wp.func
+def _walk_back(t: Tendons, s: Sheath) -> wp.float64:
+    """Tensions and slip that follow from the τ*_j; the largest change of a tension."""
+    w = s.world
+    most = wp.float64(0.0)
+    for back in range(s.guides + 1):
+        j = s.guides - back
+        row, guide = s.segment + j, s.guide + j
+        tau = wp.float64(t.prefix[row, w])
+        if j < s.guides:
+            right = t.tension[row + 1, w]
+            low, high = lowest(t, s, j, right), highest(t, s, j, right)
+            t.slip[guide, w] = 0
+            if tau > high + TOLERANCE:
+                tau = high
+                t.slip[guide, w] = 1
+            elif tau < low - TOLERANCE:
+                tau = low
+                t.slip[guide, w] = -1
+        if not (j == 0 and s.given):  # rounding apart, the walk has left that
+            change = wp.abs(tau - t.tension[row, w])
+            if not change <= most:  # nor where it is not a number
+                most = change
+            t.tension[row, w] = tau
+    return most
+
+
+@wp.func
+def _lacking(t: Tendons, s: Sheath, j: int, first: int) -> wp.float64:
+    """What the sliding run that ends with segment j lacks [m]."""
+    w = s.world
+    total = wp.float64(0.0)
+    for back in range(j + 1 - first):
+        k = j - back
+        if t.slip[s.guide + k, w] == 0:
+            break
+        holds, _ = held(t, s, k, t.tension[s.segment + k, w])
+        total += holds - t.kept[s.segment + k, w]
+    return total
+
+
+@wp.func
+def _slip_at_bound(t: Tendons, s: Sheath, i: int, passed: wp.float64) -> int:
+    """Direction in which guide i lets ``passed`` through; 0 where its tensions do not.
+
+    Where τ* is at the bound itself, on a jump, the flow is what is needed of that.
+    """
+    row, w = s.segment + i, s.world
+    left, right = t.tension[row, w], t.tension[row + 1, w]
+    if passed > _ZERO and left >= highest(t, s, i, right) * (_ONE - TOUCHING):
+        return 1
+    if passed < _ZERO and left <= lowest(t, s, i, right) * (_ONE + TOUCHING):
+        return -1
+    return 0
+
+
+@wp.func
+def _set_flows(t: Tendons, s: Sheath) -> bool:
+    """Flows over the guides; whether every segment ends with the length of its tension.
+
+    A slack segment may end with more. It keeps what it has unless a neighbour needs it.
+    """
+    w = s.world
+    first = wp.where(s.given, 1, 0)
+    beyond, rounded, settled = wp.float64(0.0), wp.float64(0.0), bool(True)
+    for j in range(s.guides + 1):
+        rounded += TOLERANCE * wp.abs(t.kept[s.segment + j, w])
+    for back in range(s.guides + 1 - first):
+        j = s.guides - back
+        row, guide = s.segment + j, s.guide + j - 1
+        slip = int(0)
+        if j > 0:
+            slip = t.slip[guide, w]
+        tau = t.tension[row, w]
+        holds, slope = held(t, s, j, tau)
+        passed = t.kept[row, w] + beyond - holds
+        if tau == _ZERO:
+            needed = wp.float64(0.0)
+            if slip > 0:
+                needed = _lacking(t, s, j - 1, first)
+            passed = wp.min(needed, passed)
+        tolerance = rounded - TOLERANCE * slope + TOLERANCE * wp.abs(beyond)
+        if slip == 0 and j > 0 and wp.abs(passed) > tolerance:
+            slip = _slip_at_bound(t, s, j - 1, passed)
+        if not passed * wp.float64(slip) > _ZERO:
+            settled = settled and wp.abs(passed) <= tolerance
+            passed = wp.float64(0.0)
+            slip = 0
+        if j > 0:
+            t.flow[guide, w] = passed
+            t.slip[guide, w] = slip
+        beyond = passed
+    return settled
+
+
+@wp.func
+def _lie_slack(t: Tendons, s: Sheath, slack: wp.float64) -> None:
+    """Spread a tendon evenly along its path, of which it has ``slack`` times the length."""
+    w = s.world
+    passed = wp.float64(0.0)
+    t.tension[s.segment + s.guides, w] = _ZERO
+    for k in range(s.guides):
+        row, guide = s.segment + k, s.guide + k
+        passed += slack * t.length[row, w] - t.kept[row, w]
+        t.tension[row, w] = _ZERO
+        t.flow[guide, w] = passed
+        t.slip[guide, w] = wp.where(passed > _ZERO, 1, wp.where(passed < _ZERO, -1, 0))
+
+
+@wp.func
+def balance(t: Tendons, s: Sheath) -> bool:
+    """Tensions, flows and slip for given holding ratios; the first tangents are at ``tension``.
+
+    Returns:
+        False without a solution: no tendon is left between the ends. The tensions are inf then.
+    """
+    w = s.world
+    path, total = wp.float64(0.0), wp.float64(0.0)
+    for j in range(s.guides + 1):
+        path += t.length[s.segment + j, w]
+        total += t.kept[s.segment + j, w]
+    if total >= path and not s.given:
+        _lie_slack(t, s, total / path)
+        return True
+    if s.given or total > _ZERO:
+        for _ in range(_ROUNDS):
+            _walk_forward(t, s)
+            if _walk_back(t, s) <= _SETTLED:
+                return _set_flows(t, s)
+    for j in range(s.guides + 1):
+        t.tension[s.segment + j, w] = _INF
+    return False
