@@ -40,7 +40,7 @@ from tendon_mj.typing import FloatArray
 
 _ROUNDS = 64  # of which strains below 1 need about 4; each at least doubles a strain that is above
 _FARTHEST = 16.0  # scale of a map, beyond which the rounding of its shift would count
-_SETTLED = 1e-8  # change of a strain in a round that leaves an error of its square
+SETTLED = 1e-8  # change of a strain in a round, of the square of which its error is
 TOUCHING = 1e-12  # relative distance at which a tension counts as being at its bound
 TOLERANCE = 8 * ROUNDING  # of a tension beyond its bound; a guide there would chatter
 
@@ -116,24 +116,17 @@ def _pushed(stack: Stack, tau: float, bend: float, jump: float) -> Stack:
     return _cut(stack, stack.size + 1)
 
 
-class Root(NamedTuple):
-    """Root of G_j, and G_j just before and just beyond it, seen from where the search began."""
-
-    tau: float
-    slope_before: float
-    slope_beyond: float
-    value_before: float  # 0 but on a jump
-    value_beyond: float
+Side = tuple[float, float]  # slope and value of G_j on one side of its root
 
 
 @compiled
 def _search(
     side: float, bound: float, tau: float, value: float, slope: float, near: Stack, far: Stack
-) -> tuple[Root, Stack, Stack]:
+) -> tuple[float, Side, Side, Stack, Stack]:
     """Root of G_j on the right of ``tau`` (``side`` +1) or on its left (−1), at most at ``bound``.
 
     ``value`` and ``slope`` are G_j's at ``tau``; ``near`` holds the breakpoints on that side.
-    Returns the root and both stacks.
+    Returns the root, G_j just before and just beyond it, seen from ``tau``, and both stacks.
     """
     while True:
         at, bend, jump, left = bound, 0.0, -side * math.inf, 0
@@ -144,11 +137,11 @@ def _search(
                 at, bend, jump, left = inner, point.bend * near.inverse, point.jump, near.size - 1
         root = tau - value / slope
         if side * (root - at) < 0.0:
-            return Root(root, slope, slope, 0.0, 0.0), near, far
+            return root, (slope, 0.0), (slope, 0.0), near, far
         near = _cut(near, left)
         value += slope * (at - tau)
         if not side * (value + jump) > 0.0:
-            return Root(at, slope, slope + bend, value, value + jump), near, far
+            return at, (slope, value), (slope + bend, value + jump), near, far
         far = _pushed(far, at, -bend, -jump)
         tau, value, slope = at, value + jump, slope + bend
 
@@ -193,16 +186,10 @@ def _walk_forward(
         before = beyond = (slope, 0.0)
         if root < low:
             value += slope * (low - tau)
-            found, left, right = _search(-1.0, least, low, value, slope, left, right)
-            root = found.tau
-            before = (found.slope_beyond, found.value_beyond)
-            beyond = (found.slope_before, found.value_before)
+            root, beyond, before, left, right = _search(-1.0, least, low, value, slope, left, right)
         elif root > high:
             value += slope * (high - tau)
-            found, right, left = _search(1.0, most, high, value, slope, right, left)
-            root = found.tau
-            before = (found.slope_before, found.value_before)
-            beyond = (found.slope_beyond, found.value_beyond)
+            root, before, beyond, right, left = _search(1.0, most, high, value, slope, right, left)
         roots[j] = root
 
 
@@ -254,8 +241,8 @@ def _slip_at_bound(segments: Segments, guides: Guides, i: int, passed: float) ->
     return 0.0
 
 
-@compiled
-def _set_flows(segments: Segments, guides: Guides, given: bool) -> bool:
+@apart
+def set_flows(segments: Segments, guides: Guides, given: bool) -> bool:
     """Flows over the guides; whether every segment ends with the length of its tension.
 
     A slack segment may end with more. It keeps what it has unless a neighbour needs it.
@@ -284,20 +271,26 @@ def _set_flows(segments: Segments, guides: Guides, given: bool) -> bool:
 
 
 @compiled
-def _lie_slack(segments: Segments, guides: Guides) -> bool:
-    """Spread a tendon longer than its path evenly along it; False for a taut one."""
+def _lie_slack(segments: Segments, guides: Guides, slack: float) -> None:
+    """Spread a tendon evenly along its path, of which it has ``slack`` times the length."""
+    passed = 0.0
+    segments[len(guides)].tension = 0.0
+    for k in range(len(guides)):
+        length = segments[k].length / (1.0 + segments[k].strain_offset)
+        passed += slack * length - segments[k].stored
+        segments[k].tension, guides[k].flow, guides[k].slip = 0.0, passed, np.sign(passed)
+
+
+@apart
+def lies_slack(segments: Segments, guides: Guides) -> bool:
+    """Whether a tendon is longer than its path; it is spread evenly along it then."""
     path, total = 0.0, 0.0
     for k in range(len(segments)):
         path += segments[k].length / (1.0 + segments[k].strain_offset)
         total += segments[k].stored
     if total < path:
         return False
-    passed = 0.0
-    segments[len(segments) - 1].tension = 0.0
-    for k in range(len(guides)):
-        share = segments[k].length / (1.0 + segments[k].strain_offset) / path
-        passed += share * total - segments[k].stored
-        segments[k].tension, guides[k].flow, guides[k].slip = 0.0, passed, np.sign(passed)
+    _lie_slack(segments, guides, total / path)
     return True
 
 
@@ -311,39 +304,37 @@ def _has_tendon(segments: Segments) -> bool:
 
 
 @compiled
-def _settle(segments: Segments, guides: Guides, given: bool, work: int) -> bool:
-    """Rounds until the tensions stand still; ``work`` has room for 4 n breakpoints and the τ*_j."""
+def _settle(segments: Segments, guides: Guides, given: bool, within: float, work: int) -> bool:
+    """Rounds until no tension changes by more; ``work`` has room for breakpoints and the τ*_j."""
     most = 2 * len(guides)
     left = Stack(_breakpoints_at(work, most), 0, 1.0, 1.0, 0.0)
     right = Stack(_breakpoints_at(work + most * _SIZE, most), 0, 1.0, 1.0, 0.0)
     roots = _numbers(work + 2 * most * _SIZE, len(segments))
     for _ in range(_ROUNDS):
         _walk_forward(segments, guides, given, left, right, roots)
-        if _walk_back(segments, guides, given, roots) <= _SETTLED:
+        if _walk_back(segments, guides, given, roots) <= within:
             return True
     return False
 
 
 @apart
-def balance(segments: Segments, guides: Guides, given: bool) -> bool:
-    """Tensions, flows and slip for given holding ratios.
+def find_slip(segments: Segments, guides: Guides, given: bool, within: float) -> bool:
+    """Tensions and slip for given holding ratios.
 
     Args:
         segments, guides: see ``records``; the first tangents are at ``tension``.
         given: whether the tension of the first segment is, which may then have any length.
+        within: change of a tension in a round, of the square of which its error is [-].
 
     Returns:
         False without a solution: no tendon is left between the ends. The tensions are inf then.
     """
-    if not given and _lie_slack(segments, guides):
-        return True
-    settled = given or _has_tendon(segments)
-    if settled:
+    solved = given or _has_tendon(segments)
+    if solved:
         work = _malloc(4 * len(guides) * _SIZE + 8 * len(segments))
-        settled = work != 0 and _settle(segments, guides, given, work)
+        solved = work != 0 and _settle(segments, guides, given, within, work)
         _free(work)
-    if settled:
-        return _set_flows(segments, guides, given)
-    for j in range(len(segments)):
-        segments[j].tension = math.inf
-    return False
+    if not solved:
+        for j in range(len(segments)):
+            segments[j].tension = math.inf
+    return solved

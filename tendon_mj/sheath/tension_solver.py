@@ -14,26 +14,30 @@ import math
 
 from tendon_mj.native import Array, compiled, entry
 from tendon_mj.sheath.records import GUIDE, SEGMENT, Guides, Segments
-from tendon_mj.sheath.tension_by_breakpoints import balance
+from tendon_mj.sheath.tension_by_breakpoints import SETTLED, find_slip, lies_slack, set_flows
 from tendon_mj.sheath.tension_by_slip_pattern import follow_pattern
 from tendon_mj.sheath.tension_with_drag import balance_dragged
 
+_NEAR = 1e-4  # change of a strain in a round, after which the slip is as a rule the solution's
+
 
 @compiled
-def _balance(segments: Segments, guides: Guides, dragged: bool, given: bool) -> bool:
-    """Equilibrium for given holding ratios.
+def _balance(segments: Segments, guides: Guides, given: bool) -> bool:
+    """Equilibrium for given holding ratios, without drag.
 
-    The slip of the last step is tried first. Where it has changed, breakpoints find it; followed
-    again, it gives the tensions to the last digits, which many guides cost.
+    The slip of the last step is tried first. Where it has changed, breakpoints find it, and
+    followed again it gives the tensions to the last digit. That it does not where tendon lies
+    slack.
     """
-    if dragged:
-        return balance_dragged(segments, guides)
-    solved = False
-    for _ in range(2):
-        if follow_pattern(segments, guides, given):
-            return True
-        solved = balance(segments, guides, given)
-    return solved
+    if follow_pattern(segments, guides, given):
+        return True
+    if not given and lies_slack(segments, guides):
+        return True
+    if not find_slip(segments, guides, given, _NEAR):
+        return False
+    if follow_pattern(segments, guides, given):
+        return True
+    return find_slip(segments, guides, given, SETTLED) and set_flows(segments, guides, given)
 
 
 @compiled
@@ -91,7 +95,7 @@ def solve_flow(
         stiction |= guide.static_ratio != guide.dynamic_ratio
     solved = False
     for _ in range(1 + 2 * len(guides)):
-        solved = _balance(segments, guides, dragged, given)
+        solved = balance_dragged(segments, guides) if dragged else _balance(segments, guides, given)
         if not (stiction and solved and _release(guides)):
             break
     return _is_bounded(segments, guides) and solved
