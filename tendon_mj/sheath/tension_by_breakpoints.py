@@ -203,10 +203,11 @@ def _walk_back(segments: Segments, guides: Guides, given: bool, roots: FloatArra
             right = segments[j + 1].tension
             low, high = lowest(guides, j, right), highest(guides, j, right)
             guides[j].slip = 0.0
-            if tau > high:
-                tau, guides[j].slip = high, 1.0
-            elif tau < low:
-                tau, guides[j].slip = low, -1.0
+            if tau > high * (1.0 + TOUCHING):
+                guides[j].slip = 1.0
+            elif tau < low * (1.0 - TOUCHING):
+                guides[j].slip = -1.0
+            tau = min(max(tau, low), high)
         if j == 0 and given:  # rounding apart, the walk has left it
             break
         change = abs(tau - segments[j].tension)

@@ -15,9 +15,9 @@ _ZERO = wp.constant(wp.float64(0.0))
 _ONE = wp.constant(wp.float64(1.0))
 _ROUNDS = wp.constant(64)
 _FARTHEST = wp.constant(wp.float64(16.0))  # scale of a map
-_SETTLED = wp.constant(wp.float64(1e-8))  # change of a strain in a round
 _HUGE = wp.constant(wp.float64(1e100))
 _INF = wp.constant(wp.float64(wp.inf))
+SETTLED = wp.constant(wp.float64(1e-8))  # change of a strain in a round
 TOUCHING = wp.constant(wp.float64(1e-12))
 TOLERANCE = wp.constant(wp.float64(4e-15))
 
@@ -203,12 +203,11 @@ def _walk_back(t: Tendons, s: Sheath) -> wp.float64:
             right = t.tension[row + 1, w]
             low, high = lowest(t, s, j, right), highest(t, s, j, right)
             t.slip[guide, w] = 0
-            if tau > high + TOLERANCE:
-                tau = high
+            if tau > high * (_ONE + TOUCHING):
                 t.slip[guide, w] = 1
-            elif tau < low - TOLERANCE:
-                tau = low
+            elif tau < low * (_ONE - TOUCHING):
                 t.slip[guide, w] = -1
+            tau = wp.min(wp.max(tau, low), high)
         if not (j == 0 and s.given):  # rounding apart, the walk has left that
             change = wp.abs(tau - t.tension[row, w])
             if not change <= most:  # nor where it is not a number
@@ -247,16 +246,16 @@ def _slip_at_bound(t: Tendons, s: Sheath, i: int, passed: wp.float64) -> int:
 
 
 @wp.func
-def _set_flows(t: Tendons, s: Sheath) -> bool:
+def set_flows(t: Tendons, s: Sheath) -> bool:
     """Flows over the guides; whether every segment ends with the length of its tension.
 
     A slack segment may end with more. It keeps what it has unless a neighbour needs it.
     """
     w = s.world
     first = wp.where(s.given, 1, 0)
-    beyond, rounded, settled = wp.float64(0.0), wp.float64(0.0), bool(True)
+    beyond, total, solved = wp.float64(0.0), wp.float64(0.0), bool(True)
     for j in range(s.guides + 1):
-        rounded += TOLERANCE * wp.abs(t.kept[s.segment + j, w])
+        total += wp.abs(t.kept[s.segment + j, w])
     for back in range(s.guides + 1 - first):
         j = s.guides - back
         row, guide = s.segment + j, s.guide + j - 1
@@ -271,18 +270,18 @@ def _set_flows(t: Tendons, s: Sheath) -> bool:
             if slip > 0:
                 needed = _lacking(t, s, j - 1, first)
             passed = wp.min(needed, passed)
-        tolerance = rounded - TOLERANCE * slope + TOLERANCE * wp.abs(beyond)
-        if slip == 0 and j > 0 and wp.abs(passed) > tolerance:
+        counts = total + wp.abs(beyond) - slope
+        if slip == 0 and j > 0 and wp.abs(passed) > TOLERANCE * counts:
             slip = _slip_at_bound(t, s, j - 1, passed)
         if not passed * wp.float64(slip) > _ZERO:
-            settled = settled and wp.abs(passed) <= tolerance
+            solved = solved and wp.abs(passed) <= TOUCHING * counts
             passed = wp.float64(0.0)
             slip = 0
         if j > 0:
             t.flow[guide, w] = passed
             t.slip[guide, w] = slip
         beyond = passed
-    return settled
+    return solved
 
 
 @wp.func
@@ -300,25 +299,39 @@ def _lie_slack(t: Tendons, s: Sheath, slack: wp.float64) -> None:
 
 
 @wp.func
-def balance(t: Tendons, s: Sheath) -> bool:
-    """Tensions, flows and slip for given holding ratios; the first tangents are at ``tension``.
-
-    Returns:
-        False without a solution: no tendon is left between the ends. The tensions are inf then.
-    """
-    w = s.world
+def lies_slack(t: Tendons, s: Sheath) -> bool:
+    """Whether a tendon is longer than its path; it is spread evenly along it then."""
     path, total = wp.float64(0.0), wp.float64(0.0)
     for j in range(s.guides + 1):
-        path += t.length[s.segment + j, w]
-        total += t.kept[s.segment + j, w]
-    if total >= path and not s.given:
-        _lie_slack(t, s, total / path)
-        return True
-    if s.given or total > _ZERO:
+        path += t.length[s.segment + j, s.world]
+        total += t.kept[s.segment + j, s.world]
+    if total < path:
+        return False
+    _lie_slack(t, s, total / path)
+    return True
+
+
+@wp.func
+def _has_tendon(t: Tendons, s: Sheath) -> bool:
+    """Whether any is left between the ends."""
+    total = wp.float64(0.0)
+    for j in range(s.guides + 1):
+        total += t.kept[s.segment + j, s.world]
+    return total > _ZERO
+
+
+@wp.func
+def find_slip(t: Tendons, s: Sheath, within: wp.float64) -> bool:
+    """Tensions and slip for given holding ratios; the first tangents are at ``tension``.
+
+    ``within`` is the change of a tension in a round, of the square of which its error is. Returns
+    False without a solution: no tendon is left between the ends. The tensions are inf then.
+    """
+    if s.given or _has_tendon(t, s):
         for _ in range(_ROUNDS):
             _walk_forward(t, s)
-            if _walk_back(t, s) <= _SETTLED:
-                return _set_flows(t, s)
+            if _walk_back(t, s) <= within:
+                return True
     for j in range(s.guides + 1):
-        t.tension[s.segment + j, w] = _INF
+        t.tension[s.segment + j, s.world] = _INF
     return False

@@ -25,7 +25,7 @@ wp.set_module_options({"enable_backward": False})
 
 _ZERO = wp.constant(wp.float64(0.0))
 _ONE = wp.constant(wp.float64(1.0))
-_HOLDS_ANYTHING = wp.constant(wp.float64(230.0))  # see `plugin.sheath_plugin.friction`
+_HOLDS_ANYTHING = wp.constant(wp.float64(37.0))  # see `plugin.sheath_plugin.friction`
 _FOLLOWS = wp.constant(wp.float64(0.2))  # see the plugin's `input_force`
 _ROUNDED_LENGTH = wp.constant(wp.float64(1e-7))  # relative, rounding of single precision
 _ROUNDED_PRODUCT = wp.constant(wp.float64(1e-6))

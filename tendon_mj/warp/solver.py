@@ -7,12 +7,21 @@ where the method is explained; the tests hold one against the other.
 
 import warp as wp
 
-from tendon_mj.warp.breakpoints import TOLERANCE, balance, highest, lowest
+from tendon_mj.warp.breakpoints import (
+    SETTLED,
+    TOLERANCE,
+    find_slip,
+    highest,
+    lies_slack,
+    lowest,
+    set_flows,
+)
 from tendon_mj.warp.tendons import Sheath, Tendons, held, tension_of
 
 wp.set_module_options({"enable_backward": False})
 
 _STEPS = wp.constant(4)
+_NEAR = wp.constant(wp.float64(1e-4))  # change of a strain in a round, see `tendon_mj.sheath`
 
 
 @wp.func
@@ -157,6 +166,20 @@ def _follow_pattern(t: Tendons, s: Sheath) -> bool:
 
 
 @wp.func
+def _balance(t: Tendons, s: Sheath) -> bool:
+    """Equilibrium for given holding ratios: the slip of the last step, or what breakpoints find."""
+    if _follow_pattern(t, s):
+        return True
+    if not s.given and lies_slack(t, s):
+        return True
+    if not find_slip(t, s, _NEAR):
+        return False
+    if _follow_pattern(t, s):
+        return True
+    return find_slip(t, s, SETTLED) and set_flows(t, s)
+
+
+@wp.func
 def _release(t: Tendons, s: Sheath) -> bool:
     """Whether a guide broke loose that was at rest; it slides at μ_d from here on."""
     w = s.world
@@ -214,9 +237,7 @@ def solve_flow(t: Tendons, s: Sheath) -> bool:
             stiction = True
     solved = bool(False)
     for _ in range(1 + 2 * s.guides):
-        solved = _follow_pattern(t, s)
-        if not solved:
-            solved = balance(t, s)
+        solved = _balance(t, s)
         if not (stiction and solved):
             break
         if not _release(t, s):
