@@ -144,7 +144,10 @@ def _rebind(m: int, d: int, instance: int) -> None:
     if binding == 0:
         binding = new_binding(d, instance, SERVO, _BINDING_COUNT)
     _bind(m, instance, binding, 0.0)
-    sv.binding_at(binding).signature = _present(d, binding)
+    bound = sv.binding_at(binding)
+    if bound.instance >= 0.0:
+        is_bound(m, d, int(bound.instance))  # which a copy between two halves of a step is not yet
+    bound.signature = _present(d, binding)
     if not _is_bound(m, d, instance):
         _reset(m, address, binding, instance)
 
