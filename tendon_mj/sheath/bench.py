@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.native import Array, compiled, entry, load
-from tendon_mj.sheath.law import LAW, Law
+from tendon_mj.sheath.parameters import LAW, Law
 from tendon_mj.sheath.records import GUIDE, SEGMENT, Guides, Segments, new_guides, new_segments
 from tendon_mj.sheath.segment_law import friction_work
 from tendon_mj.sheath.tension_solver import solve_flow
