@@ -40,7 +40,7 @@ from tendon_mj.typing import FloatArray
 
 _ROUNDS = 64  # of which strains below 1 need about 4; each at least doubles a strain that is above
 _FARTHEST = 16.0  # scale of a map, beyond which the rounding of its shift would count
-SETTLED = 1e-8  # change of a strain in a round, of the square of which its error is
+SETTLED = 1e-16  # error of a tension over the largest, where Newton's method need not go on
 TOUCHING = 1e-12  # relative distance at which a tension counts as being at its bound
 TOLERANCE = 8 * ROUNDING  # of a tension beyond its bound; a guide there would chatter
 
@@ -195,8 +195,11 @@ def _walk_forward(
 
 @compiled
 def _walk_back(segments: Segments, guides: Guides, given: bool, roots: FloatArray) -> float:
-    """Tensions and slip that follow from the τ*_j; the largest change of a tension."""
-    most = 0.0
+    """Tensions and slip that follow from the τ*_j; about the error of one over the largest.
+
+    After a change of a tension that is of the order of the square of the change.
+    """
+    most, largest = 0.0, 0.0
     for j in range(len(segments) - 1, -1, -1):
         tau = roots[j]
         if j < len(guides):
@@ -213,8 +216,9 @@ def _walk_back(segments: Segments, guides: Guides, given: bool, roots: FloatArra
         change = abs(tau - segments[j].tension)
         if not change <= most:  # nor where it is not a number
             most = change
+        largest = max(largest, tau)
         segments[j].tension = tau
-    return most
+    return most * most / largest if most != 0.0 else 0.0
 
 
 @compiled
@@ -306,7 +310,7 @@ def _has_tendon(segments: Segments) -> bool:
 
 @compiled
 def _settle(segments: Segments, guides: Guides, given: bool, within: float, work: int) -> bool:
-    """Rounds until no tension changes by more; ``work`` has room for breakpoints and the τ*_j."""
+    """Rounds until the error is ``within``; ``work`` has room for breakpoints and the τ*_j."""
     most = 2 * len(guides)
     left = Stack(_breakpoints_at(work, most), 0, 1.0, 1.0, 0.0)
     right = Stack(_breakpoints_at(work + most * _SIZE, most), 0, 1.0, 1.0, 0.0)
@@ -325,7 +329,7 @@ def find_slip(segments: Segments, guides: Guides, given: bool, within: float) ->
     Args:
         segments, guides: see ``records``; the first tangents are at ``tension``.
         given: whether the tension of the first segment is, which may then have any length.
-        within: change of a tension in a round, of the square of which its error is [-].
+        within: error of a tension, over the largest.
 
     Returns:
         False without a solution: no tendon is left between the ends. The tensions are inf then.

@@ -94,6 +94,23 @@ def _follow_input(segments: Segments, guides: Guides, last: int) -> bool:
 
 
 @compiled
+def guess_from_motion(segments: Segments, guides: Guides) -> None:
+    """Let every guide slide as the motion takes the tendon over it, where the input is given.
+
+    A stiff tendon whose path changes by more than it can stretch slides wherever it rubs. Segments
+    have the tensions of the step before.
+    """
+    passed = 0.0
+    for k in range(len(guides) - 1, -1, -1):
+        segment = segments[k + 1]
+        passed += segment.stored - held(segments, k + 1, segment.tension)[0]
+        ratio = max(guides[k].input_ratio, guides[k].output_ratio)
+        yields = segment.length + segment.support_compliance
+        if abs(passed) > 4.0 * (ratio - 1.0) * segment.tension * yields:
+            guides[k].slip = 1.0 if passed > 0.0 else -1.0
+
+
+@compiled
 def _agrees(segments: Segments, guides: Guides) -> bool:
     """Whether the solution agrees, to rounding, with the slip from which it follows."""
     for i in range(len(guides)):

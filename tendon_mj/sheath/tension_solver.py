@@ -15,10 +15,10 @@ import math
 from tendon_mj.native import Array, compiled, entry
 from tendon_mj.sheath.records import GUIDE, SEGMENT, Guides, Segments
 from tendon_mj.sheath.tension_by_breakpoints import SETTLED, find_slip, lies_slack, set_flows
-from tendon_mj.sheath.tension_by_slip_pattern import follow_pattern
+from tendon_mj.sheath.tension_by_slip_pattern import follow_pattern, guess_from_motion
 from tendon_mj.sheath.tension_with_drag import balance_dragged
 
-_NEAR = 1e-4  # change of a strain in a round, after which the slip is as a rule the solution's
+_NEAR = 1e-6  # error of a tension over the largest, with which the slip is as a rule right
 
 
 @compiled
@@ -93,6 +93,8 @@ def solve_flow(
         free = guide.constant_friction == 0.0 and guide.static_ratio == 1.0
         guide.slip = 1.0 if free else slip
         stiction |= guide.static_ratio != guide.dynamic_ratio
+    if given:
+        guess_from_motion(segments, guides)
     solved = False
     for _ in range(1 + 2 * len(guides)):
         solved = balance_dragged(segments, guides) if dragged else _balance(segments, guides, given)

@@ -17,7 +17,7 @@ _ROUNDS = wp.constant(64)
 _FARTHEST = wp.constant(wp.float64(16.0))  # scale of a map
 _HUGE = wp.constant(wp.float64(1e100))
 _INF = wp.constant(wp.float64(wp.inf))
-SETTLED = wp.constant(wp.float64(1e-8))  # change of a strain in a round
+SETTLED = wp.constant(wp.float64(1e-16))  # error of a tension over the largest
 TOUCHING = wp.constant(wp.float64(1e-12))
 TOLERANCE = wp.constant(wp.float64(4e-15))
 
@@ -192,9 +192,9 @@ def _walk_forward(t: Tendons, s: Sheath) -> None:
 
 @wp.func
 def _walk_back(t: Tendons, s: Sheath) -> wp.float64:
-    """Tensions and slip that follow from the τ*_j; the largest change of a tension."""
+    """Tensions and slip that follow from the τ*_j; about the error of one over the largest."""
     w = s.world
-    most = wp.float64(0.0)
+    most, largest = wp.float64(0.0), wp.float64(0.0)
     for back in range(s.guides + 1):
         j = s.guides - back
         row, guide = s.segment + j, s.guide + j
@@ -212,8 +212,9 @@ def _walk_back(t: Tendons, s: Sheath) -> wp.float64:
             change = wp.abs(tau - t.tension[row, w])
             if not change <= most:  # nor where it is not a number
                 most = change
+            largest = wp.max(largest, tau)
             t.tension[row, w] = tau
-    return most
+    return wp.where(most != _ZERO, most * most / largest, _ZERO)
 
 
 @wp.func
@@ -324,7 +325,7 @@ def _has_tendon(t: Tendons, s: Sheath) -> bool:
 def find_slip(t: Tendons, s: Sheath, within: wp.float64) -> bool:
     """Tensions and slip for given holding ratios; the first tangents are at ``tension``.
 
-    ``within`` is the change of a tension in a round, of the square of which its error is. Returns
+    ``within`` is the error of a tension over the largest. Returns
     False without a solution: no tendon is left between the ends. The tensions are inf then.
     """
     if s.given or _has_tendon(t, s):

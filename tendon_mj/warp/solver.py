@@ -21,7 +21,7 @@ from tendon_mj.warp.tendons import Sheath, Tendons, held, tension_of
 wp.set_module_options({"enable_backward": False})
 
 _STEPS = wp.constant(4)
-_NEAR = wp.constant(wp.float64(1e-4))  # change of a strain in a round, see `tendon_mj.sheath`
+_NEAR = wp.constant(wp.float64(1e-6))  # error of a tension, see `tendon_mj.sheath`
 
 
 @wp.func
@@ -112,6 +112,23 @@ def _follow_input(t: Tendons, s: Sheath, last: int) -> bool:
         passed += t.kept[row, w] - holds
         t.flow[s.guide + k, w] = passed
     return True
+
+
+@wp.func
+def _guess_from_motion(t: Tendons, s: Sheath) -> None:
+    """Let every guide slide as the motion takes the tendon over it, where the input is given."""
+    w = s.world
+    passed = wp.float64(0.0)
+    for back in range(s.guides):
+        k = s.guides - 1 - back
+        row, guide = s.segment + k + 1, s.guide + k
+        tau = t.tension[row, w]
+        holds, _ = held(t, s, k + 1, tau)
+        passed += t.kept[row, w] - holds
+        ratio = wp.max(t.input_ratio[guide, w], t.output_ratio[guide, w])
+        yields = t.length[row, w] + t.give[row, w]
+        if wp.abs(passed) > wp.float64(4.0) * (ratio - wp.float64(1.0)) * tau * yields:
+            t.slip[guide, w] = wp.where(passed > wp.float64(0.0), 1, -1)
 
 
 @wp.func
@@ -235,6 +252,8 @@ def solve_flow(t: Tendons, s: Sheath) -> bool:
         t.flow[row, w] = wp.float64(0.0)
         if static != dynamic:
             stiction = True
+    if s.given:
+        _guess_from_motion(t, s)
     solved = bool(False)
     for _ in range(1 + 2 * s.guides):
         solved = _balance(t, s)

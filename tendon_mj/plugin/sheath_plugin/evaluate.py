@@ -66,7 +66,8 @@ def _store_trial(
         guide.trial_slip = guide.slip if flow != 0.0 else 0.0
         guide.trial_shift = guide.shift
         rubs = guide.is_pulley == 0.0
-        guide.trial_friction_work = ea * friction_work(left, right, flow) if rubs else 0.0
+        work = max(0.0, ea * friction_work(left, right, flow))  # less by rounding alone
+        guide.trial_friction_work = work if rubs else 0.0
     if state.law.tendon_mass > 0.0 or state.law.stiffening > 0.0:
         store_trial_friction_work(state, segments, guides)
     for j in range(len(segments)):
