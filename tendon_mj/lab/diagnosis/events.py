@@ -199,16 +199,16 @@ class _Scan:
         begins += np.linspace(low, high, count).tolist()
         grid = [(when, share * interval) for when in begins for share in _DURATIONS]
         tried, step = self._simulate(event, grid), 0.5 * interval
-        while tried and step > _RESOLVED * interval:
+        least = _CLEARLY * self._step_of_a_zero(event.recording)
+        while tried:
             best = max(tried.values(), key=lambda one: one.explained)
+            if step <= _RESOLVED * interval or best.explained < least:
+                break
             moves = [(a * step, b * step) for a in (-1.0, -0.5, 0.0, 0.5, 1.0) for b in (-1, 0, 1)]
             near = [(best.time + a, max(best.duration + b, 0.0)) for a, b in moves]
             tried |= self._simulate(best, [at for at in dict.fromkeys(near) if at not in tried])
             step *= 0.5
-        best = max(tried.values(), key=lambda one: one.explained, default=event)
-        if not tried or best.explained < _CLEARLY * self._step_of_a_zero(event.recording):
-            return None
-        if self._is_of_column(best):
+        if not tried or best.explained < least or self._is_of_column(best):
             return None
         return self._candidate(best, list(tried.values()))
 

@@ -166,6 +166,7 @@ class HeldOut:
             fitted.effects,
             fitted.values,
             correction=fitted.correction,
+            jacobian=fitted.jacobian,
             evaluations=_REFIT,
         )
 

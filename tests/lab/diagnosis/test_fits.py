@@ -48,7 +48,7 @@ class NonSmooth(Toy):
 
     def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
         friction = changed.get("sheath.friction", 0.15)
-        ripple = 0.1 * np.sin(900.0 * friction + 40.0 * recording.time)
+        ripple = 0.2 * np.sin(900.0 * friction + 40.0 * recording.time)
         return {c: s + ripple for c, s in super()._one(changed, recording).items()}
 
 
