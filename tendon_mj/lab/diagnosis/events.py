@@ -90,7 +90,7 @@ def find_events(
         and scan.name(candidate, event.recording) not in taken
     ]
     best = sorted(seen, key=lambda event: -event.explained)[:_MOST]
-    located = [scan.locate(event) for event in best]
+    located = [scan.locate(event, enough) for event in best]
     return [made for made in located if made is not None]
 
 
@@ -190,8 +190,11 @@ class _Scan:
         """Mean square of the rest of the residual, at least that of noise."""
         return max(1.0, (float(self.residual @ self.residual) - explained) / self.residual.size)
 
-    def locate(self, event: _Event) -> Candidate | None:
-        """The candidate at the time that explains most, by simulations of it at several times."""
+    def locate(self, event: _Event, enough: float) -> Candidate | None:
+        """The candidate at the time that explains most, by simulations of it at several times.
+
+        None where it explains less than ``enough``, or not clearly more than a step of one zero.
+        """
         interval = float(np.median(np.diff(self.problem.recordings[event.recording].time)))
         low, high = event.ends
         count = int(min(2 * round((high - low) / interval), _MOST_TIMES))
@@ -199,7 +202,7 @@ class _Scan:
         begins += np.linspace(low, high, count).tolist()
         grid = [(when, share * interval) for when in begins for share in _DURATIONS]
         tried, step = self._simulate(event, grid), 0.5 * interval
-        least = _CLEARLY * self._step_of_a_zero(event.recording)
+        least = max(enough, _CLEARLY * self._step_of_a_zero(event.recording))
         while tried:
             best = max(tried.values(), key=lambda one: one.explained)
             if step <= _RESOLVED * interval or best.explained < least:

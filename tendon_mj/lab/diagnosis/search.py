@@ -4,7 +4,8 @@ Screening fits no candidate. Each is switched on by a little. Its trace t in the
 Jacobian J of the fitted terms predict, to first order, with which strength and which corrections of
 the others the residual r would be smallest: min |r + J Δ + t a|. The next pass simulates just that
 point, which gives the true remainder and the change of the trace; candidates that promise little
-drop out.
+drop out. A trace changes little when an effect is added to the model: where it is known from an
+earlier screening it takes the place of the first pass.
 
 With stick and slip the squared misfit has many local minima, and least squares ends in the one
 where it began. Most of that misfit lies in the few samples between one slip and the other. A
@@ -36,7 +37,6 @@ _INVISIBLE = 1e-8  # mean square trace, in noise, below which an effect has no p
 _SWITCHED_OFF = 1e-9  # of a probe
 _LARGER, _TRIES = 1e3, 3  # factor by which a probe without a trace is enlarged, and how often
 _BATCH = 8  # parameter sets simulated between two calls of the progress callback
-_KEPT = (0.05, 0.15)  # of the best reduction of χ², to be in the next pass
 _PASSES = ("screen, first pass", "screen, second pass", "screen, third pass")
 
 _LONGEST = 0.1  # of its range: the step of a term
@@ -92,10 +92,12 @@ def screen(
     candidates: Sequence[Candidate],
     progress: Progress,
     known: Slopes,
+    kept: tuple[float, float],
 ) -> list[ScreeningScore]:
     """Score candidates that change the residual of a fit, best first, once for each start.
 
     Slopes that are ``known`` from another fit predict in place of the first pass; others are added.
+    ``kept`` are shares of the best reduction of χ², to be in the second and in the third pass.
     """
     scores = [
         ScreeningScore(candidate, np.array([*fitted.values, _probe(candidate), *shape]), 0.0, k)
@@ -109,7 +111,7 @@ def screen(
     seen += screening.enlarge_probes(new, seen)
     known |= {s.key: s.slope(fitted) for s, _ in seen if not s.candidate.effect.event}
     achieved = [score for score, _ in seen]
-    for share, label in zip(_KEPT, _PASSES[1:], strict=True):
+    for share, label in zip(kept, _PASSES[1:], strict=True):
         predicted = _promising([*predicted, *(prediction for _, prediction in seen)], share)
         seen, predicted = screening.run(predicted, label), []
         achieved += [score for score, _ in seen]

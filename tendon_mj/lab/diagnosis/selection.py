@@ -44,9 +44,9 @@ _NEAR = 5  # evaluations: enough from where screening has led
 _MOST_FITS, _MOST_LOOKED_AT = 4, 10
 _PROMISING = 0.6  # of the reduction by the best candidate, to be fitted
 _SWAP_SHARE = 0.8  # likewise, to be fitted in the place of another
+_LOOKED_AT = 0.05  # of it by a slope, to be simulated where others down the list may be fitted
 _LEAST = 0.03, 0.3  # likewise, where none of those explains enough; on a sensor
 _EVENT = 0.1  # of the excess, that an event explains by its scan, to be located
-_EVENT_BESIDE = 0.3  # of what the best other candidate explains, likewise
 _EXPLAINS = 0.75  # of the excess may be left by an effect, for no others to be looked at
 _LITTLE = 0.1  # of the initial excess: where more remains, other choices do not help either
 _ROUNDS = 2  # in which the second-best choice is tried too
@@ -120,9 +120,11 @@ class SelectionContext:
         excess, with a strength that the data determine. Screening is linear, and may see little of
         an effect that trades places with terms of the model.
         """
-        scores = self._screen(model, self._further(model))
-        if events := self._events(model, scores[0].explained if scores else 0.0):
-            scores = sorted(scores + self._screen(model, events), key=lambda s: -s.explained)
+        half = 0.5 * share  # a slope may promise half of what there is
+        kept = (_LOOKED_AT if look_down else half, half)
+        scores = self._screen(model, self._further(model), kept)
+        if events := self._events(model, half * scores[0].explained if scores else 0.0):
+            scores = sorted(scores + self._screen(model, events, kept), key=lambda s: -s.explained)
         shortlist, others_down = _promising(scores, share)
         fitted = list[FittedCandidate]()
         for k, score in enumerate(shortlist + others_down * look_down):
@@ -153,17 +155,17 @@ class SelectionContext:
             if not c.targets & model.fit.targets and c.acts_on(values) and not c.effect.event
         ]
 
-    def _events(self, model: FittedCandidate, best: float) -> list[Candidate]:
-        """Events that explain enough of a model's misfit, beside the ``best`` other candidate."""
-        least = max(0.5 * self.smallest_gain, _EVENT * model.excess, _EVENT_BESIDE * best)
+    def _events(self, model: FittedCandidate, least: float) -> list[Candidate]:
+        """Events that explain enough of a model's misfit, and ``least`` of the reduced χ²."""
+        least = max(0.5 * self.smallest_gain, _EVENT * model.excess, least)
         events = [candidate for candidate in self.candidates if candidate.effect.event]
         return find_events(self.problem, self.base, model.fit, events, model.fit.targets, least)
 
     def _screen(
-        self, model: FittedCandidate, candidates: Sequence[Candidate]
+        self, model: FittedCandidate, candidates: Sequence[Candidate], kept: tuple[float, float]
     ) -> list[ScreeningScore]:
-        slopes = self.slopes
-        return screen(self.problem, self.base, model.fit, candidates, self.progress, slopes)
+        known = self.problem, self.base, model.fit
+        return screen(*known, candidates, self.progress, self.slopes, kept)
 
     def _explains(self, model: FittedCandidate, extended: FittedCandidate) -> bool:
         """Whether an effect leaves notably less, with a strength that the data determine."""
