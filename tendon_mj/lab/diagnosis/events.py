@@ -32,10 +32,10 @@ _PROBE = 0.02  # of the range of the drive
 _MOST = 2  # events that are simulated in one search
 _NEAR = 0.97  # of the Δχ² of the best time, to be simulated too
 # In intervals between two samples: begins, about that of the scan, and durations that are tried
-# first, and how near the last ones lie.
+# first, those of the second set where the first explain enough, and how near the last ones lie.
 _BEGINS, _DURATIONS, _RESOLVED = (
     (-4.0, -2.0, -1.0, -0.4, 0.0, 0.4, 1.0),
-    (0.0, 1.0, 2.5, 6.0, 15.0),
+    ((1.0, 6.0), (0.0, 2.5, 15.0)),
     0.05,
 )
 _MOST_TIMES = 8  # other begins, where the scan is not sure
@@ -200,18 +200,21 @@ class _Scan:
         count = int(min(2 * round((high - low) / interval), _MOST_TIMES))
         begins = [event.time + share * interval for share in _BEGINS]
         begins += np.linspace(low, high, count).tolist()
-        grid = [(when, share * interval) for when in begins for share in _DURATIONS]
-        tried, step = self._simulate(event, grid), 0.5 * interval
         least = max(enough, _CLEARLY * self._step_of_a_zero(event.recording))
-        while tried:
-            best = max(tried.values(), key=lambda one: one.explained)
-            if step <= _RESOLVED * interval or best.explained < least:
-                break
+        tried, best, step = dict[tuple[float, float], _Event](), event, 0.5 * interval
+        for durations in _DURATIONS:
+            grid = [(when, share * interval) for when in begins for share in durations]
+            tried |= self._simulate(event, grid)
+            best = max(tried.values(), key=lambda one: one.explained, default=event)
+            if not tried or best.explained < least:
+                return None
+        while step > _RESOLVED * interval:
             moves = [(a * step, b * step) for a in (-1.0, -0.5, 0.0, 0.5, 1.0) for b in (-1, 0, 1)]
             near = [(best.time + a, max(best.duration + b, 0.0)) for a, b in moves]
             tried |= self._simulate(best, [at for at in dict.fromkeys(near) if at not in tried])
+            best = max(tried.values(), key=lambda one: one.explained)
             step *= 0.5
-        if not tried or best.explained < least or self._is_of_column(best):
+        if self._is_of_column(best):
             return None
         return self._candidate(best, list(tried.values()))
 

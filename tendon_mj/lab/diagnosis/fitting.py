@@ -212,8 +212,6 @@ class _Solver:
         self.bounds = np.clip(np.array(ends).reshape(2, -1), -_FARTHEST, _FARTHEST)
         self.correction = np.zeros(problem.in_train.size) if correction is None else correction
         self.weights = expected(terms)
-        acting = [recordings_of(term, problem) for term in terms]
-        self.acting = np.array([[k in own for own in acting] for k in range(len(problem.train))])
 
     def interior(self, values: FloatArray) -> FloatArray:
         """(p,) scaled values, a little off their bounds."""
@@ -308,8 +306,11 @@ class _Solver:
         return np.nan_to_num(matrix, copy=False, posinf=0.0, neginf=0.0)
 
     def _secant(self, matrix: FloatArray, step: FloatArray, change: FloatArray) -> FloatArray:
-        """The Jacobian corrected along a step, of each recording by the terms that act on it."""
-        own = (self.acting * step)[self.problem.recording_of]
+        """The Jacobian corrected along a step; where a term changes nothing, it stays 0.
+
+        Cross-validation tells by it which samples a term of one recording, or an event, is in.
+        """
+        own = np.where(matrix != 0.0, step, 0.0)
         length = np.maximum((own**2).sum(axis=1), _DIFFERENCE**2)  # shorter, it is roughness
         corrected: FloatArray = matrix + own * ((change - matrix @ step) / length)[:, None]
         return corrected

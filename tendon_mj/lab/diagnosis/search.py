@@ -63,21 +63,26 @@ class ScreeningScore:
         """Candidate and attempt."""
         return self.candidate.label, self.attempt
 
-    def jacobian(self, fitted: Fit) -> FloatArray:
-        """(m, p) derivatives by the scaled terms from the fit to here, NaN for those of a shape."""
+    def slope(self, fitted: Fit) -> FloatArray:
+        """(m,) derivative by the scaled strength, from the fit to here."""
         assert self.seen is not None
         count, strength = len(fitted.terms), self.candidate.terms[0]
         moved = [t.scaled(v) for t, v in zip(fitted.terms, self.start[:count], strict=True)]
         trace = self.seen + fitted.correction - fitted.residual
         trace -= fitted.jacobian @ (np.array(moved) - fitted.scaled)
-        unknown = np.full((trace.size, len(self.candidate.terms) - 1), np.nan)
-        own = trace / strength.scaled(float(self.start[count]))
-        return np.column_stack([fitted.jacobian, own, unknown])
-
-    def slope(self, fitted: Fit) -> FloatArray:
-        """(m,) derivative by the scaled strength, from the fit to here."""
-        own: FloatArray = self.jacobian(fitted)[:, len(fitted.terms)]
+        own: FloatArray = trace / strength.scaled(float(self.start[count]))
         return own
+
+    def jacobian(self, fitted: Fit) -> FloatArray:
+        """(m, p) derivatives by the scaled terms; NaN for those of a shape, and of an event.
+
+        Where an event is not, its slope has what is not linear in the others, and should be 0.
+        """
+        matrix = np.full((fitted.residual.size, len(self.start)), np.nan)
+        matrix[:, : len(fitted.terms)] = fitted.jacobian
+        if not self.candidate.effect.event:
+            matrix[:, len(fitted.terms)] = self.slope(fitted)
+        return matrix
 
 
 _Pair = tuple[ScreeningScore, ScreeningScore]  # simulated, and predicted at the best strength
