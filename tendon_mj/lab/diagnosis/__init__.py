@@ -42,6 +42,7 @@ from tendon_mj.lab.diagnosis.effects.effect import Effect as Effect
 from tendon_mj.lab.diagnosis.effects.effect import SystemDescription as SystemDescription
 from tendon_mj.lab.diagnosis.effects.effect import Term as Term
 from tendon_mj.lab.diagnosis.fitting import Fit as Fit
+from tendon_mj.lab.diagnosis.fitting import bounded_least_squares as bounded_least_squares
 from tendon_mj.lab.diagnosis.fitting import expected as expected
 from tendon_mj.lab.diagnosis.fitting import fit as fit
 from tendon_mj.lab.diagnosis.fitting import written as written
@@ -53,7 +54,6 @@ from tendon_mj.lab.diagnosis.result import Finding as Finding
 from tendon_mj.lab.diagnosis.result import Ranked as Ranked
 from tendon_mj.lab.diagnosis.result import Value as Value
 from tendon_mj.lab.diagnosis.result import write_before_after as write_before_after
-from tendon_mj.lab.diagnosis.search import bounded_least_squares as bounded_least_squares
 from tendon_mj.lab.diagnosis.selection import Selection as Selection
 from tendon_mj.lab.diagnosis.selection import SelectionContext as SelectionContext
 from tendon_mj.lab.diagnosis.statistics import FittedCandidate as FittedCandidate

@@ -32,10 +32,10 @@ _PROBE = 0.02  # of the range of the drive
 _MOST = 2  # events that are simulated in one search
 _NEAR = 0.97  # of the Δχ² of the best time, to be simulated too
 # In intervals between two samples: begins, about that of the scan, and durations that are tried
-# first, and how near the last ones lie.
+# first, those of the second set where the first explain enough, and how near the last ones lie.
 _BEGINS, _DURATIONS, _RESOLVED = (
     (-4.0, -2.0, -1.0, -0.4, 0.0, 0.4, 1.0),
-    (0.0, 1.0, 2.5, 6.0, 15.0),
+    ((1.0, 6.0), (0.0, 2.5, 15.0)),
     0.05,
 )
 _MOST_TIMES = 8  # other begins, where the scan is not sure
@@ -90,7 +90,7 @@ def find_events(
         and scan.name(candidate, event.recording) not in taken
     ]
     best = sorted(seen, key=lambda event: -event.explained)[:_MOST]
-    located = [scan.locate(event) for event in best]
+    located = [scan.locate(event, enough) for event in best]
     return [made for made in located if made is not None]
 
 
@@ -190,24 +190,30 @@ class _Scan:
         """Mean square of the rest of the residual, at least that of noise."""
         return max(1.0, (float(self.residual @ self.residual) - explained) / self.residual.size)
 
-    def locate(self, event: _Event) -> Candidate | None:
-        """The candidate at the time that explains most, by simulations of it at several times."""
+    def locate(self, event: _Event, enough: float) -> Candidate | None:
+        """The candidate at the time that explains most, by simulations of it at several times.
+
+        None where it explains less than ``enough``, or not clearly more than a step of one zero.
+        """
         interval = float(np.median(np.diff(self.problem.recordings[event.recording].time)))
         low, high = event.ends
         count = int(min(2 * round((high - low) / interval), _MOST_TIMES))
         begins = [event.time + share * interval for share in _BEGINS]
         begins += np.linspace(low, high, count).tolist()
-        grid = [(when, share * interval) for when in begins for share in _DURATIONS]
-        tried, step = self._simulate(event, grid), 0.5 * interval
-        while tried and step > _RESOLVED * interval:
-            best = max(tried.values(), key=lambda one: one.explained)
+        least = max(enough, _CLEARLY * self._step_of_a_zero(event.recording))
+        tried, best, step = dict[tuple[float, float], _Event](), event, 0.5 * interval
+        for durations in _DURATIONS:
+            grid = [(when, share * interval) for when in begins for share in durations]
+            tried |= self._simulate(event, grid)
+            best = max(tried.values(), key=lambda one: one.explained, default=event)
+            if not tried or best.explained < least:
+                return None
+        while step > _RESOLVED * interval:
             moves = [(a * step, b * step) for a in (-1.0, -0.5, 0.0, 0.5, 1.0) for b in (-1, 0, 1)]
             near = [(best.time + a, max(best.duration + b, 0.0)) for a, b in moves]
             tried |= self._simulate(best, [at for at in dict.fromkeys(near) if at not in tried])
+            best = max(tried.values(), key=lambda one: one.explained)
             step *= 0.5
-        best = max(tried.values(), key=lambda one: one.explained, default=event)
-        if not tried or best.explained < _CLEARLY * self._step_of_a_zero(event.recording):
-            return None
         if self._is_of_column(best):
             return None
         return self._candidate(best, list(tried.values()))

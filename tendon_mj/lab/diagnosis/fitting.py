@@ -1,9 +1,10 @@
 """Least-squares fit of a model's terms to recordings.
 
-SciPy's trust-region solver keeps to bounds and stops after a given number of simulations, so that
-a candidate that does not fit costs no more than one that does. `mujoco.minimize`, which
-`mujoco.sysid` uses, searches its damping until a step succeeds, up to a hundred simulations where
-stick and slip make the cost non-smooth.
+Gauss-Newton steps within the terms' ranges and a trust region. A simulation costs far more than a
+step's algebra, and a Jacobian one for each term. It is therefore taken over from a fit nearby where
+there is one, and each simulation that follows corrects it along the step just made (Broyden's
+secant update); a fit that takes no Jacobian over ends only where its own, computed anew, finds no
+more to gain.
 
 Derivatives are differences. A term of one recording changes nothing in others. Terms that no
 recording has in common are moved together, in one simulation; each gets the rows of its own
@@ -18,7 +19,8 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from scipy.linalg import cholesky, solve_triangular
+from scipy.optimize import lsq_linear
 
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Term
@@ -30,7 +32,8 @@ _AT_END = 1e-5, 1e-3  # of its range, and of its probe: a term this near to a bo
 _TOLERANCE = 3e-3  # relative change of the cost, or of the terms, at which a round ends
 _FAILED = 1e6  # residual of a failed simulation, in noise
 _NEXT_ROUND = 3  # evaluations in each further round, which begins where the one before ended
-_FLAT = float(np.finfo(float).eps)  # no term does anything: SciPy's step would be 0/0
+_NEGLIGIBLE = 1e-3  # of the mean square residual: a smaller fall of χ² moves no value by its error
+_ACTIVE_SETS = 100  # tried at most; some ten terms take as many
 _UNCHANGED = 0.02  # mean square [-] by which the correction has changed at most
 _ROUNDS = 3
 _FARTHEST = 1e9  # probes: a farther end of a range does not count
@@ -80,6 +83,11 @@ class Fit:
         visible = np.abs(self.jacobian).max(axis=0, initial=0.0) > 0.0
         free: NDArray[np.bool_] = inside & visible
         return free
+
+    @property
+    def targets(self) -> frozenset[str]:
+        """Parameters that its effects write."""
+        return frozenset[str]().union(*(effect.targets for effect in self.effects))
 
     def parameters(
         self, base: Mapping[str, float], values: FloatArray | None = None
@@ -135,6 +143,8 @@ def fit(
     start: FloatArray,
     *,
     correction: FloatArray | None = None,
+    jacobian: FloatArray | None = None,
+    seen: FloatArray | None = None,
     evaluations: int = 8,
 ) -> Fit:
     """Minimise the squared training residuals from ``start`` (p,) [the terms' units].
@@ -144,17 +154,21 @@ def fit(
 
     A term with a `spread` adds its deviation from inert, over the spread, as one more residual.
 
-    ``base`` is parameter → value of the model, ``correction`` (m,) is that near ``start``, if it is
-    known, and ``evaluations`` are at most in the first round.
+    ``base`` is parameter → value of the model. What is known at or near ``start`` is not simulated
+    again: ``correction`` (m,), ``seen`` (m,), the simulated residual, and ``jacobian`` (m, p) by
+    the scaled terms, NaN in the columns of terms of which it is not known. ``evaluations`` are at
+    most in the first round.
     """
     terms = (*calibrated, *(term for effect in effects for term in effect.terms))
     solver = _Solver(problem, base, terms, correction)
-    best = at = solver.solve(solver.interior(np.asarray(start, float)), evaluations)
+    begin = solver.interior(np.asarray(start, float))
+    best = at = solver.solve(begin, evaluations, jacobian, seen)
     for _ in range(_ROUNDS - 1):
-        if at.change <= _UNCHANGED:
+        ended = jacobian is not None or at.gained < _TOLERANCE * at.cost
+        if ended and at.change <= _UNCHANGED:
             break
-        again = solver.interior(natural(terms, at.point))
-        at = solver.solve(again, _NEXT_ROUND)
+        again = None if jacobian is None else at.jacobian
+        at = solver.solve(at.point, _NEXT_ROUND, again, at.simulated)
         best = min(best, at, key=lambda solution: solution.cost)
     return Fit(
         calibrated=tuple(calibrated),
@@ -173,11 +187,13 @@ class _Solution:
     """Result of one round."""
 
     point: FloatArray  # (p,) scaled terms
+    simulated: FloatArray  # (m,) residual, not extrapolated
     # as in Fit
     residual: FloatArray
     correction: FloatArray
     jacobian: FloatArray
     cost: float  # mean square of the training residuals
+    gained: float  # of the cost, in this round
     change: float  # of the correction since the round before, mean square
 
 
@@ -196,72 +212,126 @@ class _Solver:
         self.bounds = np.clip(np.array(ends).reshape(2, -1), -_FARTHEST, _FARTHEST)
         self.correction = np.zeros(problem.in_train.size) if correction is None else correction
         self.weights = expected(terms)
-        self.own = self.weights > 0.0
-        self._simulated: dict[bytes, FloatArray] = {}
-        self._jacobian: dict[bytes, FloatArray] = {}
 
     def interior(self, values: FloatArray) -> FloatArray:
         """(p,) scaled values, a little off their bounds."""
         point = np.array([t.scaled(v) for t, v in zip(self.terms, values, strict=True)])
-        margin = 0.5 * _margin(self.bounds)
-        clipped: FloatArray = np.clip(point, self.bounds[0] + margin, self.bounds[1] - margin)
+        clipped: FloatArray = np.clip(point, *self._inside)
         return clipped
 
-    def solve(self, point: FloatArray, evaluations: int) -> _Solution:
+    @property
+    def _inside(self) -> FloatArray:
+        """(2, p) bounds, a little narrower."""
+        inside: FloatArray = self.bounds + np.outer([0.5, -0.5], _margin(self.bounds))
+        return inside
+
+    def solve(
+        self,
+        point: FloatArray,
+        evaluations: int,
+        jacobian: FloatArray | None,
+        seen: FloatArray | None,
+    ) -> _Solution:
         """Run one round from a scaled point, and extrapolate where it ends."""
-        jacobian = np.zeros((self.problem.in_train.size, 0))
-        if self.terms:
-            # SciPy's first step is as long as its variables are large: at least one probe each
-            shift = np.where(np.abs(point) < 1.0, np.copysign(1.0, point) - point, 0.0)
-            solution = least_squares(
-                lambda moved: self._train_residual(moved - shift),
-                point + shift,
-                jac=lambda moved: self._train_jacobian(moved - shift),
-                bounds=(self.bounds[0] + shift, self.bounds[1] + shift),
-                ftol=_TOLERANCE,
-                xtol=_TOLERANCE,
-                gtol=_FLAT,
-                max_nfev=evaluations,
-            )
-            point = solution.x - shift
-            jacobian = next(iter(self._jacobian.values()))  # maybe of the last point but one
-        coarse = self._residual(point)
-        residual = self.problem.extrapolate(self._parameters(point), coarse)
-        before, used = self.correction, self.problem.in_train
+        used, radius = self.problem.in_train, 1.0
+        residual = self._residual(point) if seen is None else seen
+        matrix = self._jacobian(point, residual, jacobian)
+        cost = first = self._cost(point, residual)
+        for _ in range(evaluations - 1 if self.terms else 0):
+            left = np.append(self._left(residual), self.weights * point)
+            rows = np.vstack([matrix[used], np.diag(self.weights)])
+            reach = radius * np.maximum(np.abs(point), 1.0)  # at least a probe
+            step = bounded_least_squares(rows, left, np.clip(self._inside - point, -reach, reach))
+            promised = cost - float(np.sum((left + rows @ step) ** 2))
+            if promised <= _NEGLIGIBLE * cost / left.size:
+                break
+            there = self._residual(point + step)
+            gained = cost - self._cost(point + step, there)
+            if np.isfinite(there).all():
+                matrix = self._secant(matrix, step, there - residual)
+            share = float(np.max(np.abs(step) / np.maximum(np.abs(point), 1.0)))
+            limited = share > 0.9 * radius
+            converged = 0.25 * promised < gained < _TOLERANCE * cost and not limited
+            if gained < 0.25 * promised:
+                radius = 0.25 * share
+            elif gained > 0.75 * promised and limited:
+                radius *= 2.0
+            if gained > 0.0:
+                point, residual, cost = point + step, there, cost - gained
+            if converged or share < _TOLERANCE:
+                break
+        extrapolated = self.problem.extrapolate(self._parameters(point), residual)
+        before = self.correction
         with np.errstate(invalid="ignore"):
-            added = residual - coarse
+            added = extrapolated - residual
             self.correction = np.where(np.isfinite(added), added, 0.0)
-        cost = float(np.mean(residual[used] ** 2))
-        change = float(np.mean((self.correction - before)[used] ** 2))
-        return _Solution(point, residual, self.correction, jacobian, cost, change)
+        return _Solution(
+            point,
+            residual,
+            extrapolated,
+            self.correction,
+            matrix,
+            cost=float(np.mean(extrapolated[used] ** 2)),
+            gained=(first - cost) / np.count_nonzero(used),
+            change=float(np.mean((self.correction - before)[used] ** 2)),
+        )
 
     def _parameters(self, point: FloatArray) -> dict[str, float]:
         return written(self.terms, natural(self.terms, point), self.base)
 
     def _residual(self, point: FloatArray) -> FloatArray:
-        key = point.tobytes()
-        if key not in self._simulated:
-            self._simulated[key] = self.problem.residuals([self._parameters(point)])[0]
-        return self._simulated[key]
+        row: FloatArray = self.problem.residuals([self._parameters(point)])[0]
+        return row
 
-    def _train_residual(self, point: FloatArray) -> FloatArray:
-        rows = (self._residual(point) + self.correction)[self.problem.in_train]
-        return np.append(
-            np.where(np.isfinite(rows), rows, _FAILED), (self.weights * point)[self.own]
-        )
+    def _left(self, residual: FloatArray) -> FloatArray:
+        """(training samples,) corrected residuals; a failed simulation's are large."""
+        rows = (residual + self.correction)[self.problem.in_train]
+        left: FloatArray = np.where(np.isfinite(rows), rows, _FAILED)
+        return left
 
-    def _train_jacobian(self, point: FloatArray) -> FloatArray:
-        """(training samples, p) by one-sided differences, away from the nearer bound."""
-        key = point.tobytes()
-        if key not in self._jacobian:
-            step = np.where(point > self.bounds.mean(axis=0), -_DIFFERENCE, _DIFFERENCE)
-            matrix = differences(
-                self.problem, self.terms, self._parameters, point, step, self._residual(point)
-            )
-            self._jacobian.clear()  # a minute of recordings is megabytes
-            self._jacobian[key] = np.nan_to_num(matrix, posinf=0.0, neginf=0.0)
-        rows = self._jacobian[key][self.problem.in_train]
-        return np.vstack([rows, np.diag(self.weights)[self.own]])
+    def _cost(self, point: FloatArray, residual: FloatArray) -> float:
+        own = self.weights * point
+        return float(np.sum(self._left(residual) ** 2) + own @ own)
+
+    def _jacobian(
+        self, point: FloatArray, residual: FloatArray, known: FloatArray | None
+    ) -> FloatArray:
+        """(m, p) by one-sided differences, away from the nearer bound, where it is not known."""
+        matrix = np.full((residual.size, point.size), np.nan) if known is None else known.copy()
+        wanted, middle = np.isnan(matrix).all(axis=0), self.bounds.mean(axis=0)
+        if wanted.any():
+            step: FloatArray = _DIFFERENCE * np.where(point > middle, -1.0, 1.0) * wanted
+            found = differences(self.problem, self.terms, self._parameters, point, step, residual)
+            matrix[:, wanted] = found[:, wanted]
+        return np.nan_to_num(matrix, copy=False, posinf=0.0, neginf=0.0)
+
+    def _secant(self, matrix: FloatArray, step: FloatArray, change: FloatArray) -> FloatArray:
+        """The Jacobian corrected along a step; where a term changes nothing, it stays 0.
+
+        Cross-validation tells by it which samples a term of one recording, or an event, is in.
+        """
+        own = np.where(matrix != 0.0, step, 0.0)
+        length = np.maximum((own**2).sum(axis=1), _DIFFERENCE**2)  # shorter, it is roughness
+        corrected: FloatArray = matrix + own * ((change - matrix @ step) / length)[:, None]
+        return corrected
+
+
+def bounded_least_squares(
+    matrix: FloatArray, residual: FloatArray, bounds: FloatArray
+) -> FloatArray:
+    """(p,) step x that minimises |r + M x| within ``bounds`` (2, p).
+
+    By active sets on columns of length 1: SciPy's other method never ends where their lengths
+    differ by more than a number has digits.
+    """
+    normal = matrix.T @ matrix
+    normal += 1e-9 * np.diag(np.diag(normal)) + 1e-12 * np.eye(len(normal))
+    lengths = np.sqrt(np.diag(normal))
+    factor = cholesky(normal / np.outer(lengths, lengths))  # (p, p) in place of all samples
+    aim = solve_triangular(factor, -(matrix.T @ residual) / lengths, trans="T")
+    scaled = lsq_linear(factor, aim, bounds * lengths, method="bvls", max_iter=_ACTIVE_SETS).x
+    step: FloatArray = np.clip(scaled / lengths, bounds[0], bounds[1])
+    return step
 
 
 def differences(
@@ -275,13 +345,13 @@ def differences(
     """(m, p) derivatives of the residuals by scaled terms; infinite where a simulation failed.
 
     ``parameters`` maps scaled terms (p,) to parameters; at ``point`` (p,), where the residual is
-    ``residual`` (m,), each term is moved by its ``step`` (p,).
+    ``residual`` (m,), each term is moved by its ``step`` (p,). Where that is 0, so is the column.
     """
     acting = [recordings_of(term, problem) for term in terms]
-    groups = _disjoint(acting)
-    numbers = np.arange(point.size)
+    wanted, numbers = np.flatnonzero(step), np.arange(point.size)
+    groups = [wanted[group] for group in _disjoint([acting[k] for k in wanted])]
 
-    def moved(members: list[int]) -> dict[str, float]:
+    def moved(members: Sequence[int] | NDArray[np.intp]) -> dict[str, float]:
         return parameters(point + np.where(np.isin(numbers, members), step, 0.0))
 
     changes = problem.residuals([moved(members) for members in groups]) - residual

@@ -70,6 +70,7 @@ _EXPLAINS = 0.01  # of the excess χ², to be in the ranking
 # A calibrated value this near to an end is held by it: a hundredth of the range, or, in a range of
 # decades, of the range about its guess.
 _MARGIN = 0.2  # of a probe
+_FAR = 10.0  # times as much left without an effect tells enough, converged or not
 _REFIT = 6  # evaluations: a model changes little when one recording is left out
 _SESSION = 8  # evaluations, of a few numbers that hardly depend on each other
 
@@ -166,6 +167,7 @@ class HeldOut:
             fitted.effects,
             fitted.values,
             correction=fitted.correction,
+            jacobian=fitted.jacobian,
             evaluations=_REFIT,
         )
 
@@ -329,7 +331,9 @@ def _without_imitation(
     left = float(np.mean((after.extrapolated / bars)[data.mask] ** 2))
     least, imitation = max(limit, left), selection
     for selected in selection.effects:
-        reduced = context.polish(context.without(selection.final, selected.candidate))
+        reduced = context.without(selection.final, selected.candidate)
+        if reduced.excess < _FAR * (1.0 + selection.final.excess):
+            reduced = context.polish(reduced)
         unseen = data.simulate(reduced.fit)
         explained = float(np.mean((unseen.extrapolated / bars)[data.mask] ** 2)) - left
         if explained < least:

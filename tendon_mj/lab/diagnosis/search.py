@@ -4,7 +4,8 @@ Screening fits no candidate. Each is switched on by a little. Its trace t in the
 Jacobian J of the fitted terms predict, to first order, with which strength and which corrections of
 the others the residual r would be smallest: min |r + J Δ + t a|. The next pass simulates just that
 point, which gives the true remainder and the change of the trace; candidates that promise little
-drop out.
+drop out. A trace changes little when an effect is added to the model: where it is known from an
+earlier screening it takes the place of the first pass.
 
 With stick and slip the squared misfit has many local minima, and least squares ends in the one
 where it began. Most of that misfit lies in the few samples between one slip and the other. A
@@ -21,13 +22,12 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
-from scipy.optimize import differential_evolution, lsq_linear
+from scipy.optimize import differential_evolution
 from scipy.stats import qmc
 
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
-from tendon_mj.lab.diagnosis.fitting import Fit, natural, written
+from tendon_mj.lab.diagnosis.fitting import Fit, bounded_least_squares, natural, written
 from tendon_mj.lab.diagnosis.statistics import half_widths
 from tendon_mj.lab.progress import Progress
 from tendon_mj.lab.replay import suppress_unsolved_warnings
@@ -37,8 +37,6 @@ _INVISIBLE = 1e-8  # mean square trace, in noise, below which an effect has no p
 _SWITCHED_OFF = 1e-9  # of a probe
 _LARGER, _TRIES = 1e3, 3  # factor by which a probe without a trace is enlarged, and how often
 _BATCH = 8  # parameter sets simulated between two calls of the progress callback
-_ACTIVE_SETS = 100  # tried at most; some ten terms take as many
-_KEPT = (0.05, 0.15)  # of the best reduction of χ², to be in the next pass
 _PASSES = ("screen, first pass", "screen, second pass", "screen, third pass")
 
 _LONGEST = 0.1  # of its range: the step of a term
@@ -58,14 +56,37 @@ class ScreeningScore:
     start: FloatArray
     explained: float  # reduction of the reduced χ² at these values [-]
     attempt: int  # which of the candidate's starts it came from
+    seen: FloatArray | None = None  # (m,) simulated residual at these values
 
     @property
     def key(self) -> tuple[str, int]:
         """Candidate and attempt."""
         return self.candidate.label, self.attempt
 
+    def slope(self, fitted: Fit) -> FloatArray:
+        """(m,) derivative by the scaled strength, from the fit to here."""
+        assert self.seen is not None
+        count, strength = len(fitted.terms), self.candidate.terms[0]
+        moved = [t.scaled(v) for t, v in zip(fitted.terms, self.start[:count], strict=True)]
+        trace = self.seen + fitted.correction - fitted.residual
+        trace -= fitted.jacobian @ (np.array(moved) - fitted.scaled)
+        own: FloatArray = trace / strength.scaled(float(self.start[count]))
+        return own
+
+    def jacobian(self, fitted: Fit) -> FloatArray:
+        """(m, p) derivatives by the scaled terms; NaN for those of a shape, and of an event.
+
+        Where an event is not, its slope has what is not linear in the others, and should be 0.
+        """
+        matrix = np.full((fitted.residual.size, len(self.start)), np.nan)
+        matrix[:, : len(fitted.terms)] = fitted.jacobian
+        if not self.candidate.effect.event:
+            matrix[:, len(fitted.terms)] = self.slope(fitted)
+        return matrix
+
 
 _Pair = tuple[ScreeningScore, ScreeningScore]  # simulated, and predicted at the best strength
+Slopes = dict[tuple[str, int], FloatArray]  # key of a score → its slope
 
 
 @suppress_unsolved_warnings()
@@ -75,26 +96,33 @@ def screen(
     fitted: Fit,
     candidates: Sequence[Candidate],
     progress: Progress,
+    known: Slopes,
+    kept: tuple[float, float],
 ) -> list[ScreeningScore]:
-    """Score candidates that change the residual of a fit, best first, once for each start."""
+    """Score candidates that change the residual of a fit, best first, once for each start.
+
+    Slopes that are ``known`` from another fit predict in place of the first pass; others are added.
+    ``kept`` are shares of the best reduction of χ², to be in the second and in the third pass.
+    """
     scores = [
         ScreeningScore(candidate, np.array([*fitted.values, _probe(candidate), *shape]), 0.0, k)
         for candidate in candidates
         for k, shape in enumerate(product(*(t.starts or (t.inert,) for t in candidate.terms[1:])))
     ]
     screening = _Screening(problem, base, fitted, progress)
-    best: dict[tuple[str, int], ScreeningScore] = {}
-    for k, label in enumerate(_PASSES):
-        seen = screening.run(scores, label)
-        if k == 0:
-            seen += screening.enlarge_probes(scores, seen)
-        for achieved, _ in seen:
-            earlier = best.setdefault(achieved.key, achieved)
-            best[achieved.key] = achieved if achieved.explained > earlier.explained else earlier
-        if k < len(_KEPT):
-            scores = _promising([predicted for _, predicted in seen], _KEPT[k])
-    ranked = sorted(best.values(), key=lambda score: -score.explained)
-    return [score for score in ranked if score.explained > 0.0]
+    predicted = [screening.predict(s, known[s.key]) for s in scores if s.key in known]
+    new = [score for score in scores if score.key not in known]
+    seen = screening.run(new, _PASSES[0])
+    seen += screening.enlarge_probes(new, seen)
+    known |= {s.key: s.slope(fitted) for s, _ in seen if not s.candidate.effect.event}
+    achieved = [score for score, _ in seen]
+    for share, label in zip(kept, _PASSES[1:], strict=True):
+        predicted = _promising([*predicted, *(prediction for _, prediction in seen)], share)
+        seen, predicted = screening.run(predicted, label), []
+        achieved += [score for score, _ in seen]
+    ranked = sorted(achieved, key=lambda score: -score.explained)
+    best = {score.key: score for score in reversed(ranked)}
+    return [score for score in ranked if score.explained > 0.0 and score is best[score.key]]
 
 
 def _promising(scores: Sequence[ScreeningScore], share: float) -> list[ScreeningScore]:
@@ -122,7 +150,7 @@ class _Screening:
             ]
             for score, row in zip(part, self.problem.residuals(sets), strict=True):
                 if np.isfinite(row).all():
-                    seen += self._score(score, row + self.fitted.correction)
+                    seen += self._score(replace(score, seen=row))
         self.progress(label, len(scores), len(scores))
         return seen
 
@@ -146,23 +174,31 @@ class _Screening:
             larger += self.run(scores, _PASSES[0])
         return larger
 
-    def _score(self, score: ScreeningScore, simulated: FloatArray) -> list[_Pair]:
-        """Score one simulation (m,) of a candidate; nothing where it leaves no trace."""
+    def _score(self, score: ScreeningScore) -> list[_Pair]:
+        """Score one simulation of a candidate; nothing where it leaves no trace."""
+        assert score.seen is not None
         fitted, used = self.fitted, self.problem.in_train
-        row, residual, slopes = simulated[used], fitted.residual[used], fitted.jacobian[used]
+        row, residual = (score.seen + fitted.correction)[used], fitted.residual[used]
         strength, terms, count = score.candidate.terms[0], fitted.terms, len(fitted.terms)
-        scaled = np.array([t.scaled(v) for t, v in zip(terms, score.start[:count], strict=True)])
         tried = score.start[count] - strength.inert
-        trace = row - residual - slopes @ (scaled - fitted.scaled)
-        off = abs(tried) < _SWITCHED_OFF * strength.probe
-        if off or float(trace @ trace) < _INVISIBLE * trace.size:
+        if abs(tried) < _SWITCHED_OFF * strength.probe:
+            return []
+        slope = score.slope(fitted)
+        if np.mean((slope[used] * tried / strength.probe) ** 2) < _INVISIBLE:
             return []
         achieved = replace(score, explained=float(residual @ residual - row @ row) / row.size)
         if achieved.explained < 0.0 < score.explained:
             return [(achieved, _shortened(score, natural(terms, fitted.scaled)))]
-        matrix = np.column_stack([slopes, trace])
-        shares = sorted((end - strength.inert) / tried for end in (strength.low, strength.high))
-        bounds = np.column_stack([fitted.bounds - fitted.scaled, shares])
+        return [(achieved, self.predict(score, slope))]
+
+    def predict(self, score: ScreeningScore, slope: FloatArray) -> ScreeningScore:
+        """Where a candidate would explain most, by its slope (m,), and how much."""
+        fitted, used, count = self.fitted, self.problem.in_train, len(self.fitted.terms)
+        strength, terms = score.candidate.terms[0], fitted.terms
+        matrix = np.column_stack([fitted.jacobian, slope])[used]
+        ends = [strength.scaled(strength.low), strength.scaled(strength.high)]
+        bounds = np.column_stack([fitted.bounds - fitted.scaled, ends])
+        residual = fitted.residual[used]
         step = bounded_least_squares(matrix, residual, bounds)
         left = residual + matrix @ step
         # at a bound, which rounding may leave
@@ -171,13 +207,13 @@ class _Screening:
             [t.low for t in terms],
             [t.high for t in terms],
         )
-        best = min(max(strength.inert + step[-1] * tried, strength.low), strength.high)
-        prediction = replace(
+        best = min(max(strength.natural(float(step[-1])), strength.low), strength.high)
+        return replace(
             score,
             start=np.array([*values, best, *score.start[count + 1 :]]),
-            explained=float(residual @ residual - left @ left) / row.size,
+            explained=float(residual @ residual - left @ left) / residual.size,
+            seen=None,
         )
-        return [(achieved, prediction)]
 
 
 def _shortened(score: ScreeningScore, values: FloatArray) -> ScreeningScore:
@@ -203,24 +239,6 @@ def _probe(candidate: Candidate) -> float:
     """Strength a probe away from inert, on the side where the range allows it."""
     term = candidate.terms[0]
     return term.inert + (term.probe if term.high - term.inert >= term.probe else -term.probe)
-
-
-def bounded_least_squares(
-    matrix: FloatArray, residual: FloatArray, bounds: FloatArray
-) -> FloatArray:
-    """(p,) step x that minimises |r + M x| within ``bounds`` (2, p).
-
-    By active sets on columns of length 1: SciPy's other method never ends where their lengths
-    differ by more than a number has digits.
-    """
-    normal = matrix.T @ matrix
-    normal += 1e-9 * np.diag(np.diag(normal)) + 1e-12 * np.eye(len(normal))
-    lengths = np.sqrt(np.diag(normal))
-    factor = cholesky(normal / np.outer(lengths, lengths))  # (p, p) in place of all samples
-    aim = solve_triangular(factor, -(matrix.T @ residual) / lengths, trans="T")
-    scaled = lsq_linear(factor, aim, bounds * lengths, method="bvls", max_iter=_ACTIVE_SETS).x
-    step: FloatArray = np.clip(scaled / lengths, bounds[0], bounds[1])
-    return step
 
 
 @suppress_unsolved_warnings()

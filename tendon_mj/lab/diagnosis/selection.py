@@ -22,6 +22,7 @@ from tendon_mj.lab.diagnosis.events import find_events
 from tendon_mj.lab.diagnosis.fitting import Fit, fit
 from tendon_mj.lab.diagnosis.search import (
     ScreeningScore,
+    Slopes,
     linearisation_holds,
     screen,
     search_globally,
@@ -36,12 +37,14 @@ from tendon_mj.lab.diagnosis.statistics import (
     tied,
 )
 from tendon_mj.lab.progress import Progress
+from tendon_mj.typing import FloatArray
 
 CONVERGED = 25  # evaluations: enough for a fit to converge
 _NEAR = 5  # evaluations: enough from where screening has led
 _MOST_FITS, _MOST_LOOKED_AT = 4, 10
 _PROMISING = 0.6  # of the reduction by the best candidate, to be fitted
 _SWAP_SHARE = 0.8  # likewise, to be fitted in the place of another
+_LOOKED_AT = 0.05  # of it by a slope, to be simulated where others down the list may be fitted
 _LEAST = 0.03, 0.3  # likewise, where none of those explains enough; on a sensor
 _EVENT = 0.1  # of the excess, that an event explains by its scan, to be located
 _EXPLAINS = 0.75  # of the excess may be left by an effect, for no others to be looked at
@@ -74,6 +77,10 @@ class SelectionContext:
     progress: Progress  # callback
     # end of every global search, so that backtracking does not search a model again
     searched: dict[Hashable, FittedCandidate] = field(default_factory=dict)
+    # slopes of candidates where they were screened first, for the first pass of later screenings
+    slopes: Slopes = field(default_factory=dict)
+    # fits without one of the effects of a fit, likewise
+    reduced: dict[tuple[Fit, Candidate], FittedCandidate] = field(default_factory=dict)
 
     def fit_model(
         self,
@@ -82,9 +89,14 @@ class SelectionContext:
         candidate: Candidate | None = None,
         *,
         near: Fit | None = None,
+        jacobian: FloatArray | None = None,
+        seen: FloatArray | None = None,
         evaluations: int = _NEAR,
     ) -> FittedCandidate:
-        """Fit a model with these effects from ``start``; ``near`` is a fit not far from there."""
+        """Fit a model with these effects from ``start``; ``near`` is a fit not far from there.
+
+        ``jacobian`` and ``seen`` are what is known at ``start``, see `fit`.
+        """
         fitted = fit(
             self.problem,
             self.base,
@@ -92,6 +104,8 @@ class SelectionContext:
             effects,
             np.asarray(start, float),
             correction=None if near is None else near.correction,
+            jacobian=jacobian,
+            seen=seen,
             evaluations=evaluations,
         )
         return FittedCandidate(candidate, fitted, cross_validate(self.problem, fitted))
@@ -106,7 +120,11 @@ class SelectionContext:
         excess, with a strength that the data determine. Screening is linear, and may see little of
         an effect that trades places with terms of the model.
         """
-        scores = screen(self.problem, self.base, model.fit, self._further(model), self.progress)
+        half = 0.5 * share  # a slope may promise half of what there is
+        kept = (_LOOKED_AT if look_down else half, half)
+        scores = self._screen(model, self._further(model), kept)
+        if events := self._events(model, half * scores[0].explained if scores else 0.0):
+            scores = sorted(scores + self._screen(model, events, kept), key=lambda s: -s.explained)
         shortlist, others_down = _promising(scores, share)
         fitted = list[FittedCandidate]()
         for k, score in enumerate(shortlist + others_down * look_down):
@@ -114,22 +132,40 @@ class SelectionContext:
                 break
             self.progress("fit", min(k, len(shortlist)), len(shortlist))
             effects = (*model.fit.effects, score.candidate)
-            fitted.append(self.fit_model(effects, score.start, score.candidate, near=model.fit))
+            fitted.append(
+                self.fit_model(
+                    effects,
+                    score.start,
+                    score.candidate,
+                    near=model.fit,
+                    jacobian=score.jacobian(model.fit),
+                    seen=score.seen,
+                )
+            )
         if shortlist:
             self.progress("fit", len(shortlist), len(shortlist))
         return CandidateSet(tuple(scores), *_best_of_each(fitted))
 
     def _further(self, model: FittedCandidate) -> list[Candidate]:
-        """Candidates that may be added to a model, with the events that explain enough of it."""
-        taken = frozenset[str]().union(*(effect.targets for effect in model.fit.effects))
+        """Candidates that may be added to a model, but events."""
         values = {**self.base, **model.fit.parameters(self.base)}
-        least = max(0.5 * self.smallest_gain, _EVENT * model.excess)
-        events = [candidate for candidate in self.candidates if candidate.effect.event]
         return [
             c
             for c in self.candidates
-            if not c.targets & taken and c.acts_on(values) and not c.effect.event
-        ] + find_events(self.problem, self.base, model.fit, events, taken, least)
+            if not c.targets & model.fit.targets and c.acts_on(values) and not c.effect.event
+        ]
+
+    def _events(self, model: FittedCandidate, least: float) -> list[Candidate]:
+        """Events that explain enough of a model's misfit, and ``least`` of the reduced χ²."""
+        least = max(0.5 * self.smallest_gain, _EVENT * model.excess, least)
+        events = [candidate for candidate in self.candidates if candidate.effect.event]
+        return find_events(self.problem, self.base, model.fit, events, model.fit.targets, least)
+
+    def _screen(
+        self, model: FittedCandidate, candidates: Sequence[Candidate], kept: tuple[float, float]
+    ) -> list[ScreeningScore]:
+        known = self.problem, self.base, model.fit
+        return screen(*known, candidates, self.progress, self.slopes, kept)
 
     def _explains(self, model: FittedCandidate, extended: FittedCandidate) -> bool:
         """Whether an effect leaves notably less, with a strength that the data determine."""
@@ -139,12 +175,16 @@ class SelectionContext:
     def without(self, model: FittedCandidate, candidate: Candidate) -> FittedCandidate:
         """Fit a model without one of its effects, from the values of the others."""
         fitted = model.fit
-        rest = tuple(effect for effect in fitted.effects if effect != candidate)
-        start = [
-            fitted.values[: len(fitted.calibrated)],
-            *(fitted.values[fitted.terms_of(effect)] for effect in rest),
-        ]
-        return self.fit_model(rest, np.concatenate(start), model.candidate, near=fitted)
+        if (fitted, candidate) not in self.reduced:
+            rest, own = [e for e in fitted.effects if e != candidate], fitted.terms_of(candidate)
+            self.reduced[fitted, candidate] = self.fit_model(
+                rest,
+                np.delete(fitted.values, own),
+                model.candidate,
+                near=fitted,
+                jacobian=np.delete(fitted.jacobian, own, axis=1),
+            )
+        return self.reduced[fitted, candidate]
 
     def polish(self, model: FittedCandidate) -> FittedCandidate:
         """Continue a fit to convergence, so that no effect is added to mend an early stop."""
@@ -258,21 +298,21 @@ class ForwardSelection(NamedTuple):
     first: CandidateSet | None  # all candidates for the first effect; None where none was added
     # at every addition the models that could have been chosen, best first
     rounds: list[list[FittedCandidate]]
-    # last model without one of its effects, by label, where that was fitted
-    reduced: dict[str, FittedCandidate]
 
 
 def select_forward(
-    context: SelectionContext, model: FittedCandidate, rivals: Rivals
+    context: SelectionContext,
+    model: FittedCandidate,
+    rivals: Rivals,
+    seen: set[frozenset[str]],
 ) -> ForwardSelection:
     """Add the best effect to a model until none improves it.
 
     Of tied effects the simplest is added. After each addition the effects without which the model
-    is as good are eliminated; selection ends when that leads back to an earlier model.
+    is as good are eliminated; selection ends when that leads back to an earlier model, of the
+    labels in ``seen``, to which the models extended here are added.
     """
     rivals, first, rounds = dict(rivals), None, list[list[FittedCandidate]]()
-    reduced = dict[str, FittedCandidate]()
-    seen = set[frozenset[str]]()
     while len(model.fit.effects) < _MOST_EFFECTS and model.excess > context.detection_limit:
         labels = frozenset(effect.label for effect in model.fit.effects)
         if labels in seen:
@@ -286,30 +326,32 @@ def select_forward(
         chosen = context.optimise(simplest(ranked))
         others = [other for other in ranked if other.candidate != chosen.candidate]
         rivals[chosen.added.label] = sorted([chosen, *others], key=lambda m: m.excess)
-        model, reduced = eliminate_backward(context, chosen)
-    return ForwardSelection(model, rivals, first, rounds, reduced)
+        model = eliminate_backward(context, chosen)
+    return ForwardSelection(model, rivals, first, rounds)
 
 
-def eliminate_backward(
-    context: SelectionContext, model: FittedCandidate
-) -> tuple[FittedCandidate, dict[str, FittedCandidate]]:
-    """Remove effects without which the model is as good; and `ForwardSelection.reduced`."""
-    reduced = dict[str, FittedCandidate]()
+def eliminate_backward(context: SelectionContext, model: FittedCandidate) -> FittedCandidate:
+    """Remove effects without which the model is as good."""
     for candidate in model.fit.effects:
-        reduced[candidate.label] = context.without(model, candidate)
-        if not context.improves(reduced[candidate.label], model):
-            return eliminate_backward(context, reduced[candidate.label])
-    return model, reduced
+        reduced = context.without(model, candidate)
+        if not context.improves(reduced, model):
+            return eliminate_backward(context, reduced)
+    return model
 
 
-def backtrack(context: SelectionContext, selection: ForwardSelection) -> ForwardSelection:
-    """Select forward again from the second best of each of the first rounds; keep the best."""
+def backtrack(
+    context: SelectionContext, selection: ForwardSelection, seen: set[frozenset[str]]
+) -> ForwardSelection:
+    """Select forward again from the second best of each of the first rounds; keep the best.
+
+    What leads back to a model that was extended before, one in ``seen``, ends there.
+    """
     best = selection
     for ranked in reversed(selection.rounds[:_ROUNDS]):
         if len(ranked) < 2 or best.model.excess <= context.detection_limit:
             continue
         rivals = {**selection.rivals, ranked[1].added.label: ranked}
-        again = select_forward(context, context.polish(ranked[1]), rivals)
+        again = select_forward(context, context.polish(ranked[1]), rivals, seen)
         if context.improves(best.model, again.model):
             best = again
     return best
@@ -344,11 +386,9 @@ def _in_place_of(
     model: FittedCandidate,
 ) -> list[FittedCandidate]:
     """Models with every promising candidate in the place of one effect of a model."""
-    unchanged = model is selection.model
-    if unchanged and candidate == model.candidate:
+    if model is selection.model and candidate == model.candidate:
         return selection.rivals[candidate.label]
-    reduced = selection.reduced.get(candidate.label) if unchanged else None
-    reduced = reduced or context.without(model, candidate)
+    reduced = context.without(model, candidate)
     return list(context.extend(reduced, _SWAP_SHARE, look_down=False).fitted)
 
 
@@ -365,20 +405,17 @@ class Selection:
 
 def select_effects(context: SelectionContext, calibrated: FittedCandidate) -> Selection:
     """Select effects forward, from a calibrated model; where little remains, backtrack and swap."""
-    selection = select_forward(context, calibrated, {})
+    seen = set[frozenset[str]]()
+    selection = select_forward(context, calibrated, {}, seen)
     first, little = selection.first, _LITTLE * max(context.initial_excess, 0.0)
     if not selection.model.fit.effects:
         calibrated = selection.model  # fitted further, where its only effect was eliminated
     if context.detection_limit < selection.model.excess < little:
-        selection = backtrack(context, selection)
+        selection = backtrack(context, selection, seen)
     model, rivals = selection.model, selection.rivals
     if len(model.fit.effects) > 1 and model.excess < little:
         model, rivals = swap(context, selection)
     effects = [rate_effect(candidate, rivals[candidate.label]) for candidate in model.fit.effects]
     if len(effects) > 1:
-        reduced = dict(selection.reduced) if model is selection.model else {}
-        for candidate in model.fit.effects:
-            if candidate.label not in reduced:
-                reduced[candidate.label] = context.without(model, candidate)
-        effects.sort(key=lambda e: -reduced[e.candidate.label].excess)
+        effects.sort(key=lambda e: -context.without(model, e.candidate).excess)
     return Selection(calibrated, model, tuple(effects), first)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,7 +25,7 @@ from tendon_mj.lab.diagnosis.fitting import differences, natural
 from tendon_mj.lab.diagnosis.search import linearisation_holds, search_globally
 from tendon_mj.lab.diagnosis.selection import select_effects
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import Simulator
+from tendon_mj.lab.replay import Series, Simulator
 from tendon_mj.typing import FloatArray
 from tests.lab.diagnosis.linear_rig import named
 from tests.lab.diagnosis.toy import (
@@ -48,7 +48,7 @@ class NonSmooth(Toy):
 
     def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
         friction = changed.get("sheath.friction", 0.15)
-        ripple = 0.1 * np.sin(900.0 * friction + 40.0 * recording.time)
+        ripple = 0.2 * np.sin(900.0 * friction + 40.0 * recording.time)
         return {c: s + ripple for c, s in super()._one(changed, recording).items()}
 
 
@@ -64,6 +64,45 @@ def test_a_fit_with_a_long_step_is_extrapolated_to_a_step_of_zero() -> None:
     assert np.mean(result.residual**2) == pytest.approx(1.0, abs=0.1)
     (again,) = both.residuals([{"sheath.friction": result.values[0]}])
     assert result.residual == pytest.approx(again + result.correction, abs=1e-12)
+
+
+class Counted(Toy):
+    """The toy rig, which counts its simulations."""
+
+    made = 0
+
+    def __call__(self, parameter_sets: Sequence[Mapping[str, float]]) -> list[list[Series]]:
+        self.made += len(parameter_sets)
+        return super().__call__(parameter_sets)
+
+
+def test_a_jacobian_and_a_residual_that_are_known_are_not_simulated_again() -> None:
+    """Waveforms are linear in their terms: one step ends where it should."""
+    terms = [FRICTION, Term(("output_tension.offset",), "N", 0.0, -5.0, 5.0, 0.1)]
+    made = (recording("a", 1, {**TRUTH, "output_tension.offset": 0.4}),)
+    problem, begin = problem_of(Counted, made), np.array([0.15, 0.0])
+    first = fit(problem, {}, terms, (), begin)
+    assert first.values == pytest.approx([0.2, 0.4], rel=0.02)
+    problem = problem_of(Counted, made)
+    (seen,) = problem.residuals([{}])
+    again = fit(problem, {}, terms, (), begin, jacobian=first.jacobian, seen=seen)
+    assert again.values == pytest.approx(first.values, rel=1e-6)
+    assert isinstance(problem.simulate, Counted)
+    used, problem.simulate.made = problem.simulate.made, 0
+    partly = np.where([True, False], first.jacobian, np.nan)
+    fit(problem, {}, terms, (), begin, jacobian=partly, seen=seen)
+    assert problem.simulate.made == used  # the column in place of what is seen
+
+
+def test_secants_lead_to_the_minimum_of_a_curved_response() -> None:
+    """A Jacobian that is wrong by half is corrected by the steps that it leads to."""
+    made = (recording("a", 1, TRUTH), recording("b", 2, TRUTH))
+    problem = problem_of(Toy, made)
+    right = fit(problem, {}, [FRICTION], (), np.array([0.15]))
+    wrong = 1.5 * right.jacobian
+    led = fit(problem, {}, [FRICTION], (), np.array([0.15]), jacobian=wrong, evaluations=12)
+    assert led.values == pytest.approx(right.values, rel=1e-5)
+    assert led.jacobian == pytest.approx(right.jacobian, rel=1e-6)
 
 
 def test_extrapolation_is_better_than_the_shorter_of_both_steps() -> None:
