@@ -14,10 +14,6 @@ from tendon_mj.lab.diagnosis.audit import parameter_correlations as parameter_co
 from tendon_mj.lab.diagnosis.audit import residual_autocorrelations as residual_autocorrelations
 from tendon_mj.lab.diagnosis.check import check_recordings as check_recordings
 from tendon_mj.lab.diagnosis.check import check_simulation as check_simulation
-from tendon_mj.lab.diagnosis.criteria import SMALLEST_EXCESS as SMALLEST_EXCESS
-from tendon_mj.lab.diagnosis.criteria import ErrorReduction as ErrorReduction
-from tendon_mj.lab.diagnosis.criteria import Evidence as Evidence
-from tendon_mj.lab.diagnosis.criteria import Verdict as Verdict
 from tendon_mj.lab.diagnosis.data import MakeSimulator as MakeSimulator
 from tendon_mj.lab.diagnosis.data import Problem as Problem
 from tendon_mj.lab.diagnosis.data import Spread as Spread
@@ -63,5 +59,9 @@ from tendon_mj.lab.diagnosis.statistics import tied as tied
 from tendon_mj.lab.diagnosis.sysid import SysidResult as SysidResult
 from tendon_mj.lab.diagnosis.sysid import fit_with_sysid as fit_with_sysid
 from tendon_mj.lab.diagnosis.sysid import sysid_is_there as sysid_is_there
+from tendon_mj.lab.diagnosis.verdict import SMALLEST_EXCESS as SMALLEST_EXCESS
+from tendon_mj.lab.diagnosis.verdict import ErrorReduction as ErrorReduction
+from tendon_mj.lab.diagnosis.verdict import Evidence as Evidence
+from tendon_mj.lab.diagnosis.verdict import Verdict as Verdict
 from tendon_mj.lab.diagnosis.wording import MEANING as MEANING
 from tendon_mj.lab.diagnosis.workflow import diagnose as diagnose

@@ -21,7 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from tendon_mj.lab.diagnosis.criteria import (
+from tendon_mj.lab.diagnosis.result import BeforeAfter, Diagnosis
+from tendon_mj.lab.diagnosis.statistics import correlation_matrix
+from tendon_mj.lab.diagnosis.verdict import (
     LARGEST_EXCESS,
     SMALLEST_EXCESS,
     ErrorReduction,
@@ -29,8 +31,6 @@ from tendon_mj.lab.diagnosis.criteria import (
     Verdict,
     decide,
 )
-from tendon_mj.lab.diagnosis.result import BeforeAfter, Diagnosis
-from tendon_mj.lab.diagnosis.statistics import correlation_matrix
 from tendon_mj.lab.diagnosis.wording import reason
 from tendon_mj.lab.recordings import Recording, table_beside
 from tendon_mj.models import model_path

@@ -21,16 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.lab.data_check import DataWarning
-from tendon_mj.lab.diagnosis.criteria import (
-    LARGEST_EXCESS,
-    Evidence,
-    bar,
-    decide,
-    detection_limit,
-    discretisation_error,
-    measure_errors,
-    reproducibility,
-)
 from tendon_mj.lab.diagnosis.data import (
     Problem,
     by_recording,
@@ -55,6 +45,16 @@ from tendon_mj.lab.diagnosis.statistics import (
     SelectedEffect,
     beyond_range,
     intervals,
+)
+from tendon_mj.lab.diagnosis.verdict import (
+    LARGEST_EXCESS,
+    Evidence,
+    bar,
+    decide,
+    detection_limit,
+    discretisation_error,
+    measure_errors,
+    reproducibility,
 )
 from tendon_mj.lab.diagnosis.wording import (
     ABOVE_NOISE,

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tendon_mj.lab.data_check import DataWarning
-from tendon_mj.lab.diagnosis.criteria import ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.diagnosis.data import Spread, by_recording
 from tendon_mj.lab.diagnosis.effects.effect import Effect
 from tendon_mj.lab.diagnosis.regimes import Located
 from tendon_mj.lab.diagnosis.selection import Selection, SelectionContext
+from tendon_mj.lab.diagnosis.verdict import ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording, write_recording
 from tendon_mj.lab.replay import (

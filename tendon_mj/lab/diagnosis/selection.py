@@ -10,12 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tendon_mj.lab.diagnosis.criteria import (
-    STANDARD_ERRORS,
-    detection_limit,
-    least_share,
-    unexplained_excess,
-)
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.lab.diagnosis.events import find_events
@@ -35,6 +29,12 @@ from tendon_mj.lab.diagnosis.statistics import (
     rate_effect,
     simplest,
     tied,
+)
+from tendon_mj.lab.diagnosis.verdict import (
+    STANDARD_ERRORS,
+    detection_limit,
+    least_share,
+    unexplained_excess,
 )
 from tendon_mj.lab.progress import Progress
 from tendon_mj.typing import FloatArray

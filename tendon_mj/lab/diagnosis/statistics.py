@@ -35,10 +35,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from tendon_mj.lab.diagnosis.criteria import STANDARD_ERRORS
 from tendon_mj.lab.diagnosis.data import Problem, step_error
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
 from tendon_mj.lab.diagnosis.fitting import Fit
+from tendon_mj.lab.diagnosis.verdict import STANDARD_ERRORS
 from tendon_mj.typing import FloatArray
 
 _LEVEL = 0.95

@@ -27,7 +27,6 @@ except ModuleNotFoundError:  # before MuJoCo 3.17 without its dependencies
     sysid = None
 
 from tendon_mj.errors import TendonError
-from tendon_mj.lab.diagnosis.criteria import measure_errors
 from tendon_mj.lab.diagnosis.data import (
     MakeSimulator,
     Problem,
@@ -36,6 +35,7 @@ from tendon_mj.lab.diagnosis.data import (
     training_samples,
     uncertain_terms,
 )
+from tendon_mj.lab.diagnosis.verdict import measure_errors
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Simulator, suppress_unsolved_warnings

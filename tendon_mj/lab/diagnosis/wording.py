@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from tendon_mj.lab.diagnosis.criteria import CLOSED, NOISE, PART, ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, ShiftTerm, Term, element
 from tendon_mj.lab.diagnosis.result import Finding, Value
+from tendon_mj.lab.diagnosis.verdict import CLOSED, NOISE, PART, ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.replay import (
     Parameter,
     column_name,

@@ -20,7 +20,6 @@ import numpy as np
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.lab.data_check import DataWarning, check_recording
 from tendon_mj.lab.diagnosis.check import check_recordings, check_simulation, make_simulator
-from tendon_mj.lab.diagnosis.criteria import SMALLEST_EXCESS, Verdict, reducible_excess
 from tendon_mj.lab.diagnosis.data import (
     MakeSimulator,
     Problem,
@@ -44,6 +43,7 @@ from tendon_mj.lab.diagnosis.proof import Proof
 from tendon_mj.lab.diagnosis.result import Diagnosis
 from tendon_mj.lab.diagnosis.selection import CONVERGED, Selection, SelectionContext, select_effects
 from tendon_mj.lab.diagnosis.statistics import FittedCandidate
+from tendon_mj.lab.diagnosis.verdict import SMALLEST_EXCESS, Verdict, reducible_excess
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Simulator, matching

@@ -22,10 +22,10 @@ from tendon_mj.lab.diagnosis import (
     session_terms,
     uncertain_terms,
 )
-from tendon_mj.lab.diagnosis.criteria import bar, reproducibility
 from tendon_mj.lab.diagnosis.data import by_recording
 from tendon_mj.lab.diagnosis.effects.binding import written_parameters
 from tendon_mj.lab.diagnosis.statistics import cross_validate
+from tendon_mj.lab.diagnosis.verdict import bar, reproducibility
 from tendon_mj.lab.recordings import Measured, Recording, Session, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulates, name_in_session, recording_of, values_for
 from tendon_mj.typing import FloatArray

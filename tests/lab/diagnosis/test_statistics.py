@@ -18,14 +18,6 @@ from tendon_mj.lab.diagnosis import (
     intervals,
     tied,
 )
-from tendon_mj.lab.diagnosis.criteria import (
-    CLOSED,
-    detection_limit,
-    discretisation_error,
-    least_share,
-    reducible_excess,
-    unexplained_excess,
-)
 from tendon_mj.lab.diagnosis.proof import parameters_beyond_range
 from tendon_mj.lab.diagnosis.statistics import (
     CrossValidation,
@@ -34,6 +26,14 @@ from tendon_mj.lab.diagnosis.statistics import (
     gain,
     rate_effect,
     simplest,
+)
+from tendon_mj.lab.diagnosis.verdict import (
+    CLOSED,
+    detection_limit,
+    discretisation_error,
+    least_share,
+    reducible_excess,
+    unexplained_excess,
 )
 from tests.lab.diagnosis.linear_rig import BLOCKS, LinearRig, Shape, context, effect, named
 from tests.lab.diagnosis.toy import Toy, problem_of, recording

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tendon_mj.lab.diagnosis import ErrorReduction, Verdict, diagnose
-from tendon_mj.lab.diagnosis.criteria import Evidence, decide
 from tendon_mj.lab.diagnosis.proof import ranking
+from tendon_mj.lab.diagnosis.verdict import Evidence, decide
 from tests.lab.diagnosis.linear_rig import context, effect, select
 from tests.lab.diagnosis.toy import Toy, rig
 

@@ -10,7 +10,7 @@ from tendon_mj.errors import InvalidValueError, UnknownNameError, unknown
 from tendon_mj.lab.diagnosis.effects.binding import written_parameters
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Effect, SystemDescription
 from tendon_mj.lab.diagnosis.effects.mechanism import ACTUATORS, JOINT_EFFECTS, SENSOR_EFFECTS
-from tendon_mj.lab.diagnosis.effects.transmission import PARAMETER_EFFECTS, TRANSMISSION
+from tendon_mj.lab.diagnosis.effects.sheath import PARAMETER_EFFECTS, TRANSMISSION
 
 Effects = Mapping[str, Effect] | Iterable[Effect]  # of a mapping the values count
 
