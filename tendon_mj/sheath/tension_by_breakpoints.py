@@ -133,6 +133,8 @@ def _search(
         if near.size > 0:
             point = near.points[near.size - 1]
             inner = near.scale * point.tau + near.shift
+            if side * (inner - tau) <= TOUCHING * abs(near.shift):
+                inner = tau  # rounding moves it neither past that nor off a slack segment's 0
             if side * (inner - bound) < -TOUCHING * abs(near.shift):
                 at, bend, jump, left = inner, point.bend * near.inverse, point.jump, near.size - 1
         root = tau - value / slope
@@ -241,7 +243,8 @@ def _slip_at_bound(segments: Segments, guides: Guides, i: int, passed: float) ->
     left, right = segments[i].tension, segments[i + 1].tension
     if passed > 0.0 and left >= highest(guides, i, right) * (1.0 - TOUCHING):
         return 1.0
-    if passed < 0.0 and left <= lowest(guides, i, right) * (1.0 + TOUCHING):
+    least = guides[i].output_ratio * left + guides[i].constant_friction  # of the right, to slide
+    if passed < 0.0 and (left == 0.0 or right >= least * (1.0 - TOUCHING)):
         return -1.0
     return 0.0
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 from tendon_mj.native import compiled
 from tendon_mj.sheath.records import Guide, Guides, Segments
 from tendon_mj.sheath.segment_law import held, tension_of
-from tendon_mj.sheath.tension_by_breakpoints import TOLERANCE, highest, lowest
+from tendon_mj.sheath.tension_by_breakpoints import TOLERANCE, highest
 
 _STEPS = 4
 
@@ -34,7 +34,7 @@ def _solve_run(segments: Segments, guides: Guides, first: int, last: int) -> boo
     if not head > 0.0:
         head = 1e-6
     for _ in range(_STEPS):
-        missing, slope, curvature, tau, gain = 0.0, 0.0, 0.0, head, 1.0
+        missing, slope, curvature, tau, gain, most = 0.0, 0.0, 0.0, head, 1.0, 1.0
         for k in range(first, last + 1):
             holds, falls, curves = held(segments, k, tau)
             missing += holds - segments[k].stored
@@ -48,10 +48,12 @@ def _solve_run(segments: Segments, guides: Guides, first: int, last: int) -> boo
                     ratio = guides[k].output_ratio
                     tau = ratio * tau + guides[k].constant_friction
                 gain *= ratio
+                most = max(most, gain)
         step = -missing / slope
         step /= 1.0 + 0.5 * step * curvature / slope
         head += step
-        if abs(step * step * step) <= 1e-17:  # the order of the error that Halley's method leaves
+        # the largest tension's error is of the order of the cube of its step
+        if abs(most * step) ** 3 <= 1e-17:
             return _finish_run(segments, guides, first, last, head)
     return False
 
@@ -120,7 +122,7 @@ def _agrees(segments: Segments, guides: Guides) -> bool:
             left, right = segments[i].tension, segments[i + 1].tension
             if left > highest(guides, i, right) + TOLERANCE:
                 return False
-            if left < lowest(guides, i, right) - TOLERANCE:
+            if right > guide.output_ratio * left + guide.constant_friction + TOLERANCE:
                 return False
         elif guide.flow * guide.slip < 0.0:
             if is_frictionless(guide):

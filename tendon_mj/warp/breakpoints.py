@@ -120,6 +120,8 @@ def _search(
         if near.count > 0:
             row = near.bottom + near.step * (near.count - 1)
             inner = near.scale * t.breakpoint[row, w] + near.shift
+            if side * (inner - tau) <= TOUCHING * wp.abs(near.shift):
+                inner = tau  # rounding moves it neither past that nor off a slack segment's 0
             if side * (inner - bound) < -TOUCHING * wp.abs(near.shift):
                 at, bend, jump = inner, t.bend[row, w] * near.inverse, wp.float64(t.jump[row, w])
                 left = near.count - 1
@@ -241,7 +243,8 @@ def _slip_at_bound(t: Tendons, s: Sheath, i: int, passed: wp.float64) -> int:
     left, right = t.tension[row, w], t.tension[row + 1, w]
     if passed > _ZERO and left >= highest(t, s, i, right) * (_ONE - TOUCHING):
         return 1
-    if passed < _ZERO and left <= lowest(t, s, i, right) * (_ONE + TOUCHING):
+    least = t.output_ratio[s.guide + i, w] * left + t.constant[s.guide + i, w]  # of the right
+    if passed < _ZERO and (left == _ZERO or right >= least * (_ONE - TOUCHING)):
         return -1
     return 0
 

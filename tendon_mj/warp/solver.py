@@ -13,7 +13,6 @@ from tendon_mj.warp.breakpoints import (
     find_slip,
     highest,
     lies_slack,
-    lowest,
     set_flows,
 )
 from tendon_mj.warp.tendons import Sheath, Tendons, held, tension_of
@@ -76,7 +75,7 @@ def _solve_run(t: Tendons, s: Sheath, first: int, last: int) -> bool:
         head = wp.float64(1e-6)
     for _ in range(_STEPS):
         missing, slope, curvature = wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)
-        tau, gain = wp.float64(head), wp.float64(1.0)
+        tau, gain, most = wp.float64(head), wp.float64(1.0), wp.float64(1.0)
         for k in range(first, last + 1):
             holds, falls = held(t, s, k, tau)
             missing += holds - t.kept[s.segment + k, s.world]
@@ -85,11 +84,13 @@ def _solve_run(t: Tendons, s: Sheath, first: int, last: int) -> bool:
             if k < last:
                 tau = _behind(t, s, k, tau)
                 gain *= _gain(t, s, k)
+                most = wp.max(most, gain)
         step = -missing / slope
         step /= wp.float64(1.0) + wp.float64(0.5) * step * curvature / slope
         head += step
-        # the order of the error that Halley's method leaves
-        if wp.abs(step * step * step) <= wp.float64(1e-17):
+        # the largest tension's error is of the order of the cube of its step
+        most *= wp.abs(step)
+        if most * most * most <= wp.float64(1e-17):
             return _finish_run(t, s, first, last, head)
     return False
 
@@ -143,7 +144,7 @@ def _agrees(t: Tendons, s: Sheath) -> bool:
             left, right = t.tension[segment, w], t.tension[segment + 1, w]
             if left > highest(t, s, i, right) + TOLERANCE:
                 return False
-            if left < lowest(t, s, i, right) - TOLERANCE:
+            if right > t.output_ratio[row, w] * left + t.constant[row, w] + TOLERANCE:
                 return False
         elif flow * wp.float64(slip) < wp.float64(0.0):
             if _is_frictionless(t, s, i):

@@ -105,11 +105,10 @@ def _compute_passive_again(m: int, d: int) -> None:
 @compiled
 def _meet_late_controls(m: int, d: int, instance: int) -> None:
     """Let friction meet controls that were set after passive forces had been computed."""
-    binding = binding_of(d, instance, SHEATH)
-    if binding == 0 or binding_at(binding).leads == 0.0 or not has_own_state(m, d, instance):
+    if not has_own_state(m, d, instance):  # binds it in a copy
         return
-    controls = state_at(state_of(m, d, instance)).controls
-    if controls != 0.0 and controls != control_signature(m, d):
+    bound = binding_at(binding_of(d, instance, SHEATH))
+    if bound.leads != 0.0 and bound.controls != control_signature(m, d):
         _compute_passive_again(m, d)
 
 
@@ -204,6 +203,8 @@ def _evaluate(m: int, d: int, instance: int, late: bool) -> None:
     if late and state.driven != 0.0:  # it needs the forces of all actuators: not there yet
         return
     before = state.unsolved
+    if state.leads != 0.0:
+        binding_at(binding_of(d, instance, SHEATH)).controls = control_signature(m, d)
     evaluate(m, d, address)
     if before == 0.0 and state.unsolved > 0.0:
         _warn(m, instance)

@@ -33,7 +33,6 @@ from tendon_mj.plugin.sheath_plugin.friction import (
 )
 from tendon_mj.plugin.sheath_plugin.input_force import follow_spring, input_force
 from tendon_mj.plugin.sheath_plugin.path import update_path, update_spans
-from tendon_mj.plugin.sheath_plugin.signature import control_signature
 from tendon_mj.plugin.sheath_plugin.state import State, state_at, unpack, unpack_arcs
 from tendon_mj.plugin.sheath_plugin.strain import (
     commit_strain,
@@ -216,7 +215,6 @@ def _evaluate_driven(
     state = state_at(address)
     segments, guides, _ = unpack(address)
     if state.leads != 0.0:
-        state.controls = control_signature(m, d)
         mj_fwdActuation(m, d)
     state.input_force = input_force(m, d, address, state)
     if not math.isfinite(state.input_force):

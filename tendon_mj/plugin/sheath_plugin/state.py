@@ -94,13 +94,13 @@ class Binding(Bound):
     signature: float  # of the model for which this holds
     present: float  # signature of the model as it is now, in the binding of its first sheath
     config_signature: float  # of the attributes
+    controls: float  # signature of those for which the first driven sheath was last evaluated
 
 
 class State(Bound, Live):
     """Scalars of a sheath: its parameters, a copy of what it is bound to, and the rest."""
 
     config_signature: float  # of the attributes that the parameters were read from
-    controls: float  # signature of those that the first driven sheath met, 0 before
     input_force: float  # by which MuJoCo acts along the tendon [N], pulling where negative
     applied: float  # whether the last evaluation applied its forces
     witness: float  # index of a number of `cfrc_ext` that has the sheaths' wrenches
