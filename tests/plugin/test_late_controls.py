@@ -7,6 +7,7 @@ import pytest
 from tendon_mj import add_friction
 from tests.rigs import GIVEN, driven, driven_xml, sheathed, started
 
+EPS = 2.0**-20  # of which sums with controls are exact
 ACTUATORS = {
     "motor": '<motor name="pull" tendon="wrapped" gear="-1"/>',
     "clamped": '<motor name="pull" tendon="wrapped" gear="-1" forcerange="0 3"/>',
@@ -36,14 +37,18 @@ def full(model, data):
     return state
 
 
+@pytest.mark.parametrize("copied", [False, True])
 @pytest.mark.parametrize("actuator", ACTUATORS)
-def test_a_control_between_the_halves_of_a_step_is_as_one_before_it(actuator):
+def test_a_control_between_the_halves_of_a_step_is_as_one_before_it(actuator, copied):
     model = driven_by(actuator)
     whole, halves = in_motion(model), in_motion(model)
     for control in (0.5, 4.0, 0.0, 2.0):
         whole.ctrl[:] = control
         mujoco.mj_step(model, whole)
         mujoco.mj_step1(model, halves)
+        if copied:
+            half, halves = halves, mujoco.MjData(model)
+            mujoco.mj_copyData(halves, model, half)
         halves.ctrl[:] = control
         mujoco.mj_step2(model, halves)
         np.testing.assert_array_equal(full(model, halves), full(model, whole))
@@ -103,6 +108,21 @@ def test_derivatives_to_controls_are_those_of_the_model_with_friction(actuator):
     data = in_motion(model)
     data.ctrl[:] = 0.5
     check_derivatives(model, data)
+
+
+def test_derivatives_do_not_depend_on_the_control_before():
+    model = driven_by("motor")
+    columns = []
+    for before in (0.5, 0.5 + EPS, 0.5 - EPS):
+        data = in_motion(model)
+        data.ctrl[:] = before
+        mujoco.mj_forward(model, data)
+        data.ctrl[:] = 0.5
+        b = np.zeros((2 * model.nv, model.nu))
+        mujoco.mjd_transitionFD(model, data, EPS, True, None, b, None, None)
+        columns.append(b)
+    np.testing.assert_array_equal(columns[1], columns[0])
+    np.testing.assert_array_equal(columns[2], columns[0])
 
 
 @pytest.mark.filterwarnings("ignore:add_friction")
