@@ -39,15 +39,16 @@ DPI = 160
 
 
 class Theme(NamedTuple):
-    """Colours of text, secondary text and background."""
+    """Colours of text, secondary text, background and of a ghost on it."""
 
     ink: str
     grey: str
     background: str
+    ghost: str
 
 
-LIGHT = Theme("#202020", GREY, "#FFFFFF")
-DARK = Theme("#E6EDF3", "#9198A1", "#0D1117")
+LIGHT = Theme("#202020", GREY, "#FFFFFF", "#ADB0B5")
+DARK = Theme("#E6EDF3", "#9198A1", "#0D1117", "#585B61")
 
 
 def on_theme(colour: str, theme: Theme) -> str:

@@ -128,7 +128,7 @@ def draw_frames(
 ) -> Iterator[offscreen.Image]:
     """The (height, width, 3) pictures of a clip one after the other; see `render_clip`.
 
-    With ``dark`` the sky is that of a dark page, and text is light.
+    With ``dark`` the sky is that of a dark page and text is light; a floor keeps its colour.
     """
     sizes = frames.poses.shape[1], frames.controls.shape[1]
     needed = mujoco.mj_stateSize(model, POSE), model.nu
@@ -293,9 +293,7 @@ class _FramePainter:
         x, radius = 1.2 * size, 0.35 * size
         lines = [("guide: bends the tendon, which rubs on it", offscreen.GUIDE_COLOUR, "")]
         if self._twin is not None:
-            lines.append(
-                ("the same drive without friction", offscreen.GHOST_COLOUR, self._theme.ink)
-            )
+            lines.append(("the same drive without friction", self._theme.ghost, self._theme.ink))
         high = 1.5 * size * (len(lines) - 1)
         if self._legend_row is None:  # the emptier corner of the first frame, for all of the clip
             wide = max(self._font.getlength(text) for text, _, _ in lines) + 2.0 * x

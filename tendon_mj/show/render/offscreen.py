@@ -60,7 +60,6 @@ _EYE = np.eye(3).ravel()
 _SHADED = 1e-3  # of the colour that lights see
 
 Depth = NDArray[np.float32]
-GHOST_COLOUR = "#ADB0B5"  # as it looks on white
 _GREY = (0.5, 0.52, 0.56)
 _STRENGTH = 0.65  # of the ghost over its background
 
