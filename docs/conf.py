@@ -20,12 +20,16 @@ copyright = "the tendon_mj developers, Apache-2.0"
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
     "command_help",
     "default_names",
     "docstrings",
     "equations",
+    "name_tables",
+    "pictures",
+    "search_words",
     "start_page",
 ]
 
@@ -34,6 +38,7 @@ include_patterns = [
     "README.md",
     "CHANGELOG.md",
     "docs/*.md",
+    "docs/api/*.md",
     "models/README.md",
     "models/*/README.md",
     "experiments/*/*.md",
@@ -44,10 +49,11 @@ exclude_patterns = [".*", "out", "dist", "tests", "tendon_mj", "**/__pycache__"]
 nitpicky = True
 nitpick_ignore_regex = [(r"py:.*", r".*")]
 
-myst_enable_extensions = ["dollarmath"]
+myst_enable_extensions = ["dollarmath", "html_image"]
 myst_heading_anchors = 4  # as on GitHub
 suppress_warnings = ["myst.header"]  # some pages begin with a picture
 
+autosummary_generate = False  # a page has many names
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
 python_maximum_signature_line_length = 80
@@ -56,6 +62,15 @@ lexers["csv"] = TextLexer()  # tables are shown as they are
 
 html_theme = "furo"
 html_title = "tendon_mj"
+html_favicon = html_logo = "static/icon.svg"
+html_theme_options = {
+    "source_repository": "https://github.com/tendon-mj/tendon_mj/",
+    "source_branch": "main",
+    "source_directory": "",
+    "top_of_page_buttons": ["view"],
+    "dark_css_variables": {"color-background-primary": "#0D1117"},  # that of the dark pictures
+}
+html_search_scorer = str(Path(__file__).with_name("search_scores.js"))
 html_math_renderer = "mathtext"
 html_static_path = ["static"]
 html_css_files = ["site.css"]

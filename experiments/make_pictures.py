@@ -93,23 +93,27 @@ def press_frames(fps: float) -> tuple[Frames, Frames]:
 
 
 def draw_finger() -> None:
-    """The README's clip and still, and the picture of the model."""
+    """The README's clip and still, for light pages and dark, and the picture of the model."""
     scene = load_model("finger", scene=True)
     frames, twin = press_frames(PRESS_FPS)
+    scene.material("floor").rgba[3] = 0.0
     width, height = PRESS_SIZE
-    drawn = draw_frames(scene, frames, width=width, height=height, twin=twin)
-    first, *others = [Image.fromarray(image) for image in drawn]
-    still = [first, *others][round(HELD * PRESS_FPS)]
-    still.save(ROOT / "docs" / "finger.png", optimize=True)
-    first.save(
-        ROOT / "docs" / "finger.webp",
-        save_all=True,
-        append_images=others,
-        duration=round(1000 / PRESS_FPS),
-        loop=0,
-        quality=PRESS_QUALITY,
-        method=6,
-    )
+    for name, dark in (("finger", False), ("finger_dark", True)):
+        drawn = draw_frames(
+            scene, frames, width=width, height=height, camera="hand", twin=twin, dark=dark
+        )
+        first, *others = [Image.fromarray(image) for image in drawn]
+        still = [first, *others][round(HELD * PRESS_FPS)]
+        still.save(ROOT / "docs" / f"{name}.png", optimize=True)
+        first.save(
+            ROOT / "docs" / f"{name}.webp",
+            save_all=True,
+            append_images=others,
+            duration=round(1000 / PRESS_FPS),
+            loop=0,
+            quality=PRESS_QUALITY,
+            method=6,
+        )
     close = draw_frames(scene, frames, width=1280, height=720, camera="finger", twin=twin)
     pressing = next(itertools.islice(close, round(HELD * PRESS_FPS), None))
     Image.fromarray(pressing).save(MODELS / "finger" / "finger.png", optimize=True)

@@ -60,10 +60,43 @@ def test_xml_snippet_loads(code):
     assert mujoco.MjModel.from_xml_string(text.format(parts)).nplugin > 0
 
 
-def test_the_readme_loses_the_tension_that_it_says(capsys):
+HAND = """
+<mujoco>
+  <worldbody>
+    <site name="motor" pos="-0.1 0 0"/><site name="a"/><site name="b" pos="0.05 0 0.05"/>
+    <site name="c" pos="0.05 0 0.1"/><site name="d" pos="0 0 0.15"/>
+    <body pos="-0.1 0 0.15">
+      <joint name="fingertip" type="slide" axis="1 0 0" stiffness="1000" damping="20"/>
+      <geom size="0.01"/><site name="tip"/>
+    </body>
+  </worldbody>
+  <tendon>
+    <spatial name="flexor">
+      <site site="motor"/><site site="a"/><site site="b"/><site site="c"/><site site="d"/>
+      <site site="tip"/>
+    </spatial>
+  </tendon>
+  <actuator><motor tendon="flexor" gear="-1"/></actuator>
+</mujoco>
+"""
+
+
+def readme_code(word):
     readme = (ROOT / "README.md").read_text("utf-8")
-    code = next(c for c in re.findall(r"```python\n(.*?)```", readme, re.S) if "arc_points" in c)
-    exec(compile(code, "snippet", "exec"), {})
+    return next(c for c in re.findall(r"```python\n(.*?)```", readme, re.S) if word in c)
+
+
+def test_the_readme_prints_what_it_shows(tmp_path, monkeypatch, capsys):
+    """On a tendon that is drawn back by half a turn."""
+    (tmp_path / "hand.xml").write_text(HAND)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(readme_code("hand.xml"), "snippet", "exec"), {})
+    shown = re.search(r"```text\n(.*?)```", (ROOT / "README.md").read_text("utf-8"), re.S)
+    assert capsys.readouterr().out == shown[1]
+
+
+def test_the_readme_loses_the_tension_that_it_says(capsys):
+    exec(compile(readme_code("arc_points"), "snippet", "exec"), {})
     tension = [float(x) for x in re.findall(r"\[([\d.]+)\]", capsys.readouterr().out)]
     assert tension[1] / tension[0] == pytest.approx(np.exp(-0.15 * np.pi), rel=1e-6)
     assert 1 - tension[1] / tension[0] == pytest.approx(1 / 3, abs=0.05)

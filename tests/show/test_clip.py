@@ -7,7 +7,7 @@ import imageio_ffmpeg
 import mujoco
 import numpy as np
 import pytest
-from matplotlib.colors import Normalize
+from matplotlib.colors import Normalize, to_rgb
 from matplotlib.font_manager import findfont
 from PIL import ImageFont
 from scipy.ndimage import minimum_filter
@@ -26,6 +26,7 @@ from tendon_mj.show import (
     render_clip,
     without_tendons,
 )
+from tendon_mj.show.figures.style import DARK
 from tendon_mj.show.render import offscreen as scene_module
 from tendon_mj.show.render.clip import draw_arrow
 from tendon_mj.show.render.offscreen import COLOURS, blend, cable_radius, project
@@ -227,6 +228,19 @@ def test_a_twin_changes_no_pixel_of_the_model_itself(gl, monkeypatch):
         assert not (changed & colourful).any()
 
 
+def test_a_dark_clip_is_dark_to_its_edges(gl):
+    scene, frames = load_model("finger", scene=True), pressing(0.5)
+    scene.material("floor").rgba[3] = 0.0
+    light, dark = (
+        next(draw_frames(scene, frames, width=480, height=270, dark=dark)).astype(int)
+        for dark in (False, True)
+    )
+    background = 255 * np.array(to_rgb(DARK.background))
+    np.testing.assert_allclose(dark[0, [0, -1]], np.tile(background, (2, 1)), atol=1)
+    assert (light > 250).all(axis=2).mean() > 0.3
+    assert (dark > 250).all(axis=2).mean() < 0.01
+
+
 def test_an_arrow_reaches_from_its_point_to_its_head_and_no_further_aside():
     image = np.full((100, 200, 3), 255, np.uint8)
     font = ImageFont.truetype(findfont("DejaVu Sans"), 12)
@@ -251,10 +265,13 @@ def test_values_of_two_arrows_do_not_lie_on_each_other():
     assert second[1] - first[1] > 12.0
 
 
-@pytest.mark.parametrize(("camera", "upper"), [("view", False), ("finger", True)])
-def test_the_legend_is_in_the_emptier_corner(gl, camera, upper):
-    """The close camera has the stand in the lower one."""
-    scene = load_model("finger", scene=True)
+@pytest.mark.parametrize(("above", "upper"), [(-0.08, False), (0.06, True)])
+def test_the_legend_is_in_the_emptier_corner(gl, above, upper):
+    """The camera looks below the hand or above it, which is then in the other corner."""
+    scene, camera = load_model("finger", scene=True), mujoco.MjvCamera()
+    camera.lookat, camera.distance, camera.azimuth = (-0.05, 0.0, above), 0.25, 100.0
+    camera.elevation = -10.0
+    scene.material("floor").rgba[3] = 0.0
     first = next(draw_frames(scene, pressing(0.5), width=960, height=540, camera=camera))
     dark = (first[:30, :300].max(axis=2) < 90).sum()
     assert (dark > 100) == upper

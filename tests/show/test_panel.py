@@ -124,6 +124,16 @@ def test_the_table_says_how_many_tendons_it_leaves_out(count, more):
     assert sum(name.startswith("tendon_") for name in names) == count - (2 if more else 0)
 
 
+def test_the_table_has_both_ends_of_a_tendon_with_friction_and_without(pressed):
+    model, frames, twin = pressed
+    panel = Panel(model, frames, colour_limits(frames.cables), 436, 720, twin)
+    assert panel._rows[0][2] == ("with friction", "without")
+    (cells,) = [cells for name, _, cells in panel._rows if name.strip() == "flexor"]
+    pulled, free = ([end[-1] for end in cell] for cell in cells)
+    assert pulled[1] < 0.7 * pulled[0]
+    assert free[1] == pytest.approx(free[0], rel=1e-6)
+
+
 def test_a_chart_says_how_many_tendons_it_leaves_out():
     model, frames = pulled(20)
     panel = Panel(model, frames, colour_limits(frames.cables), 436, 720)

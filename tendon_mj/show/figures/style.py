@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
 from tendon_mj.lab.replay import EngineeringUnit, column_name, column_unit, engineering_unit
@@ -36,6 +37,29 @@ SERIES = (
 )
 DPI = 160
 
+
+class Theme(NamedTuple):
+    """Colours of text, secondary text, background and of a ghost on it."""
+
+    ink: str
+    grey: str
+    background: str
+    ghost: str
+
+
+LIGHT = Theme("#202020", GREY, "#FFFFFF", "#ADB0B5")
+DARK = Theme("#E6EDF3", "#9198A1", "#0D1117", "#585B61")
+
+
+def on_theme(colour: str, theme: Theme) -> str:
+    """A colour of the light theme, as bright on the dark one as it can be read there."""
+    if theme is LIGHT:
+        return colour
+    named = {BLACK: theme.ink, LIGHT.ink: theme.ink, GREY: theme.grey}
+    red, green, blue = (0.65 * part + 0.35 for part in to_rgb(colour))
+    return named.get(colour) or to_hex((red, green, blue))
+
+
 _SETTINGS: Any = {
     "font.size": 9.0,
     "axes.labelsize": 9.5,
@@ -59,9 +83,15 @@ _SETTINGS: Any = {
 
 
 @contextmanager
-def print_style() -> Iterator[None]:
+def print_style(theme: Theme = LIGHT) -> Iterator[None]:
     """Apply the style to figures made inside; nothing outside it changes."""
-    with mpl.rc_context(_SETTINGS):
+    drawn = ("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color")
+    dark: Any = dict.fromkeys(drawn, theme.ink) | {
+        "figure.facecolor": theme.background,
+        "axes.facecolor": theme.background,
+        "grid.color": "#30363D",
+    }
+    with mpl.rc_context(_SETTINGS | (dark if theme is DARK else {})):
         yield
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
@@ -19,8 +20,9 @@ from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.lab.progress import Progress
 from tendon_mj.lab.replay import POSE, Frames
 from tendon_mj.plugin import sheaths
+from tendon_mj.show.figures import style
 from tendon_mj.show.render import offscreen
-from tendon_mj.show.render.panel import INK, Panel, tendon_colours, text_scale
+from tendon_mj.show.render.panel import Panel, tendon_colours, text_scale
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
@@ -33,9 +35,8 @@ _COLOUR_FLAGS: Final = (
     "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+bicubic",
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
 )
-_HALO: Final[dict[str, Any]] = {"stroke_width": 2, "stroke_fill": "white"}  # on any background
 _ARROW = 0.12  # length of the largest force's arrow over the model's extent
-_ARROW_COLOUR, _RIM = (150, 20, 40), (255, 255, 255)
+_ARROW_COLOUR, _TWIN_ARROW = "#961428", style.GREY
 _OVERSAMPLING = 4  # pixels drawn for each one shown
 _LEAST_FORCE = 0.2  # force that is shown, over the largest in the clip
 
@@ -123,8 +124,12 @@ def draw_frames(
     height: int,
     camera: str | mujoco.MjvCamera | None = None,
     twin: Frames | None = None,
+    dark: bool = False,
 ) -> Iterator[offscreen.Image]:
-    """The (height, width, 3) pictures of a clip one after the other; see `render_clip`."""
+    """The (height, width, 3) pictures of a clip one after the other; see `render_clip`.
+
+    With ``dark`` the sky is that of a dark page and text is light; a floor keeps its colour.
+    """
     sizes = frames.poses.shape[1], frames.controls.shape[1]
     needed = mujoco.mj_stateSize(model, POSE), model.nu
     if sizes != needed:
@@ -139,7 +144,8 @@ def draw_frames(
         )
     view = offscreen.find_camera(model, camera)
     panel = 2 * round(0.5 * _PANEL * width) if frames.cables else 0
-    return _FramePainter(model, frames, view, (width - panel, height), panel, twin).pictures()
+    size, theme = (width - panel, height), style.DARK if dark else style.LIGHT
+    return _FramePainter(model, frames, view, size, panel, twin, theme).pictures()
 
 
 def check_size(width: int, height: int) -> None:
@@ -162,28 +168,33 @@ class _FramePainter:
         size: tuple[int, int],
         panel: int,
         twin: Frames | None,
+        theme: style.Theme,
     ) -> None:
         self._frames, self._camera, self._twin, self._size = frames, camera, twin, size
+        self._theme = theme
+        self._halo: dict[str, Any] = {"stroke_width": 2, "stroke_fill": theme.background}
         self._model = offscreen.without_tendons(model)
         self._data = mujoco.MjData(self._model)
         self._scale = offscreen.colour_limits(frames.cables) if frames.cables else Normalize()
         self._radius = offscreen.cable_radius(model, frames.cables)
         self._panel = (
-            Panel(model, frames, self._scale, panel, size[1], twin) if frames.cables else None
+            Panel(model, frames, self._scale, panel, size[1], twin, theme)
+            if frames.cables
+            else None
         )
         self._names = {
-            name: (sheaths(model)[name].tendon, colour)
+            name: (sheaths(model)[name].tendon, style.on_theme(colour, theme))
             for name, colour in tendon_colours(model).items()
         }
         points = max(6, round(15 * text_scale(size[1])))
         self._font = ImageFont.truetype(findfont("DejaVu Sans"), points)
-        self._largest = max(
-            (_norms(rows).max(initial=0.0) for rows in frames.contacts), default=0.0
-        )
+        pressed = [*frames.contacts, *(twin.contacts if twin else ())]
+        self._largest = max((_norms(rows).max(initial=0.0) for rows in pressed), default=0.0)
         length = _ARROW * float(model.stat.extent)
         self._arrow = length / self._largest if self._largest > 0.0 else 0.0  # [m/N]
         self._legend_row: float | None = None
-        self._offscreen = offscreen.Offscreen(self._model, *size)
+        sky = "" if theme is style.LIGHT else theme.background
+        self._offscreen = offscreen.Offscreen(self._model, *size, sky)
         self._ghost = (
             offscreen.Ghost(self._model, self._offscreen, camera) if twin is not None else None
         )
@@ -208,12 +219,14 @@ class _FramePainter:
         image = self._offscreen.draw(self._data, self._camera, add)
         if self._ghost is not None and self._twin is not None:
             image = self._ghost.behind(image, self._offscreen.depth, self._twin.poses[k])
-        contacts, labels = self._frames.contacts[k], list[FloatArray]()
-        for contact in contacts[_norms(contacts) > _LEAST_FORCE * self._largest]:
-            ends = contact[:3] + np.outer((0.0, self._arrow), contact[3:])
-            start, end = offscreen.project(self._offscreen.scene, ends, *self._size)
-            text = f"{np.linalg.norm(contact[3:]):.1f} N"
-            image = draw_arrow(image, start, end, text, self._font, labels)
+        labels = list[FloatArray]()
+        for frames, colour in ((self._twin, _TWIN_ARROW), (self._frames, _ARROW_COLOUR)):
+            contacts = frames.contacts[k] if frames else np.empty((0, 6))
+            for contact in contacts[_norms(contacts) > _LEAST_FORCE * self._largest]:
+                ends = contact[:3] + np.outer((0.0, self._arrow), contact[3:])
+                start, end = offscreen.project(self._offscreen.scene, ends, *self._size)
+                text, drawn = f"{np.linalg.norm(contact[3:]):.1f} N", (colour, self._theme)
+                image = draw_arrow(image, start, end, text, self._font, labels, *drawn)
         image = self._label_ends(image, k)
         return image if self._panel is None else np.hstack([image, self._panel.draw(k)])
 
@@ -224,23 +237,55 @@ class _FramePainter:
         labels: list[FloatArray] = []
         size = self._font.size
         several = len(self._frames.cables) > 1
-        for name, cable in self._frames.cables.items():
-            seen = offscreen.project(self._offscreen.scene, cable.points[k], *self._size)
+        paths = {
+            name: offscreen.project(self._offscreen.scene, cable.points[k], *self._size)
+            for name, cable in self._frames.cables.items()
+        }
+        for name, seen in paths.items():
             tendon, colour = self._names[name]
+            if several and not self._inside(seen[0]):
+                self._label_middle(draw, seen, tendon, colour, paths, labels)
+                continue
             for text, end in [(tendon, 0)] if several else [("input", 0), ("output", -1)]:
                 away = seen[end] - np.nanmean(seen, axis=0)
                 spot = seen[end] + 2.2 * size * away / max(float(np.linalg.norm(away)), 1.0)
-                inside = bool(((seen[end] > 0.0) & (seen[end] < self._size)).all())
-                if inside and np.isfinite(spot).all():
+                if self._inside(seen[end]) and np.isfinite(spot).all():
                     spot = free_spot(spot, labels, size)
                     wide = self._font.getlength(text) + 2.0
                     spot[0] -= wide if away[0] < 0.0 else 0.0
                     spot[0] = np.clip(spot[0], 2.0, max(2.0, self._size[0] - wide))
-                    ink = colour if several else INK
-                    draw.text(tuple(spot), text, fill=ink, font=self._font, anchor="lm", **_HALO)
+                    ink = colour if several else self._theme.ink
+                    draw.text(
+                        tuple(spot), text, fill=ink, font=self._font, anchor="lm", **self._halo
+                    )
         if self._frames.cables:
             self._explain(picture, draw)
         return np.array(picture)
+
+    def _inside(self, spot: FloatArray) -> bool:
+        return bool(((spot > 0.0) & (spot < self._size)).all())
+
+    def _label_middle(
+        self,
+        draw: ImageDraw.ImageDraw,
+        seen: FloatArray,
+        text: str,
+        colour: str,
+        paths: dict[str, FloatArray],
+        labels: list[FloatArray],
+    ) -> None:
+        """Write a tendon's name next to its longest segment in the picture, on the free side."""
+        spans = [s for s in itertools.pairwise(seen) if self._inside(s[0]) and self._inside(s[1])]
+        if not spans:
+            return
+        start, end = max(spans, key=lambda span: float(np.linalg.norm(span[1] - span[0])))
+        middle = 0.5 * (start + end)
+        others = np.vstack(list(paths.values()))
+        near = others[np.abs(others[:, 0] - middle[0]) < np.abs(end - start).max()]
+        side = 1.0 if middle[1] >= np.nanmean(near[:, 1]) else -1.0
+        spot = middle + np.array([0.0, 1.4 * side * self._font.size])
+        spot = free_spot(spot, labels, self._font.size)
+        draw.text(tuple(spot), text, fill=colour, font=self._font, anchor="mm", **self._halo)
 
     def _explain(self, picture: Picture.Image, draw: ImageDraw.ImageDraw) -> None:
         """Explain the grey bead and the grey ghost in a left corner."""
@@ -248,7 +293,7 @@ class _FramePainter:
         x, radius = 1.2 * size, 0.35 * size
         lines = [("guide: bends the tendon, which rubs on it", offscreen.GUIDE_COLOUR, "")]
         if self._twin is not None:
-            lines.append(("the same drive without friction", offscreen.GHOST_COLOUR, "black"))
+            lines.append(("the same drive without friction", self._theme.ghost, self._theme.ink))
         high = 1.5 * size * (len(lines) - 1)
         if self._legend_row is None:  # the emptier corner of the first frame, for all of the clip
             wide = max(self._font.getlength(text) for text, _, _ in lines) + 2.0 * x
@@ -261,7 +306,8 @@ class _FramePainter:
         for text, colour, outline in lines:
             box = [x - radius, y - radius, x + radius, y + radius]
             draw.ellipse(box, fill=colour, outline=outline or None)
-            draw.text((x + size, y), text, fill=INK, font=self._font, anchor="lm", **_HALO)
+            ink = self._theme.ink
+            draw.text((x + size, y), text, fill=ink, font=self._font, anchor="lm", **self._halo)
             y += 1.5 * size
 
 
@@ -277,6 +323,8 @@ def draw_arrow(
     text: str,
     font: ImageFont.FreeTypeFont,
     labels: list[FloatArray],
+    colour: str = _ARROW_COLOUR,
+    theme: style.Theme = style.LIGHT,
 ) -> offscreen.Image:
     """Draw an arrow between two pixels on a copy of a picture, with its value in front of its head.
 
@@ -299,8 +347,8 @@ def draw_arrow(
     patch = picture.crop((*low, *high))
     patch = patch.resize(tuple(_OVERSAMPLING * (high - low)), Picture.Resampling.BICUBIC)
     draw = ImageDraw.Draw(patch)
-    side = np.array([-way[1], way[0]])
-    for colour, rim in ((_RIM, 0.12 * font.size), (_ARROW_COLOUR, 0.0)):
+    side, ink = np.array([-way[1], way[0]]), style.on_theme(colour, theme)
+    for fill, rim in ((theme.background, 0.12 * font.size), (ink, 0.0)):
         half, broad = 0.5 * wide + rim, 0.45 * font.size + rim
         tail, neck, tip = start - rim * way, end - head * way, end + 1.5 * rim * way
         outline = [
@@ -312,12 +360,12 @@ def draw_arrow(
             neck - half * side,
             tail - half * side,
         ]
-        draw.polygon([tuple(_OVERSAMPLING * (corner - low)) for corner in outline], fill=colour)
+        draw.polygon([tuple(_OVERSAMPLING * (corner - low)) for corner in outline], fill=fill)
     picture.paste(patch.resize(tuple(high - low), Picture.Resampling.BOX), tuple(low))
     anchor = "rm" if way[0] < 0 else "lm"
     spot = tuple(free_spot(end + 0.5 * font.size * way, labels, font.size))
-    style: dict[str, Any] = {"font": font, "anchor": anchor, **_HALO}
-    ImageDraw.Draw(picture).text(spot, text, fill=_ARROW_COLOUR, **style)
+    halo: Any = {"stroke_width": 2, "stroke_fill": theme.background}
+    ImageDraw.Draw(picture).text(spot, text, fill=ink, font=font, anchor=anchor, **halo)
     return np.array(picture)
 
 

@@ -22,7 +22,7 @@ from typing import Any
 import mujoco
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.colors import Normalize, to_rgba
+from matplotlib.colors import Normalize, to_rgb, to_rgba
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
@@ -60,7 +60,6 @@ _EYE = np.eye(3).ravel()
 _SHADED = 1e-3  # of the colour that lights see
 
 Depth = NDArray[np.float32]
-GHOST_COLOUR = "#ADB0B5"  # as it looks on white
 _GREY = (0.5, 0.52, 0.56)
 _STRENGTH = 0.65  # of the ghost over its background
 
@@ -126,8 +125,20 @@ def find_camera(model: mujoco.MjModel, camera: str | mujoco.MjvCamera | None) ->
 class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
     """Offscreen buffer to draw a model on, to be closed after use (it is a context manager)."""
 
-    def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, width: int, height: int, background: str = ""
+    ) -> None:
         self._model = copy.copy(model)
+        sky = model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX
+        self._has_sky = bool(sky.any())
+        self._background = np.round(255.0 * np.array(to_rgb(background or "white")))
+        if background:  # edges are blended with it
+            for k in np.flatnonzero(sky):
+                count = 3 * model.tex_height[k] * model.tex_width[k]
+                start = model.tex_adr[k]
+                self._model.tex_data[start : start + count] = np.tile(
+                    self._background.astype(np.uint8), count // 3
+                )
         self._model.vis.global_.offwidth = width
         self._model.vis.global_.offheight = height
         self._gl = make_context(width, height)
@@ -142,7 +153,6 @@ class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
         self._rect = mujoco.MjrRect(0, 0, width, height)
         self._image = np.empty((height, width, 3), np.uint8)
         self._depth = np.empty((height, width), np.float32)
-        self._has_sky = bool((model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX).any())
 
     @property
     def scene(self) -> mujoco.MjvScene:
@@ -182,7 +192,7 @@ class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
         mujoco.mjr_render(self._rect, self._scene, self._context)
         mujoco.mjr_readPixels(self._image, self._depth, self._rect, self._context)
         if not self._has_sky:  # MuJoCo's own is black, and print is not
-            self._image[self._depth == 1.0] = 255
+            self._image[self._depth == 1.0] = self._background
         return self._image[::-1].copy()
 
     def close(self) -> None:

@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
-from tendon_mj.lab.replay import Frames, control_unit, engineering_unit
+from tendon_mj.lab.replay import Cable, Frames, control_unit, engineering_unit
 from tendon_mj.plugin import sheaths
 from tendon_mj.show.figures import style
 from tendon_mj.show.render.offscreen import COLOURS, Image
@@ -31,7 +31,7 @@ HEIGHT = 720  # [pixels]
 _TABLE_ROWS = 4  # sheaths whose tensions are also written as numbers
 _CHART, _BAR = 1.2, 0.6  # least height of a chart without its legend, and of the bar [inch]
 _LEGEND = 0.92  # width of a legend over the panel's
-INK = "#202020"
+INK = style.LIGHT.ink
 # of legends: text [pt]; line, gaps and rows over the text's size
 _TEXT_SIZE = 8.0
 _HANDLE, _TEXT_GAP, _COLUMN = 1.3, 0.4, 0.8
@@ -57,7 +57,7 @@ _END_STYLES: tuple[tuple[Style, Style], ...] = (("-", "--"), ("-.", ":"))  # inp
 _MOST_LINES = 4  # lines of one kind in a chart
 _MOST_TENDONS = len(TENDON_PALETTE) * len(_END_STYLES)
 _UNCOLOURED = (0.5, 0.5, 0.5)  # MuJoCo's default colour of a tendon
-_Cells = tuple[str | np.ndarray, str | np.ndarray]  # of a row: texts, or values by frame
+_Cell = str | tuple[FloatArray, ...]  # a text, or values by frame, from the input to the output
 
 
 def text_scale(height: int) -> float:
@@ -79,8 +79,9 @@ class Panel:
         width: int,
         height: int,
         twin: Frames | None = None,
+        theme: style.Theme = style.LIGHT,
     ) -> None:
-        self._frames = frames
+        self._frames, self._theme = frames, theme
         self._unit = text_scale(height)
         self._rows = _value_rows(model, frames, twin)
         dpi, table = _DPI * self._unit, (66 + 24 * len(self._rows)) * self._unit / height
@@ -89,7 +90,7 @@ class Panel:
         heights = [_CHART + Legend(_entries(c)[0], _LEGEND * width / dpi).height for c in shown]
         fitting = np.cumsum(heights) <= (1.0 - table) * inches - _BAR
         shown = shown[: max(1, int(fitting.sum()))]
-        with style.print_style():
+        with style.print_style(theme):
             figure = style.new_figure(width / dpi, inches)
             figure.set_dpi(dpi)
             figure.get_layout_engine().set(rect=(0.02, 0.01, 0.95, 1.0 - table))  # type: ignore[union-attr,call-arg]
@@ -99,8 +100,9 @@ class Panel:
             bar.set_title("tension along the tendon [N]", fontweight="normal", fontsize=9.0)
             for axes, chart in zip(grid, shown, strict=True):
                 for line in (*chart.twin, *chart.lines):
-                    axes.plot(frames.time, line.values, color=line.colour, linestyle=line.style)
-                names, entries = _entries(chart)
+                    colour = style.on_theme(line.colour, theme)
+                    axes.plot(frames.time, line.values, color=colour, linestyle=line.style)
+                names, entries = _entries(chart, theme)
                 Legend(names, _LEGEND * width / dpi).draw(axes, entries, left=-0.12)
                 axes.set_ylabel(chart.label)
                 axes.tick_params(labelbottom=axes is grid[-1])
@@ -124,10 +126,11 @@ class Panel:
         time, radius = self._frames.time[frame], 4.0 * self._unit
         for axes, chart in self._plots:
             low, high = (self._pixel(axes, time, y) for y in axes.get_ylim())
-            draw.line([low, high], fill=style.GREY, width=1)
+            draw.line([low, high], fill=self._theme.grey, width=1)
             for line in (*chart.twin, *chart.lines):
                 x, y = self._pixel(axes, time, float(line.values[frame]))
-                draw.ellipse([x - radius, y - radius, x + radius, y + radius], fill=line.colour)
+                colour = style.on_theme(line.colour, self._theme)
+                draw.ellipse([x - radius, y - radius, x + radius, y + radius], fill=colour)
         return np.array(picture)
 
     def _pixel(self, axes: Axes, x: float, y: float) -> tuple[float, float]:
@@ -136,47 +139,54 @@ class Panel:
 
     def _write_table(self, draw: ImageDraw.ImageDraw, frame: int) -> None:
         width, small = self._background.shape[1], self._font[14]
-        y, columns = 10 * self._unit, (0.70 * width, 0.95 * width)
+        y, columns = 10 * self._unit, (0.64 * width, 0.97 * width)
         now = f"{self._frames.time[frame]:.2f} s"
-        draw.text((0.05 * width, y), now, fill=INK, font=self._font[20])
+        draw.text((0.05 * width, y), now, fill=self._theme.ink, font=self._font[20])
         y += 10 * self._unit
         for name, colour, cells in self._rows:
             y += 24 * self._unit
-            kept = shortened(name, 0.48 * width / small.size)
-            draw.text((0.05 * width, y), kept, fill=colour, font=small)
+            ink = style.on_theme(colour, self._theme)
+            kept = shortened(name, (0.32 if cells[0] else 0.58) * width / small.size)
+            draw.text((0.05 * width, y), kept, fill=ink, font=small)
             for cell, x in zip(cells, columns, strict=True):
-                text = cell if isinstance(cell, str) else f"{cell[frame]:.1f}"
-                draw.text((x, y), text, fill=colour, font=small, anchor="ra")
+                values = [cell] if isinstance(cell, str) else [f"{v[frame]:.1f}" for v in cell]
+                text = " → ".join(values).replace("-", "−")
+                draw.text((x, y), text, fill=ink, font=small, anchor="ra")
 
 
 def _value_rows(
     model: mujoco.MjModel, frames: Frames, twin: Frames | None
-) -> list[tuple[str, str, _Cells]]:
+) -> list[tuple[str, str, tuple[_Cell, _Cell]]]:
     """Rows of the table: name, colour, and two cells."""
-    rows: list[tuple[str, str, _Cells]] = []
+    rows: list[tuple[str, str, tuple[_Cell, _Cell]]] = []
+    if twin:
+        rows.append(("", style.GREY, ("with friction", "without")))
     forces = touch_forces(model, frames, twin)
     if len(forces) == 1:
         ((name, values),) = forces.items()
         label = f"{name.replace('_', ' ')} [N]"
-        if twin:
-            rows.append(("", style.GREY, ("friction", "none")))
-            rows.append((label, INK, (values, touch_forces(model, twin, frames)[name])))
-        else:
-            rows.append((label, INK, ("", values)))
-    rows.append(("tension [N]", INK, ("input", "output")))
+        other = touch_forces(model, twin, frames)[name] if twin else None
+        rows.append((label, INK, ("", (values,)) if other is None else ((values,), (other,))))
+    ends = "input → output"
+    rows.append(("tension [N]", style.GREY, (ends if twin else "", ends)))
     colours, cables = tendon_colours(model), list(frames.cables.items())
     # one row more in place of "and 1 more"
     listed = cables if len(cables) == _TABLE_ROWS + 1 else cables[:_TABLE_ROWS]
     for name, cable in listed:
-        ends = cable.tensions[:, 0], cable.tensions[:, -1]
+        shown = [_ends(c) for c in (cable, twin.cables[name] if twin else None) if c]
         colour = colours[name] if len(cables) > 1 else INK
-        rows.append((f"  {sheaths(model)[name].tendon}", colour, ends))
+        cells = (shown[0], shown[1]) if twin else ("", shown[0])
+        rows.append((f"  {sheaths(model)[name].tendon}", colour, cells))
     if len(listed) < len(cables):
         rows.append((f"  … and {len(cables) - len(listed)} more", style.GREY, ("", "")))
     return rows
 
 
-def _entries(chart: _Chart) -> tuple[list[str], list[Line2D]]:
+def _ends(cable: Cable) -> tuple[FloatArray, FloatArray]:
+    return cable.tensions[:, 0], cable.tensions[:, -1]
+
+
+def _entries(chart: _Chart, theme: style.Theme = style.LIGHT) -> tuple[list[str], list[Line2D]]:
     """Names and lines of a chart's legend."""
     named = [(line.name, line.colour, line.style) for line in chart.lines if line.name]
     if chart.twin:
@@ -186,7 +196,10 @@ def _entries(chart: _Chart) -> tuple[list[str], list[Line2D]]:
         named += [("input", style.GREY, "-"), ("output", style.GREY, "--")]
     if chart.left_out:
         named.append((f"… and {chart.left_out} more", "none", "-"))
-    entries = [Line2D([], [], color=colour, linestyle=dashes) for _, colour, dashes in named]
+    entries = [
+        Line2D([], [], color=c if c == "none" else style.on_theme(c, theme), linestyle=dashes)
+        for _, c, dashes in named
+    ]
     return [name for name, _, _ in named], entries
 
 
