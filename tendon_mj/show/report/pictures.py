@@ -57,7 +57,7 @@ def diagnosis_figures(
     figures = {}
     if diagnosis.verdict != "nothing missing":
         remaining = diagnosis.remaining if changed else None
-        figures["misfit"] = _misfit_figure(diagnosis.located, remaining)
+        figures["misfit"] = misfit_figure(diagnosis.located, remaining)
     figures["gap"] = _errors_figure(diagnosis, sysid)
     if changed:
         figures["proof"] = _proof_figure(*diagnosis.proof, diagnosis.bars)
@@ -177,7 +177,7 @@ def _draw_errors(
     axes.grid(visible=False, axis="y")
 
 
-def _misfit_figure(located: Located, remaining: Located | None) -> Figure:
+def misfit_figure(located: Located, remaining: Located | None) -> Figure:
     """Share [%] of the misfit in every bin of every regime, before and after, and of the time.
 
     The misfit is the power beyond noise, time × (rms² − 1); that after is in shares of that before.
