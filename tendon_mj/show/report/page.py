@@ -159,7 +159,8 @@ def report_page(
 def first_screen(diagnosis: Diagnosis) -> str:
     """First screen of the page as HTML without a style, for a notebook; simulates once more."""
     first = _first(diagnosis, *most_telling(diagnosis.simulate()))
-    return _environment().get_template("first.html").render(first)
+    page = _environment().get_template("first.html").render(first)
+    return page.replace("<img ", '<img style="max-width: 100%" ')
 
 
 def _environment(*, linked: bool = False) -> Environment:

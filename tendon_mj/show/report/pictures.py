@@ -112,7 +112,8 @@ def correlation_figure(correlations: Correlations) -> Figure:
         axes.imshow(matrix, cmap=_OF_SIGN, vmin=-1.0, vmax=1.0, aspect="auto")
         for (row, column), value in np.ndenumerate(matrix):
             ink = "white" if abs(value) > 0.7 else "black"
-            axes.text(column, row, f"{value:.2f}", ha="center", va="center", color=ink)
+            number = f"{value:.2f}".replace("-", "−")
+            axes.text(column, row, number, ha="center", va="center", color=ink)
         axes.set_xticks(range(len(names)), names, rotation=35, ha="right", parse_math=False)
         axes.set_yticks(range(len(names)), names, parse_math=False)
         axes.grid(visible=False)
