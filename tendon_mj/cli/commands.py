@@ -86,9 +86,8 @@ def _run_command(given: Sequence[str]) -> None:
         _show_all()
     elif name not in COMMANDS:
         if Path(name).exists():
-            raise TendonError(
-                f"{name} is a file or folder; a command comes first: tendon-mj --help"
-            )
+            meant = {".xml": "view", "": "fleet"}.get(Path(name).suffix, "check")
+            raise TendonError(f"{name} is no command; did you mean tendon-mj {meant} {name}?")
         raise UnknownNameError("command", name, COMMANDS)
     else:
         command = load_command(name)

@@ -89,8 +89,10 @@ def test_the_help_of_all_commands_loads_none_of_them():
 def test_a_command_that_does_not_exist_is_refused_with_the_nearest(tmp_path, capsys):
     assert main(["diganose"]) == 2
     assert "did you mean 'diagnose'" in capsys.readouterr().err
-    assert main([str(tmp_path)]) == 2
-    assert f"{tmp_path} is a file or folder" in capsys.readouterr().err
+    for name, command in (("hand.xml", "view"), ("pull.csv", "check"), ("hands", "fleet")):
+        (tmp_path / name).touch()
+        assert main([str(tmp_path / name)]) == 2
+        assert f"did you mean tendon-mj {command} {tmp_path / name}?" in capsys.readouterr().err
 
 
 def test_parameters_are_listed_with_their_units(capsys):
