@@ -282,12 +282,13 @@ def test_a_report_is_a_page_and_the_pictures_in_it(tmp_path):
     assert "Recording drawn: output tension" in html  # where the error is largest
     assert html.count('src="data:image/png;base64,') == 5  # one signal: as on the first screen
     assert "href=" not in html.replace('href="data:,"', "")  # no model lies there
-    (tmp_path / "new" / "model.xml").write_text("<mujoco/>")
+    (tmp_path / "new" / "model.xml").write_text("<mujoco/><!-- Written with\n  a = 1 [N] -->")
     again = write_report(diagnosis(), DRAWN, tmp_path / "new")[-1].read_text("utf-8")
     assert '<a href="#model">model.xml</a>' in again
     (saved,) = re.findall(r'href="data:application/xml;base64,([^"]*)"', again)
-    assert base64.b64decode(saved) == b"<mujoco/>"
+    assert base64.b64decode(saved) == (tmp_path / "new" / "model.xml").read_bytes()
     assert "&lt;mujoco/&gt;" in again
+    assert "<pre>Written with\na = 1 [N]</pre>" in again  # what was changed
 
 
 def test_a_report_names_no_folder_of_its_author(monkeypatch, tmp_path):

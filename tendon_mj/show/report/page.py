@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import inspect
 import io
 import os
 from collections.abc import Mapping, Sequence
@@ -151,6 +152,7 @@ def report_page(
             ties=ties,
             recordings=_uses(diagnosis),
             model=model,
+            model_says=inspect.cleandoc(model.partition("<!--")[2].partition("-->")[0]).strip(),
             model_file=base64.b64encode(model.encode()).decode(),
         )
     )
