@@ -63,7 +63,16 @@ if TYPE_CHECKING:
     from tendon_mj.models import example_rig as example_rig
     from tendon_mj.models import load_model as load_model
     from tendon_mj.models import load_spec as load_spec
+    from tendon_mj.show import check as check
+    from tendon_mj.show import fleet as fleet
+    from tendon_mj.show import init as init
+    from tendon_mj.show import plot_fit as plot_fit
+    from tendon_mj.show import plot_misfit as plot_misfit
+    from tendon_mj.show import plot_recording as plot_recording
+    from tendon_mj.show import plot_sheath as plot_sheath
     from tendon_mj.show import render_clip as render_clip
+    from tendon_mj.show import simulate as simulate
+    from tendon_mj.show import sweep as sweep
     from tendon_mj.show import write_report as write_report
 
 # package → names that are loaded from it when they are first used
@@ -79,7 +88,8 @@ _LAZY = {
         "lab.replay": "Parameter patch_model read_intervals replay_error replay_recording "
         "Simulates Simulator",
         "models": "example_rig load_model load_spec",
-        "show": "render_clip write_report",
+        "show": "check fleet init plot_fit plot_misfit plot_recording plot_sheath render_clip "
+        "simulate sweep write_report",
     }.items()
     for name in names.split()
 }
@@ -111,10 +121,13 @@ __all__ = [
     "add_tendon",
     "arc_points",
     "bent_points",
+    "check",
     "diagnose",
     "example_rig",
     "export_library",
     "fit_with_sysid",
+    "fleet",
+    "init",
     "largest_stiffness",
     "load_model",
     "load_spec",
@@ -123,6 +136,10 @@ __all__ = [
     "on_sensors",
     "on_sheaths",
     "patch_model",
+    "plot_fit",
+    "plot_misfit",
+    "plot_recording",
+    "plot_sheath",
     "read_bounds",
     "read_intervals",
     "read_recording",
@@ -131,7 +148,9 @@ __all__ = [
     "replay_error",
     "replay_recording",
     "show_tension",
+    "simulate",
     "suggest_experiment",
+    "sweep",
     "view_sheath",
     "write_recording",
     "write_report",

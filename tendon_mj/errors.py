@@ -4,6 +4,20 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from typing import Final
+
+_ALIKE = 0.6  # least similarity of a name that is suggested
+_SHOWN = 5  # names that a message lists
+_SYMBOLS: Final = {  # symbol of a quantity → its name in a model
+    **dict.fromkeys(("mu", "μ", "µ"), "friction"),
+    "ea": "axial_stiffness",
+    **dict.fromkeys(("t_0", "t0"), "pretension"),
+}
+_LISTS: Final = {  # kind → command or name that lists all of it
+    "command": "`tendon-mj --help`",
+    "effect": "`tendon_mj.CATALOGUE`",
+    "parameter": "`tendon-mj parameters MODEL`",
+}
 
 
 class TendonError(Exception):
@@ -11,7 +25,7 @@ class TendonError(Exception):
 
 
 class UnknownNameError(TendonError, ValueError):
-    """A name that does not exist; the message lists the nearest and all valid ones."""
+    """A name that does not exist; the message lists those that are most alike."""
 
     def __init__(self, kind: str, name: str, valid: Iterable[str], where: str = "") -> None:
         super().__init__(f"{where + ': ' if where else ''}{unknown(kind, name, valid)}")
@@ -77,10 +91,27 @@ class TendonWarning(UserWarning):
 
 
 def unknown(kind: str, name: str, valid: Iterable[str]) -> str:
-    """Message that a ``kind`` of this name does not exist: the nearest valid name, and then all."""
+    """Message that a ``kind`` of this name does not exist, with the name that is meant if one is.
+
+    It lists the five valid names that are most alike, and how to list all.
+    """
     names = sorted(n for n in valid if n)
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    shown = ", ".join(repr(n) for n in names[:20]) + (", …" if len(names) > 20 else "")
+    front, dot, last = name.rpartition(".")
+    meant = front + dot + _SYMBOLS.get(last.casefold(), last)
+    ranked = sorted(names, key=lambda valid: -sum(_likeness(meant, valid)))
+    near = next((n for n in ranked if min(_likeness(meant, n)) >= _ALIKE), "")
+    hint = f"; did you mean {near!r}?" if near else ""
+    listed, more = names, ""
+    if len(names) > _SHOWN:
+        listed, more = ranked[:_SHOWN], ", …"
+        more += f"; {_LISTS[kind]} lists all" if kind in _LISTS else ""
+    shown = ", ".join(map(repr, listed)) + more
     verb = "is" if len(names) == 1 else "are"
     return f"unknown {kind} {name!r}{hint} (there {verb}: {shown or 'none'})"
+
+
+def _likeness(name: str, valid: str) -> list[float]:
+    """Likeness of each part from the last: `flexor.mu` is not like `flexor.lag`."""
+    parts = name.split(".")[::-1], valid.split(".")[::-1]
+    pairs = zip(*parts, strict=False) if len(parts[0]) <= len(parts[1]) else [(name, valid)]
+    return [difflib.SequenceMatcher(None, *pair).ratio() for pair in pairs]

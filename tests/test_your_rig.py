@@ -11,7 +11,7 @@ import pytest
 from jupyter_client.kernelspec import KernelSpecManager
 from nbclient import NotebookClient
 
-from experiments.make_notebook import NOTEBOOK, PAGE, notebook_text
+from experiments.make_notebook import NOTEBOOK, PAGE, notebook_text, sources
 from experiments.one_capstan import FRICTION, PLAY, PRETENSION
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import read_recording
@@ -46,10 +46,20 @@ def ran(tmp_path_factory):
 
 def test_the_notebook_is_made_of_the_page():
     text = NOTEBOOK.read_text("utf-8")
-    assert text == notebook_text(PAGE.read_text("utf-8")), "python -m experiments.make_notebook"
+    made = notebook_text(PAGE.read_text("utf-8"))
+    assert sources(text) == sources(made), "python -m experiments.make_notebook"
     for cell in json.loads(text)["cells"]:
         for target in re.findall(r"\]\(([^)#]+)[^)]*\)", "".join(cell["source"])):
             assert target.startswith("http") or (NOTEBOOK.parent / target).exists(), target
+
+
+def test_the_notebook_is_stored_with_what_it_prints_and_its_pictures():
+    cells = json.loads(NOTEBOOK.read_text("utf-8"))["cells"]
+    outputs = [output for cell in cells for output in cell.get("outputs", [])]
+    assert sum("image/png" in output.get("data", {}) for output in outputs) >= 6
+    assert not any(output["output_type"] == "error" for output in outputs)
+    assert "an elastic mount of the sheath" in json.dumps(outputs)
+    assert NOTEBOOK.stat().st_size < 2_000_000
 
 
 def test_the_cause_is_named_with_its_numbers(ran):

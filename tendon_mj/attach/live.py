@@ -158,6 +158,10 @@ class Parameters(MutableMapping[str, float]):
     def __len__(self) -> int:
         return len(self._address)
 
+    def __repr__(self) -> str:
+        owners = ", ".join(dict.fromkeys(name.rpartition(".")[0] for name in self._address))
+        return f"Parameters({len(self)} of {owners or 'no sheath'})"
+
 
 class SheathView:
     """A sheath's quantities at the latest evaluation, and its parameters, live.

@@ -1,4 +1,4 @@
-"""`tendon-mj attach` and `library`: friction for an MJCF file; the plugins for other programs."""
+"""`tendon-mj attach`, `parameters`, `library`: MJCF files, and plugins for other programs."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from typing import Literal
 import tyro
 
 from tendon_mj.attach import Attached, Row, attach_friction
-from tendon_mj.cli.options import Required, flat
+from tendon_mj.cli.options import OutFile, Required, flat
 from tendon_mj.cli.output import console, print_table
-from tendon_mj.errors import InvalidValueError
-from tendon_mj.models import load_spec, model_path
+from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.lab.replay import Adjustable, Parameter, matching
+from tendon_mj.models import load_model, load_spec, model_path
 from tendon_mj.plugin import export_library
 
 _ATTACHED_HEAD = (
@@ -25,7 +26,7 @@ def attach(
     model: tyro.conf.Positional[str],
     tendon: Required[str],
     friction: float,
-    out: Path,
+    out: OutFile[Path],
     axial_stiffness: float | None = None,
     pretension: float | None = None,
     arc_guides: int = 1,
@@ -33,25 +34,26 @@ def attach(
     input_end: Literal["first", "last"] = "first",
     extra_bend: float = 0.0,
 ) -> Attached:
-    """Write a model with sheaths on its tendons, and print what each bends by and got.
+    """Add sheaths to the tendons of a model, and write it with a table of their bends and losses.
 
     Args:
-        model: MJCF file, or a model of the package.
-        tendon: names of spatial tendons, or patterns such as "*" or "flex*", in quotes.
-        friction: mu of the sheaths.
+        model: MJCF file, or a model of the package: bench, joint, finger, finger_spring.
+        tendon: Names of spatial tendons, or patterns such as "*" or "flex*", in quotes.
+        friction: Friction coefficient mu of the sheaths.
         out: MJCF file to write.
-        axial_stiffness: EA in N; by default as stiff as the step resolves where an actuator pulls
-            the tendon, elsewhere that of its own spring.
-        pretension: T_0 in N, where no actuator pulls; by default the pull of its own spring.
-        arc_guides: guides on each geom that a tendon may wrap around.
-        inner_guides: guides at the input end, for extra-bend; by default one where the drawn path
-            has none, else none.
-        input_end: site of each tendon at which it is pulled; last for tendons that are drawn from
-            their insertion to their muscle or motor.
-        extra_bend: bend in rad that the drawn path does not show.
+        axial_stiffness: Axial stiffness EA in N. By default a tendon that an actuator pulls is as
+            stiff as the time step resolves, and any other is as stiff as its own spring.
+        pretension: Pretension T_0 in N, where no actuator pulls. By default the pull of its own
+            spring.
+        arc_guides: Guides on each geom that a tendon may wrap around.
+        inner_guides: Guides at the input end, at which --extra-bend acts. By default one where the
+            drawn path has no guide, else none.
+        input_end: End of each tendon that is pulled. Give last for tendons whose path is listed
+            from the insertion to the muscle or motor.
+        extra_bend: Bend that the drawn path does not show.
 
     Example:
-        tendon-mj attach hand.xml --tendon "flex*" --friction 0.15 --out hand_with_friction.xml
+        tendon-mj attach hand.xml --tendon "flex*" --friction 0.15 --out hand_mu.xml
     """
     if not flat(tendon):
         raise InvalidValueError("--tendon is missing: give a name, several, or a pattern")
@@ -141,12 +143,31 @@ def _row_cells(row: Row) -> tuple[str, ...]:
     )
 
 
+def parameters(model: tyro.conf.Positional[str], name: str = "*") -> dict[str, Parameter]:
+    """List the parameters of a model that recordings, sweeps and changes can name.
+
+    Args:
+        model: MJCF file, or a model of the package: bench, joint, finger, finger_spring.
+        name: Pattern of the names to list, in quotes.
+
+    Example:
+        tendon-mj parameters finger --name "flexor_sheath.*"
+    """
+    known = Adjustable(load_model(model)).parameters()
+    listed = {one: known[one] for one in matching(name, known) if one in known}
+    if not listed:
+        raise UnknownNameError("parameter", name, known, "--name")
+    rows = [(one, f"{found.value:.6g}", found.unit) for one, found in listed.items()]
+    print_table(("parameter", "value", "unit"), rows)
+    return listed
+
+
 def library(out: Path = Path("mujoco_plugin")) -> Path:
     """Write the library of the plugins, and a header of their attributes, for C, C++ and ROS 2.
 
     Args:
-        out: folder for libtendon_mj.so (.dylib on macOS) and tendon_mj.h; `simulate` and others
-            load the libraries of a folder mujoco_plugin beside their executable.
+        out: Folder for libtendon_mj.so (.dylib on macOS) and tendon_mj.h. MuJoCo's own `simulate`
+            loads the libraries of a folder mujoco_plugin next to its executable.
 
     Example:
         tendon-mj library --out mujoco_plugin

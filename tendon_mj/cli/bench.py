@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Annotated
 
 import tyro
 
@@ -20,6 +21,9 @@ from tendon_mj.lab.verification import (
 from tendon_mj.show import bars_figure, convergence_figure, loops_figure, sweep_figure
 
 _COST_HEAD = ("model", "sheaths", "step [µs]", "without", "ratio", "quartiles", "state [kB]")
+Models = Annotated[
+    tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(help_behavior_hint="(optional)")
+]
 _REMAINDER = (
     "the remainder is finite strain T/EA and finite travel ξ/L, which the closed form neglects, "
     "and the guides' spacing, (λ/n)²; in the limit (EA, k_e, k_s × 100, 64 guides) it vanishes"
@@ -27,17 +31,17 @@ _REMAINDER = (
 
 
 def bench(
-    models: tyro.conf.Positional[tuple[str, ...]] = (),
+    models: Models = (),
     out: Path = Path("out/bench"),
     rounds: int = 15,
 ) -> dict[str, object]:
     """Measure the cost of a step with sheaths, on bench, finger and given models.
 
     Args:
-        models: MJCF files; friction 0.1 is added to every tendon of each, and its step is compared
-            with the same model's without.
-        out: folder for result.json and the picture.
-        rounds: of every measurement; each round times all that is compared, in turns.
+        models: MJCF files. Friction 0.1 is added to every tendon of each, and its step is compared
+            with that of the same model without friction.
+        out: Folder for result.json and the picture.
+        rounds: Rounds of every measurement. A round times all models in turn.
 
     Example:
         tendon-mj bench hand.xml --rounds 5
@@ -95,7 +99,7 @@ def compare(out: Path = Path("out/compare")) -> dict[str, object]:
     """Compare MuJoCo's response on the bench with K_ap, ξ_B and K_t of the closed form.
 
     Args:
-        out: folder for result.json and the pictures.
+        out: Folder for result.json and the pictures.
 
     Example:
         tendon-mj compare --out out/compare

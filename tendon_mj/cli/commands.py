@@ -9,35 +9,43 @@ import shlex
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
+from functools import partial
 from importlib import import_module, resources
 from importlib.metadata import version
-from io import TextIOWrapper
-from typing import cast
+from io import BytesIO, TextIOWrapper
+from pathlib import Path
+from typing import cast, get_type_hints
 
 import tyro
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
 
-from tendon_mj.cli.output import typed_command
-from tendon_mj.errors import MissingPackageError, RecordingError, TendonError
+from tendon_mj.cli.output import console, typed_command
+from tendon_mj.errors import MissingPackageError, RecordingError, TendonError, UnknownNameError
 
 CommandFunction = Callable[..., object]
 
-COMMANDS = {  # name → module, which is loaded when the command is called
-    "attach": "attach",
-    "bench": "bench",
-    "compare": "bench",
-    "init": "recordings",
-    "check": "recordings",
-    "replay": "recordings",
-    "diagnose": "diagnose",
-    "render": "motion",
-    "simulate": "motion",
-    "sweep": "many",
-    "fleet": "many",
-    "view": "motion",
-    "library": "attach",
-    "demo": "demo",
+_GROUPS = {  # group → name → module, which is loaded when the command is called
+    "model": {
+        "view": "motion",
+        "render": "motion",
+        "simulate": "motion",
+        "attach": "attach",
+        "parameters": "attach",
+        "library": "attach",
+    },
+    "data": {
+        "init": "recordings",
+        "check": "recordings",
+        "replay": "recordings",
+        "diagnose": "diagnose",
+        "fleet": "many",
+    },
+    "study": {"sweep": "many", "compare": "bench", "bench": "bench", "demo": "demo"},
 }
+COMMANDS = {name: module for group in _GROUPS.values() for name, module in group.items()}
 
 _INTERRUPTED = 130  # status of a process that Ctrl-C ends, in a shell
 _CONTINUED = re.compile(r"\n {8,}")  # a further line of the description of an argument
@@ -74,26 +82,48 @@ def _run_command(given: Sequence[str]) -> None:
     name, *rest = given or [""]
     if given == ["--version"]:
         print(f"tendon-mj {version('tendon-mj')}")
+    elif name in ("", "-h", "--help"):
+        _show_all()
     elif name not in COMMANDS:
-        _show_all(given)
+        if Path(name).exists():
+            meant = {".xml": "view", "": "fleet"}.get(Path(name).suffix, "check")
+            raise TendonError(f"{name} is no command; did you mean tendon-mj {meant} {name}?")
+        raise UnknownNameError("command", name, COMMANDS)
     else:
         command = load_command(name)
-        try:
-            tyro.cli(command, prog=f"tendon-mj {name}", args=rest)
-        except SystemExit as end:  # of --help, and of arguments that are refused
-            if not end.code:
-                print(f"example:\n  {example(command)}")
-            raise
+        call = partial(tyro.cli, command, prog=f"tendon-mj {name}", args=rest)
+        if {"-h", "--help"} & set(rest):
+            _show_help(command, call)
+        else:
+            call()
+
+
+def _show_help(command: CommandFunction, call: Callable[[], object]) -> None:
+    """Print tyro's help, whose first lines it does not wrap, and an example."""
+    shown = TextIOWrapper(BytesIO(), sys.stdout.encoding, "backslashreplace", write_through=True)
+    shown.isatty = sys.stdout.isatty  # type: ignore[method-assign]  # keeps its colours
+    try:
+        with redirect_stdout(shown):
+            call()
+    finally:
+        shown.seek(0)
+        for line in shown.read().splitlines():
+            console.print(Text.from_ansi(line), soft_wrap=False)
+        print(f"example:\n  {example(command)}")
 
 
 def load_command(name: str) -> CommandFunction:
     """The function of a command, each argument of its docstring in one line, which tyro wraps."""
     try:
         module = import_module(f"tendon_mj.cli.{COMMANDS[name]}")
+        options = import_module("tendon_mj.cli.options")
     except ModuleNotFoundError as error:
         raise MissingPackageError.of_lab("the command", error) from None
     command: CommandFunction = getattr(module, name)
     command.__doc__ = _CONTINUED.sub(" ", inspect.getdoc(command) or "")
+    hints = get_type_hints(command, include_extras=True)
+    arguments = inspect.signature(command).parameters.values()
+    command.__annotations__ = {a.name: options.described(a, hints[a.name]) for a in arguments}
     return command
 
 
@@ -102,21 +132,15 @@ def example(command: CommandFunction) -> str:
     return (command.__doc__ or "").partition("Example:\n")[2].strip()
 
 
-def _show_all(given: Sequence[str]) -> None:
-    """Print the help of all commands, or refuse an unknown command; loads none."""
-
-    def named(summary: str) -> CommandFunction:
-        def command() -> None: ...
-
-        command.__doc__ = summary
-        return command
-
-    tyro.extras.subcommand_cli_from_dict(
-        {name: named(_help_line(name)) for name in COMMANDS},
-        prog="tendon-mj",
-        description="Tendon-sheath friction for MuJoCo.",
-        args=given,
-    )
+def _show_all() -> None:
+    """Print the help of all commands, in groups; loads none."""
+    print("usage: tendon-mj COMMAND [OPTIONS]\n       tendon-mj COMMAND --help\n")
+    print("Tendon-sheath friction for MuJoCo.")
+    for group, names in _GROUPS.items():
+        table = Table.grid("", "", padding=(0, 2, 0, 0))
+        for name in names:
+            table.add_row(name, _help_line(name))
+        console.print(Panel(table, title=group, title_align="left"), soft_wrap=False)
 
 
 def _help_line(name: str) -> str:

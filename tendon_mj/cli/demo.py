@@ -20,7 +20,7 @@ def demo(out: Path = Path("out/demo")) -> dict[str, object]:
     """Compare with theory, render the pressing finger, replay a recording, diagnose a rig.
 
     Args:
-        out: folder for everything.
+        out: Folder for all files.
 
     Example:
         tendon-mj demo --out out/demo

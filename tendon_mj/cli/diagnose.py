@@ -57,20 +57,21 @@ def diagnose(
     """Find the effect that a model lacks, name it, add it, and prove it on other data.
 
     Args:
-        recordings: CSVs (or Parquet, MCAP) of one rig, each with its TOML beside it unless
-            --description names one.
-        out: folder for result.json, report.html, model.xml, pictures and simulated recordings.
-        hold_out: recordings for the proof alone. Without any, three or more recordings of different
-            states or sessions of the rig are each predicted from the others, and of any others the
-            last quarter of each is kept for the proof.
-        description: TOML that describes the columns of all recordings.
-        model: to diagnose instead of the recordings' own: a name or an MJCF file.
-        settle: time in seconds before the first sample in which the model comes to the first drive
-            value; by default that of the description.
-        exclude: effects of the catalogue to leave out.
-        sysid: whether to fit the same data with mujoco.sysid alone, for comparison.
-        next: TOML with the bounds of an experiment; where explanations tie, the experiment within
-            them that decides is written as next.csv and next.toml, to be filled in.
+        recordings: CSV, Parquet or MCAP files of one rig. Each has its TOML file next to it, unless
+            --description gives one for all.
+        out: Folder for result.json, report.html, model.xml, pictures and simulated recordings.
+        hold_out: Recordings that only test the result. Without any, the result is tested on the
+            last quarter of each recording. Three or more recordings of different states or
+            sessions of the rig are instead predicted each from the others.
+        description: TOML file that describes the columns of all recordings.
+        model: Model to diagnose in place of the recordings' own: a name or an MJCF file.
+        settle: Time before the first sample in which the model comes to the first drive value. By
+            default that of the description.
+        exclude: Effects of the catalogue to leave out.
+        sysid: Fit the same data with mujoco.sysid alone, for comparison.
+        next: TOML file with the bounds of an experiment. If the recordings cannot tell effects
+            apart, the experiment within the bounds that can is written as next.csv and next.toml,
+            to be filled in.
 
     Example:
         tendon-mj diagnose slow.csv fast.csv --hold-out other.csv --out out/diagnose

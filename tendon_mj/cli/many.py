@@ -75,32 +75,33 @@ def sweep(
     """Simulate a model with many values of its parameters; an interrupted run is continued.
 
     Args:
-        model: bench, joint, finger, finger_spring, or the path of an MJCF file.
-        parameter: "flexor.friction=0.05:0.3:6" (six values of the range), "flexor.friction=0.1,0.2"
-            (these), or "flexor.friction=0.05:0.3" (drawn from the range, or five values of it
-            without --draws). A tendon stands for its sheath, and * for any text. Grids are combined
-            with each other.
-        out: folder for the table (rollouts/*.parquet, and table.csv up to 10000 rollouts),
+        model: MJCF file, or a model of the package: bench, joint, finger, finger_spring.
+        parameter: Parameter and its values: "flexor.friction=0.05:0.3:6" has six values of the
+            range, "flexor.friction=0.1,0.2" these two, and "flexor.friction=0.05:0.3" is drawn from
+            the range, or has five values of it without --draws. A tendon stands for its sheath, and
+            * for any text. Grids are combined with each other.
+        out: Folder for the table (rollouts/*.parquet, and table.csv up to 10000 rollouts),
             result.json and the picture.
-        draws: random draws of the ranges without a grid, the same for every combination of grids.
-        seed: of the draws.
-        motion: as for render and view: of a finger curl, tap, press, hold or a CSV; of any other
-            model a CSV with time_s and a column for every actuator that moves.
-        policy: "file.py:name", a function that is called with model and data before every step,
-            once the model has settled, and sets data.ctrl, which has the motion's command, or 0; or
-            a class, of which each rollout makes one.
-        recording: drives the model in place of a motion; outputs are then of its measured columns,
-            and include the error.
-        description: TOML of the recording where it does not lie beside it.
-        duration: of the motion in seconds; default: its own.
-        settle: time in seconds before the first sample in which the model comes to the first
-            command; by default that of the recording, and 0.5 before a motion.
-        outputs: kept of a rollout: "tip_force.max"; final, min, max, mean, rms and (of a recording)
-            error of a sensor, or the sensor alone for all of them; default: all.
-        processes: of this machine, without Dask; default: as many as it has cores.
-        workers: of a Dask cluster that lives as long as the run.
-        scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
-        again: start again in a folder that holds another sweep.
+        draws: Random draws of the ranges without a grid, the same for every combination of grids.
+        seed: Seed of the draws.
+        motion: Motion of the finger: curl, tap, press, hold, or a CSV file. Motion of any other
+            model: a CSV file with time_s and a column for each actuator that moves.
+        policy: Function that is called with model and data before every step, once the model has
+            settled, and sets data.ctrl, which has the motion's command, or 0; or a class, of which
+            each rollout makes one.
+        recording: Recording that drives the model in place of a motion. Outputs are then those of
+            its measured columns, and include the error.
+        description: TOML file of the recording, if it is not next to it.
+        duration: Duration of the motion. By default its own.
+        settle: Time before the first sample in which the model comes to the first command. By
+            default that of the recording, and 0.5 s before a motion.
+        outputs: Outputs to keep of each rollout, such as "tip_force.max": final, min, max, mean,
+            rms and (of a recording) error of a sensor, or the sensor alone for all of them. By
+            default all.
+        processes: Processes on this machine, without Dask. By default as many as it has cores.
+        workers: Workers of a Dask cluster that lives as long as the run.
+        scheduler: Address of a Dask scheduler, such as tcp://10.0.0.1:8786.
+        again: Start again in a folder that holds another sweep.
 
     Example:
         tendon-mj sweep finger --parameter flexor.friction=0.05:0.3:6 --motion press
@@ -256,14 +257,15 @@ def fleet(
     """Find which rig of many changed, in what and since when, and which differs from the others.
 
     Args:
-        folder: a folder for each rig, with recordings named after their day, as 2026-03-03.csv,
-            each with its TOML beside it, or with a description.toml for all.
-        out: folder for the page, the table, result.json, and results of each rig, which the next
-            run does not compute again.
-        processes: of this machine, without Dask; default: as many as it has cores.
-        workers: of a Dask cluster that lives as long as the run.
-        scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786.
-        again: compute every rig again.
+        folder: Folder with a folder for each rig, which holds recordings named after their day,
+            such as 2026-03-03.csv, each with its TOML file next to it, or one description.toml for
+            all.
+        out: Folder for the page, the table, result.json, and the results of each rig, which the
+            next run does not compute again.
+        processes: Processes on this machine, without Dask. By default as many as it has cores.
+        workers: Workers of a Dask cluster that lives as long as the run.
+        scheduler: Address of a Dask scheduler, such as tcp://10.0.0.1:8786.
+        again: Compute every rig again.
 
     Raises:
         TendonError: the folder is not a fleet, or no rig could be fitted; in the second case page

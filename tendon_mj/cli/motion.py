@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import mujoco
 import tyro
@@ -23,6 +23,11 @@ from tendon_mj.models import Finger, load_model, model_names, model_path
 from tendon_mj.show import check_size, find_camera, finger_figure, render_clip
 from tendon_mj.show.live import open_window, prepare, serve
 
+FingerModel = Annotated[
+    Literal["finger", "finger_spring"],
+    tyro.conf.Positional,
+    tyro.conf.arg(metavar="{finger,finger_spring}"),
+]
 DURATION = 6.0  # of a clip of a model without a motion of its own [s]
 _WITHOUT = "friction 0"
 
@@ -42,17 +47,17 @@ def render(
     Behind the model stands its frictionless twin in grey, under the same drive.
 
     Args:
-        model: bench, joint, finger, finger_spring, or the path of an MJCF file.
-        out: folder for the clip and result.json.
-        duration: of the clip in seconds; default: that of the motion, or 6.
-        motion: of a finger: curl, tap, press, hold or a CSV as for simulate; default: curl. Of any
-            other model: a CSV with time_s and a column for every actuator that moves, like
-            command_rad; default: each slowly through its control range, or through -1 to 1 where
-            it has none.
-        camera: name of one of the model's cameras; default: its first.
-        size: width x height of the clip in pixels, like 1280x720.
-        fps: frames per second.
-        twin: whether to draw the frictionless twin.
+        model: MJCF file, or a model of the package: bench, joint, finger, finger_spring.
+        out: Folder for the clip and result.json.
+        duration: Duration of the clip. By default that of the motion, or 6 s.
+        motion: Motion of the finger: curl, tap, press, hold, or a CSV file as for simulate. Motion
+            of any other model: a CSV file with time_s and a column for each actuator that moves,
+            such as command_rad. By default the finger curls, and each actuator of any other model
+            goes slowly through its control range, or from -1 to 1 if it has none.
+        camera: Name of a camera of the model. By default its first.
+        size: Width and height of the clip in pixels.
+        fps: Frames per second.
+        twin: Draw the frictionless twin.
 
     Example:
         tendon-mj render finger --motion press --duration 4
@@ -111,13 +116,15 @@ def view(
     """Watch a model move, its tendons coloured by their tension, with the tensions as curves.
 
     Args:
-        model: bench, joint, finger, finger_spring, or the path of an MJCF file.
-        motion: of the finger: curl, tap, press, hold or a CSV of joint angles or tensions; of any
-            other model a CSV with time_s and a column for each actuator.
-        web: whether to serve a page for a browser, with sliders for friction and all other live
-            parameters, instead of opening MuJoCo's viewer, which needs a screen.
-        port: of that page; where it is taken, the next one that is free.
-        seconds: after which to end; by default when the window is closed, or at Ctrl-C.
+        model: MJCF file, or a model of the package: bench, joint, finger, finger_spring.
+        motion: Motion of the finger: curl, tap, press, hold, or a CSV file of joint angles or
+            tensions. Motion of any other model: a CSV file with time_s and a column for each
+            actuator that moves.
+        web: Serve a page for a browser, with sliders for friction and all other live parameters,
+            instead of opening MuJoCo's viewer, which needs a screen.
+        port: Port of that page. If it is taken, the next free port is used.
+        seconds: Time after which the view ends. By default it ends when the window is closed, or at
+            Ctrl-C.
 
     Example:
         tendon-mj view finger --motion press --web
@@ -158,7 +165,7 @@ def _print_what_moves(compiled: mujoco.MjModel) -> None:
 
 
 def simulate(
-    model: tyro.conf.Positional[Literal["finger", "finger_spring"]],
+    model: FingerModel,
     motion: str = "curl",
     out: Path = Path("out/simulate"),
     friction: float | None = None,
@@ -168,13 +175,13 @@ def simulate(
     """Let the finger follow joint angles or tendon tensions, with friction and without.
 
     Args:
-        model: the finger, or its variant with springs in place of the extensor.
-        motion: curl, tap, press, hold, or a CSV with time_s and either mcp_rad, pip_rad, dip_rad or
-            flexor_N, extensor_N.
-        out: folder for the recordings, the plots, the clip and result.json.
-        friction: mu of the sheaths in place of the model's.
-        clamp: clip values outside a joint's range, or a motor's strength, instead of refusing them.
-        clip: whether to render an MP4: with friction, and in grey behind it without.
+        model: The finger, or finger_spring, which has springs in place of the extensor.
+        motion: Motion to follow: curl, tap, press, hold, or a CSV file with time_s and either
+            mcp_rad, pip_rad, dip_rad or flexor_N, extensor_N.
+        out: Folder for the recordings, the plots, the clip and result.json.
+        friction: Friction coefficient mu of the sheaths, in place of the model's.
+        clamp: Clip values outside a joint's range, or a motor's strength, instead of refusing them.
+        clip: Render an MP4 of the finger with friction, and behind it in grey without.
 
     Example:
         tendon-mj simulate finger --motion press --friction 0.2

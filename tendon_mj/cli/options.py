@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import inspect
 import itertools
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated, Any, Final, TypeVar, get_origin
 
 import tyro
 
@@ -15,14 +16,65 @@ from tendon_mj.lab.recordings import described_model, table_beside
 from tendon_mj.models import model_path
 
 _Value = TypeVar("_Value")
+_Path = TypeVar("_Path", Path, Path | None)
 Recordings = Annotated[
-    tuple[Path, ...],
-    tyro.conf.Positional,
-    tyro.conf.arg(metavar="PATH [PATH ...]", help_behavior_hint="(required)"),
+    tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(help_behavior_hint="(required)")
 ]
+OutFile = Annotated[_Path, tyro.conf.arg(metavar="FILE")]
 # an option of several values that may be given more than once; `flat` has all of them
 Repeated = tyro.conf.UseAppendAction[tuple[tuple[_Value, ...], ...]]
 Required = Annotated[Repeated[_Value], tyro.conf.arg(help_behavior_hint="(required, repeatable)")]
+METAVARS: Final = {  # argument of a command → its value in the help
+    "arc_guides": "COUNT",
+    "axial_stiffness": "EA",
+    "camera": "NAME",
+    "change": '"NAME=VALUE[,...]" [...]',
+    "description": "TOML",
+    "draws": "COUNT",
+    "duration": "SECONDS",
+    "exclude": "EFFECT [EFFECT ...]",
+    "extra_bend": "RADIANS",
+    "folder": "FOLDER",
+    "fps": "RATE",
+    "friction": "MU",
+    "hold_out": "RECORDING [RECORDING ...]",
+    "inner_guides": "COUNT",
+    "input_end": "{first,last}",
+    "model": "MODEL",
+    "models": "[MODEL ...]",
+    "motion": "MOTION",
+    "name": "NAME",
+    "next": "TOML",
+    "out": "FOLDER",
+    "outputs": "OUTPUT [OUTPUT ...]",
+    "parameter": '"NAME=VALUES" [...]',
+    "policy": "FILE.py:NAME",
+    "port": "PORT",
+    "pretension": "NEWTON",
+    "processes": "COUNT",
+    "recording": "RECORDING",
+    "recordings": "RECORDING [RECORDING ...]",
+    "rounds": "COUNT",
+    "scheduler": "ADDRESS",
+    "seconds": "SECONDS",
+    "seed": "INTEGER",
+    "settle": "SECONDS",
+    "size": "WIDTHxHEIGHT",
+    "tendon": "TENDON [TENDON ...]",
+    "values_of": "{description,model}",
+    "workers": "COUNT",
+}
+
+
+def described(argument: inspect.Parameter, hint: Any) -> Any:
+    """Type of an argument with its metavar, and without a remark that its default is None."""
+    if hint is bool:  # a flag
+        return hint
+    remark = "" if argument.default is None else None
+    shown = tyro.conf.arg(metavar=METAVARS[argument.name], help_behavior_hint=remark)
+    if get_origin(hint) is Annotated:  # which overrules
+        return Annotated[(hint.__origin__, shown, *hint.__metadata__)]
+    return Annotated[hint, shown]
 
 
 def flat(groups: Iterable[Iterable[_Value]]) -> tuple[_Value, ...]:

@@ -15,7 +15,7 @@ import mujoco
 import tyro
 from rich.progress import track
 
-from tendon_mj.cli.options import Recordings, Repeated, flat, given_files
+from tendon_mj.cli.options import OutFile, Recordings, Repeated, flat, given_files
 from tendon_mj.cli.output import Output, console, print_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonWarning
 from tendon_mj.lab.data_check import Checked, check_recording, timing_warnings
@@ -40,13 +40,13 @@ DESCRIBED, KEPT = "as described", "with the model's values"
 _WITHOUT = "friction 0"
 
 
-def init(model: tyro.conf.Positional[str], out: Path | None = None) -> Path:
+def init(model: tyro.conf.Positional[str], out: OutFile[Path | None] = None) -> Path:
     """Write a description of recordings of a model: all its sensors and actuators, to be filled in.
 
     Args:
-        model: MJCF file, or a model of the package.
-        out: TOML file to write; by default the model's name in the current folder. An existing one
-            is kept.
+        model: MJCF file, or a model of the package: bench, joint, finger, finger_spring.
+        out: TOML file to write. By default it has the model's name and is in the current folder.
+            An existing file is not overwritten.
 
     Example:
         tendon-mj init my_rig.xml --out pull.toml
@@ -79,15 +79,15 @@ def check(
     """Draw recordings over their model before anything is fitted, and warn of faults.
 
     Args:
-        recordings: CSVs (or Parquet, MCAP), or folders of them, each with its TOML beside it
-            unless --description names one.
-        out: folder for result.json and a picture of each recording.
-        description: TOML that describes the columns of all recordings.
-        model: to simulate instead of the recordings' own: a name or an MJCF file.
-        values_of: whether [known], [uncertain] and [session] of the description are applied to the
-            model; by default all but the values that a diagnosis fitted, if it wrote the model.
-        settle: time in seconds before the first sample in which the model comes to the first drive
-            value; by default that of the description.
+        recordings: CSV, Parquet or MCAP files, or folders of them. Each has its TOML file next to
+            it, unless --description gives one for all.
+        out: Folder for result.json and a picture of each recording.
+        description: TOML file that describes the columns of all recordings.
+        model: Model to simulate in place of the recordings' own: a name or an MJCF file.
+        values_of: Values to use where the description and the model differ. By default those of
+            the description, except for values that a diagnosis fitted and wrote into the model.
+        settle: Time before the first sample in which the model comes to the first drive value. By
+            default that of the description.
 
     Example:
         tendon-mj check pull.csv
@@ -135,16 +135,16 @@ def replay(
     """Simulate a recording with and without friction, and draw both with the measurement.
 
     Args:
-        recording: a CSV (or Parquet, MCAP), with its TOML beside it unless --description names
-            another.
-        out: folder for result.json, the simulated recordings and the picture.
-        description: TOML that describes the columns.
-        model: to replay on instead of the recording's own: a name or an MJCF file.
-        values_of: whether [known], [uncertain] and [session] of the description are applied to the
-            model; by default all but the values that a diagnosis fitted, if it wrote the model.
-        settle: time in seconds before the first sample in which the model comes to the first drive
-            value; by default that of the description.
-        change: more variants, each like "*.friction=0.1,joint.stiffness=0.03".
+        recording: CSV, Parquet or MCAP file with its TOML file next to it, unless --description
+            gives another.
+        out: Folder for result.json, the simulated recordings and the picture.
+        description: TOML file that describes the columns of the recording.
+        model: Model to simulate in place of the recording's own: a name or an MJCF file.
+        values_of: Values to use where the description and the model differ. By default those of
+            the description, except for values that a diagnosis fitted and wrote into the model.
+        settle: Time before the first sample in which the model comes to the first drive value. By
+            default that of the description.
+        change: More variants to simulate, such as "*.friction=0.1,joint.stiffness=0.03".
 
     Example:
         tendon-mj replay rig.csv --change "*.friction=0.1"

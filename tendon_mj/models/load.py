@@ -81,7 +81,9 @@ def model_path(name: str, *, scene: bool = False, beside: Path | None = None) ->
     if path.is_file():
         return path
     names, where = list(files), ""
-    if beside is not None:
+    if beside is None:
+        names += map(str, path.parent.glob("*.xml"))
+    else:
         names += [file.name for file in beside.glob("*.xml")]
         where = f"searched {beside.resolve()}, next to the description, and the package's models"
     raise UnknownNameError("model or MJCF file", name, names, where)

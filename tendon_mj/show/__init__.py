@@ -22,12 +22,21 @@ try:
     from tendon_mj.show.figures.style import legend_below as legend_below
     from tendon_mj.show.figures.style import new_figure as new_figure
     from tendon_mj.show.figures.style import print_style as print_style
-    from tendon_mj.show.fleet import CHANGES as CHANGES
-    from tendon_mj.show.fleet import SPREAD as SPREAD
-    from tendon_mj.show.fleet import changes_figure as changes_figure
-    from tendon_mj.show.fleet import fleet_page as fleet_page
-    from tendon_mj.show.fleet import spread_figure as spread_figure
-    from tendon_mj.show.fleet import write_table as write_table
+    from tendon_mj.show.fleets import CHANGES as CHANGES
+    from tendon_mj.show.fleets import SPREAD as SPREAD
+    from tendon_mj.show.fleets import changes_figure as changes_figure
+    from tendon_mj.show.fleets import fleet_page as fleet_page
+    from tendon_mj.show.fleets import spread_figure as spread_figure
+    from tendon_mj.show.fleets import write_table as write_table
+    from tendon_mj.show.notebook import check as check
+    from tendon_mj.show.notebook import fleet as fleet
+    from tendon_mj.show.notebook import init as init
+    from tendon_mj.show.notebook import plot_fit as plot_fit
+    from tendon_mj.show.notebook import plot_misfit as plot_misfit
+    from tendon_mj.show.notebook import plot_recording as plot_recording
+    from tendon_mj.show.notebook import plot_sheath as plot_sheath
+    from tendon_mj.show.notebook import simulate as simulate
+    from tendon_mj.show.notebook import sweep as sweep
     from tendon_mj.show.render.clip import check_size as check_size
     from tendon_mj.show.render.clip import draw_frames as draw_frames
     from tendon_mj.show.render.clip import render_clip as render_clip
@@ -38,6 +47,7 @@ try:
     from tendon_mj.show.render.offscreen import without_tendons as without_tendons
     from tendon_mj.show.render.panel import INK as INK
     from tendon_mj.show.report.page import MODEL as MODEL
+    from tendon_mj.show.report.page import first_screen as first_screen
     from tendon_mj.show.report.page import write_report as write_report
     from tendon_mj.show.report.text import ABSENT as ABSENT
     from tendon_mj.show.report.text import value_rows as value_rows

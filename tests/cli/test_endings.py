@@ -37,7 +37,6 @@ with contextlib.suppress(SystemExit):
     main(["--help"])
 print(*sys.modules, file=sys.stderr)
 """
-WIDTH = 100
 ARM = rope("a; b .1 0 .1", "c", body='pos=".2 0 0"', actuator='<motor tendon="t"/>').replace(
     '"', "'"
 )
@@ -53,14 +52,17 @@ def test_a_warning_of_python_is_one_line_without_its_place_in_the_code():
     assert run("-c", WARN).stderr == "warning: not solved; in one step\n"
 
 
+@pytest.mark.parametrize("width", [80, 120])
 @pytest.mark.parametrize("command", COMMANDS)
-def test_the_help_ends_with_an_example_that_the_command_takes(command, capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", str(WIDTH))
+def test_the_help_ends_with_an_example_that_the_command_takes(command, width, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(width))
     with pytest.raises(SystemExit) as end:
         main([command, "--help"])
     assert not end.value.code
     lines = capsys.readouterr().out.rstrip().splitlines()
-    assert max(map(len, lines)) <= WIDTH
+    assert max(map(len, lines)) <= width
+    assert "None" not in "\n".join(lines)
+    assert "STR" not in "\n".join(lines)
     assert lines[-2] == "example:"
     assert lines[-1].startswith(f"  tendon-mj {command}")
     options = set(re.findall(r"--[a-z-]+", lines[-1]))
@@ -78,9 +80,27 @@ def test_the_help_marks_what_is_required(command, required, capsys):
 
 def test_the_help_of_all_commands_loads_none_of_them():
     done = run("-c", HELP)
-    assert all(f"• {command} " in done.stdout for command in COMMANDS)
+    assert done.returncode == 0
+    assert all(f"│ {command} " in done.stdout for command in COMMANDS)
     assert "tendon_mj.cli" in done.stderr.split()
     assert "tendon_mj.lab" not in done.stderr.split()
+
+
+def test_a_command_that_does_not_exist_is_refused_with_the_nearest(tmp_path, capsys):
+    assert main(["diganose"]) == 2
+    assert "did you mean 'diagnose'" in capsys.readouterr().err
+    for name, command in (("hand.xml", "view"), ("pull.csv", "check"), ("hands", "fleet")):
+        (tmp_path / name).touch()
+        assert main([str(tmp_path / name)]) == 2
+        assert f"did you mean tendon-mj {command} {tmp_path / name}?" in capsys.readouterr().err
+
+
+def test_parameters_are_listed_with_their_units(capsys):
+    assert main(["parameters", "finger", "--name", "flexor_sheath.f*"]) == 0
+    rows = capsys.readouterr().out.splitlines()
+    assert any({"flexor_sheath.friction", "-"} <= set(row.split()) for row in rows)
+    assert main(["parameters", "finger", "--name", "flexor_sheath.mu"]) == 2
+    assert "did you mean 'flexor_sheath.friction'" in capsys.readouterr().err
 
 
 def test_attach_ends_with_the_effect_of_friction(tmp_path, capsys):

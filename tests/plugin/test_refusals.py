@@ -48,7 +48,7 @@ WRAPPED = {"tendon": "wrapped", "arc_guides": "2"}
 KNUCKLE = {"reel_joint": "knuckle", "reel_radius": "0.01"}
 WHERE = "plugin tendon_mj.sheath instance 'bad': "
 CASES = [
-    ({"tendon": "flexer"}, "unknown tendon 'flexer'", "'flexor'", "'coupling'"),
+    ({"tendon": "flexer"}, "unknown tendon 'flexer'", "'flexor'"),
     ({"tendon": None}, "unknown tendon ''"),
     ({"friction": "-0.1"}, "friction = -0.1 [-]", "≥ 0"),
     ({"friction": "nan"}, "friction = nan [-]"),

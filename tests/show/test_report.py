@@ -1,7 +1,10 @@
 """Page and pictures of a diagnosis show its results, and escape every text of a file."""
 
+import base64
+import hashlib
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -134,7 +137,7 @@ def first_screen(html):
 def test_a_page_has_verdict_finding_and_next_steps_first_and_needs_no_other_file(
     verdict, closest, heading
 ):
-    html = page(diagnosis(verdict, closest=closest), model="model.xml")
+    html = page(diagnosis(verdict, closest=closest), model="<mujoco/>")
     first = first_screen(html)
     assert words(re.search(r"<h1>.*?</h1>", html, re.S).group()).startswith(heading)
     assert MEANING[verdict] in first
@@ -143,8 +146,11 @@ def test_a_page_has_verdict_finding_and_next_steps_first_and_needs_no_other_file
     assert "output tension 1 " in first  # N, before
     assert f"The sentence of {verdict}." in words(html)
     assert html.count('src="data:image/png;base64,') == 2  # the signal, and its whiteness
-    assert set(re.findall(r"(?:src|href)=\"(?!data:)([^\"]*)", html)) == {"model.xml"}
+    assert set(re.findall(r"(?:src|href)=\"(?!data:)([^\"]*)", html)) == {"#model"}
     assert "default-src 'none'" in html  # the browser enforces it
+    script = re.search(r"<script>(.*?)</script>", html, re.S)[1]  # the only one that may run
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert f"script-src 'sha256-{digest}'" in html
 
 
 def test_a_finding_is_stated_with_its_value():
@@ -276,9 +282,53 @@ def test_a_report_is_a_page_and_the_pictures_in_it(tmp_path):
     assert "Recording drawn: output tension" in html  # where the error is largest
     assert html.count('src="data:image/png;base64,') == 5  # one signal: as on the first screen
     assert "href=" not in html.replace('href="data:,"', "")  # no model lies there
-    (tmp_path / "new" / "model.xml").write_text("<mujoco/>")
+    (tmp_path / "new" / "model.xml").write_text("<mujoco/><!-- Written with\n  a = 1 [N] -->")
     again = write_report(diagnosis(), DRAWN, tmp_path / "new")[-1].read_text("utf-8")
-    assert '<a href="model.xml">model.xml</a>' in again
+    assert '<a href="#model">model.xml</a>' in again
+    (saved,) = re.findall(r'href="data:application/xml;base64,([^"]*)"', again)
+    assert base64.b64decode(saved) == (tmp_path / "new" / "model.xml").read_bytes()
+    assert "&lt;mujoco/&gt;" in again
+    assert "<pre>Written with\na = 1 [N]</pre>" in again  # what was changed
+
+
+def test_a_report_names_no_folder_of_its_author(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    home, here = str(Path.home() / "secret" / "a.csv"), str(tmp_path / "b.toml")
+    made = Provenance("2026-01-01", {"tendon-mj": "1"}, f"tendon-mj check {here}", {home: "0"})
+    html = page(diagnosis(), provenance=made)
+    assert "<code>tendon-mj check b.toml</code> <button" in html
+    assert "<code>~/secret/a.csv</code>" in html
+    assert str(tmp_path) not in html
+    assert str(Path.home()) not in html
+
+
+def test_the_first_screen_alone_is_what_a_notebook_shows(monkeypatch):
+    result = diagnosis()
+    monkeypatch.setattr(Diagnosis, "simulate", lambda self: DRAWN)
+    html = result._repr_html_()
+    assert "What to do now" in words(html)
+    assert html.count('src="data:image/png;base64,') == 1
+    assert "<style" not in html
+
+
+def test_a_diagnosis_is_a_few_lines_that_name_its_verdict():
+    for verdict in ("named", "unknown", "nothing missing"):
+        lines = repr(diagnosis(verdict)).splitlines()
+        assert len(lines) <= 8
+        assert verdict in lines[0]
+        assert max(map(len, lines)) < 160
+
+
+def test_fitted_parameters_are_a_table_with_units():
+    result = diagnosis()
+    table = result.to_dataframe()
+    assert table.index.name == "parameter"
+    assert list(table.index) == [*result.parameters, *result.calibrated]
+    assert {"value", "low", "high", "unit", "before", "finding"} <= set(table.columns)
+    for name, value in {**result.parameters, **result.calibrated}.items():
+        row = table.loc[name]
+        assert (row["value"], row["unit"]) == (value.value, value.unit)
+        assert row["finding"] == (name in result.parameters)
 
 
 def test_figures_name_units_and_draw_what_they_were_given():

@@ -79,6 +79,10 @@ class Checked:
     simulated: Recording | None
     warnings: tuple[DataWarning, ...]  # in the order in which to look at them
 
+    def __repr__(self) -> str:
+        found = [f"warning: {warning.sentence}" for warning in self.warnings]
+        return "\n  ".join([f"Checked {self.recording.name!r}:", *(found or ["no faults found"])])
+
 
 def check_recording(
     recording: Recording,

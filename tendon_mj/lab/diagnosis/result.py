@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
+
+import pandas as pd
 
 from tendon_mj.lab.data_check import DataWarning
 from tendon_mj.lab.diagnosis.data import Spread, by_recording
@@ -19,11 +23,15 @@ from tendon_mj.lab.replay import (
     Simulates,
     as_recording,
     described_values,
+    estimated_percent,
     expand,
     patch_model,
     recording_of,
     values_for,
 )
+
+_SHOWN: Final = 3  # findings in a repr
+_WIDTH: Final = 150  # characters of each
 
 
 @dataclass(frozen=True)
@@ -155,6 +163,40 @@ class Diagnosis:
     search: tuple[SelectionContext, Selection] | None = field(default=None, repr=False)
     warnings: tuple[str, ...] = ()
     checks: tuple[DataWarning, ...] = ()
+
+    def __repr__(self) -> str:
+        """The verdict, the findings and the errors, in a few lines."""
+        errors, more = self.held_out, len(self.findings) - _SHOWN
+        sure = f", confidence {estimated_percent(self.confidence)}" if self.findings else ""
+        lines = [f"Diagnosis: {self.verdict}{sure}"]
+        lines += [textwrap.shorten(f.summary, _WIDTH) for f in self.findings[:_SHOWN]]
+        lines += [f"and {more} more"] if more > 0 else []
+        lines += [
+            f"rms error on held-out data [{errors.unit}]: {errors.before:.2f} before,"
+            f" {errors.after:.2f} after",
+            f"{len(self.calibrated) + len(self.parameters)} fitted parameters: to_dataframe();"
+            f" warnings: {len(self.warnings)}",
+        ]
+        return "\n  ".join(lines)
+
+    def _repr_html_(self) -> str:
+        """The first screen of the report, for a notebook; simulates the recordings shown."""
+        # of a layer above, which is loaded only where somebody looks
+        return str(import_module("tendon_mj.show").first_screen(self))
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Fitted parameters, those of the findings first, with their 95 % intervals [unit].
+
+        Columns are value, low, high, unit, before, determined, at_end (see `Value`) and finding,
+        whether the parameter belongs to a finding or to one of the closest effects.
+        """
+        rows = {
+            name: vars(value) | {"finding": name in self.parameters}
+            for name, value in {**self.parameters, **self.calibrated}.items()
+        }
+        columns = [*(f.name for f in fields(Value)), "finding"]
+        table = pd.DataFrame.from_dict(rows, orient="index", columns=columns)
+        return table.rename_axis("parameter")
 
     @property
     def effects(self) -> list[str]:

@@ -378,6 +378,9 @@ class Suggestion:
     experiment: Experiment | None
     differences: tuple[Difference, ...]
 
+    def __repr__(self) -> str:
+        return f"Suggestion: {self.sentence}"
+
     @property
     def decided(self) -> int:
         """Number of the differences that the experiment tells apart."""

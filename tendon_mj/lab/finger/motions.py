@@ -97,7 +97,8 @@ def find_trajectory(name: str) -> Trajectory:
     if name in NAMED:
         return NAMED[name]()
     if not path.is_file():
-        raise UnknownNameError("trajectory or CSV file", name, NAMED)
+        known = [*NAMED, *map(str, path.parent.glob("*.csv"))]
+        raise UnknownNameError("trajectory or CSV file", name, known)
     table = read_table(path)
     time = table.pop(TIME)
     if set(table) not in (set(ANGLES), set(TENSIONS), {TENSIONS[0]}):

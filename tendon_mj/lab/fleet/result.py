@@ -22,6 +22,7 @@ from typing import Any, Literal, NamedTuple
 
 import mujoco
 import numpy as np
+import pandas as pd
 from scipy.stats import median_abs_deviation
 
 from tendon_mj.lab.data_check import timing_warnings
@@ -256,6 +257,13 @@ class FleetResult:
     rigs: Sequence[RigResult]  # in the order of their names
     spreads: Mapping[str, FleetSpread]  # parameter → median and spread between rigs [its unit]
     units: Mapping[str, str]  # parameter → its unit
+
+    def __repr__(self) -> str:
+        return f"FleetResult: {self.sentence} {self.warning}".rstrip()
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """A row a rig: its verdict, errors and parameters, as in `rigs.csv`."""
+        return pd.DataFrame([rig.row() for rig in self.rigs])
 
     def of(self, verdict: _RigVerdict) -> list[RigResult]:
         """The rigs with a verdict."""

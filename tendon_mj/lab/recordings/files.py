@@ -140,7 +140,8 @@ def table_beside(path: Path, formats: Sequence[str] = FORMATS) -> tuple[Path, Pa
 def check_file(path: Path, hint: str = "") -> None:
     """Raise `RecordingError` unless there is a file that can be opened.
 
-    ``hint`` is appended to the message of a missing file, which names the nearest of the same kind.
+    ``hint`` is appended to the message of a missing file, which names the nearest of the same kind,
+    or of any where there is none.
     """
     try:
         path.open("rb").close()
@@ -148,8 +149,9 @@ def check_file(path: Path, hint: str = "") -> None:
         if not path.parent.is_dir():
             message = f"no such file, nor a folder {str(path.parent)!r}"
         else:
-            names = [p.name for p in path.parent.iterdir() if p.suffix == path.suffix]
-            message = f"no such file: {unknown('file', path.name, names)}"
+            files = [p.name for p in path.parent.iterdir() if p.is_file()]
+            alike = [name for name in files if name.endswith(path.suffix)]
+            message = f"no such file: {unknown('file', path.name, alike or files)}"
         raise RecordingError(f"{path}: {message}{hint}") from None
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {error.strerror}") from error

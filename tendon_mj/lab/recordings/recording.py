@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.errors import RecordingError, unknown
@@ -90,6 +91,18 @@ class Recording(Description):
                         f"recording {self.name!r}, [{table}] {self.written(column)!r}:"
                         f" {unknown(kind, name, valid)}"
                     )
+
+    def __repr__(self) -> str:
+        span = f"{self.time[-1] - self.time[0]:.4g} s" if self.time.size else "empty"
+        return (
+            f"Recording({self.name!r} on model {self.model!r}: {self.time.size} samples, {span};"
+            f" driven: {', '.join(self.drive) or 'none'};"
+            f" measured: {', '.join(self.measured) or 'none'})"
+        )
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The columns, each in the unit of its name, over the index `time_s`."""
+        return pd.DataFrame(dict(self.columns), index=pd.Index(self.time, name=TIME))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Recording):

@@ -278,6 +278,14 @@ class SweepResult:
     rollouts: int  # number of rows
     table: ParquetParts  # `rollout`, axes, outputs, `failed`, `unsolved`; a row a rollout
 
+    def __repr__(self) -> str:
+        axes = ", ".join(axis.name for axis in self.axes)
+        return f"SweepResult({self.rollouts} rollouts over {axes}; {len(self.outputs)} outputs)"
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """The table, a row a rollout: axes and outputs in SI units, `failed` and `unsolved`."""
+        return pandas.DataFrame(self.table.read())
+
     def column(self, name: str) -> NDArray[Any]:
         """A column of the table, (rollouts,)."""
         return self.table.read([name])[name]
@@ -330,7 +338,7 @@ class SweepResult:
         if self.rollouts > _MOST_ROWS:
             return None
         with whole_file(path) as made:
-            pandas.DataFrame(self.table.read()).to_csv(made, index=False)
+            self.to_dataframe().to_csv(made, index=False)
         return path
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Collection, Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,9 @@ def replay_figure(measured: Recording, simulated: Mapping[str, Recording]) -> Fi
         figure = style.new_figure(9.5 if drive else 6.5, 0.6 + 2.2 * rows)
         source = textwrap.fill(f"recording: {measured.source}", 110)
         figure.suptitle(
-            f"{measured.name} on model {measured.model}\n{source}", fontsize=9.0, parse_math=False
+            f"{measured.name} on model {Path(measured.model).name}\n{source}",
+            fontsize=9.0,
+            parse_math=False,
         )
         ratios = (1.25, 1.0, 0.5) if drive else (1.25, 0.6)
         grid = figure.subplots(rows, len(ratios), squeeze=False, sharex="col", width_ratios=ratios)
@@ -114,7 +117,8 @@ def before_after_figure(
     rows = len(measured.measured)
     with style.print_style():
         figure = style.new_figure(8.0, 0.9 + 3.1 * rows)
-        source = textwrap.fill(f"{measured.name} on model {measured.model}: {measured.source}", 105)
+        on = f"{measured.name} on model {Path(measured.model).name}"
+        source = textwrap.fill(f"{on}: {measured.source}", 105)
         figure.suptitle(source, fontsize=9.0, parse_math=False)
         grid = figure.subplots(
             2 * rows, 2, squeeze=False, sharex="col", sharey="row", height_ratios=(1.7, 1.0) * rows

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import base64
+import hashlib
+import inspect
 import io
+import os
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
@@ -70,7 +74,7 @@ def write_report(
 ) -> list[Path]:
     """Write ``report.html`` and its pictures, each as a PNG too.
 
-    The page needs no other file. It links to ``model.xml`` where that lies in the folder already.
+    The page needs no other file; it holds ``model.xml`` if that is in the folder already.
 
     Args:
         diagnosis: to report.
@@ -96,7 +100,7 @@ def write_report(
         sysid=sysid,
         no_sysid=no_sysid,
         provenance=provenance,
-        model=MODEL if (folder / MODEL).is_file() else "",
+        model=(folder / MODEL).read_text("utf-8") if (folder / MODEL).is_file() else "",
     )
     contents = {f"{name}.png": picture for name, picture in pictures.items()}
     contents["report.html"] = text.encode()
@@ -118,10 +122,54 @@ def report_page(
 ) -> str:
     """The page as HTML, see `write_report`. Every text that comes from a file is escaped.
 
-    ``pictures`` are PNGs of `diagnosis_figures` by name; ``model`` is the file of the final model
-    next to the page, empty where there is none.
+    ``pictures`` are PNGs of `diagnosis_figures` by name; ``model`` is the MJCF text of the final
+    model, empty where there is none.
     """
+    row, column = most_telling(simulated)
+    white, correlations = residual_autocorrelations(row), parameter_correlations(diagnosis)
+    details = {"whiteness": whiteness_figure(white, changed=diagnosis.changed)}
+    if correlations:
+        details["correlations"] = correlation_figure(correlations)
+    first = _first(diagnosis, row, column, sysid.signals if sysid else None)
+    first["pictures"] |= {
+        name: base64.b64encode(png).decode()
+        for name, png in {**pictures, **{n: as_png(f) for n, f in details.items()}}.items()
+    }
+    ties = [(group, advise(group, diagnosis.catalogue)) for group in diagnosis.indistinguishable]
+    return (
+        _environment(linked=bool(model))
+        .get_template("report.html")
+        .render(
+            first,
+            errors_in_training=error_rows(diagnosis.train),
+            catalogue=diagnosis.catalogue,
+            white=white,
+            correlations=correlations,
+            sensitivity=noise_sensitivity(diagnosis),
+            sysid=sysid,
+            no_sysid=no_sysid,
+            provenance=provenance or collect_provenance(),
+            ties=ties,
+            recordings=_uses(diagnosis),
+            model=model,
+            model_says=inspect.cleandoc(model.partition("<!--")[2].partition("-->")[0]).strip(),
+            model_file=base64.b64encode(model.encode()).decode(),
+        )
+    )
+
+
+def first_screen(diagnosis: Diagnosis) -> str:
+    """First screen of the page as HTML without a style, for a notebook; simulates once more."""
+    first = _first(diagnosis, *most_telling(diagnosis.simulate()))
+    page = _environment().get_template("first.html").render(first)
+    return page.replace("<img ", '<img style="max-width: 100%" ')
+
+
+def _environment(*, linked: bool = False) -> Environment:
     environment = page_templates()
+    script = environment.get_template("copy.js").render()
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    environment.globals |= {"script": Markup(script), "script_digest": digest}
     environment.filters |= {
         "short": partial(written, digits=4),
         "percent": percent,
@@ -130,42 +178,30 @@ def report_page(
         "file_name": lambda path: Path(path).name,
         "value_rows": value_rows,
         "quantity": quantity,
-        "linked": partial(_with_links, file=model),
+        "linked": _with_links if linked else escape,
+        "local": _local,
     }
-    row, column = most_telling(simulated)
-    rival = sysid.signals if sysid else None
+    return environment
+
+
+def _first(
+    diagnosis: Diagnosis, row: BeforeAfter, column: str, rival: Mapping[str, float] | None = None
+) -> dict[str, Any]:
+    """Names of the template of the first screen: texts, and the signal that tells most."""
     held_out = any(row.measured.name == r.name for r in _held_out_only(diagnosis))
-    white, correlations = residual_autocorrelations(row), parameter_correlations(diagnosis)
-    details = {
-        "first": signal_figure(row, column, changed=diagnosis.changed),
-        "whiteness": whiteness_figure(white, changed=diagnosis.changed),
+    picture = as_png(signal_figure(row, column, changed=diagnosis.changed))
+    return {
+        "d": diagnosis,
+        "changed": diagnosis.changed,
+        "meaning": meaning(diagnosis),
+        "headline": headline(diagnosis),
+        "to_do": what_to_do(diagnosis),
+        "errors": error_rows(diagnosis.held_out, rival, diagnosis.reproducibility),
+        "pictures": {"first": base64.b64encode(picture).decode()},
+        "shown": row.measured.name,
+        "role": ", held out" if held_out else "",
+        "signal": column,
     }
-    if correlations:
-        details["correlations"] = correlation_figure(correlations)
-    shown = {**pictures, **{name: as_png(figure) for name, figure in details.items()}}
-    ties = [(group, advise(group, diagnosis.catalogue)) for group in diagnosis.indistinguishable]
-    return environment.get_template("report.html").render(
-        d=diagnosis,
-        changed=diagnosis.changed,
-        meaning=meaning(diagnosis),
-        headline=headline(diagnosis),
-        to_do=what_to_do(diagnosis),
-        errors=error_rows(diagnosis.held_out, rival, diagnosis.reproducibility),
-        errors_in_training=error_rows(diagnosis.train),
-        catalogue=diagnosis.catalogue,
-        pictures={name: base64.b64encode(png).decode() for name, png in shown.items()},
-        shown=row.measured.name,
-        role=", held out" if held_out else "",
-        signal=column,
-        white=white,
-        correlations=correlations,
-        sensitivity=noise_sensitivity(diagnosis),
-        sysid=sysid,
-        no_sysid=no_sysid,
-        provenance=provenance or collect_provenance(),
-        ties=ties,
-        recordings=_uses(diagnosis),
-    )
 
 
 def as_png(figure: Figure) -> bytes:
@@ -192,8 +228,15 @@ def _uses(diagnosis: Diagnosis) -> list[tuple[Recording, str]]:
     ]
 
 
-def _with_links(sentence: str, file: str) -> Markup:
-    """A sentence with links to a file where it names it."""
-    escaped = escape(sentence)
-    link = Markup('<a href="{0}">{0}</a>').format(file)
-    return Markup(escaped.replace(file, link)) if file else escaped
+def _with_links(sentence: str) -> Markup:
+    """A sentence with links to the model in the page where it names it."""
+    link = Markup('<a href="#model">{0}</a>').format(MODEL)
+    return Markup(escape(sentence).replace(MODEL, link))
+
+
+def _local(text: str) -> str:
+    """A path or command from the current folder, or from ~, so that it names no user."""
+    for folder, short in ((Path.cwd(), ""), (Path.home(), f"~{os.sep}")):
+        if folder != Path(folder.anchor):
+            text = text.replace(f"{folder}{os.sep}", short)
+    return text

@@ -57,7 +57,7 @@ def diagnosis_figures(
     figures = {}
     if diagnosis.verdict != "nothing missing":
         remaining = diagnosis.remaining if changed else None
-        figures["misfit"] = _misfit_figure(diagnosis.located, remaining)
+        figures["misfit"] = misfit_figure(diagnosis.located, remaining)
     figures["gap"] = _errors_figure(diagnosis, sysid)
     if changed:
         figures["proof"] = _proof_figure(*diagnosis.proof, diagnosis.bars)
@@ -112,7 +112,8 @@ def correlation_figure(correlations: Correlations) -> Figure:
         axes.imshow(matrix, cmap=_OF_SIGN, vmin=-1.0, vmax=1.0, aspect="auto")
         for (row, column), value in np.ndenumerate(matrix):
             ink = "white" if abs(value) > 0.7 else "black"
-            axes.text(column, row, f"{value:.2f}", ha="center", va="center", color=ink)
+            number = f"{value:.2f}".replace("-", "−")
+            axes.text(column, row, number, ha="center", va="center", color=ink)
         axes.set_xticks(range(len(names)), names, rotation=35, ha="right", parse_math=False)
         axes.set_yticks(range(len(names)), names, parse_math=False)
         axes.grid(visible=False)
@@ -177,7 +178,7 @@ def _draw_errors(
     axes.grid(visible=False, axis="y")
 
 
-def _misfit_figure(located: Located, remaining: Located | None) -> Figure:
+def misfit_figure(located: Located, remaining: Located | None) -> Figure:
     """Share [%] of the misfit in every bin of every regime, before and after, and of the time.
 
     The misfit is the power beyond noise, time × (rms² − 1); that after is in shares of that before.

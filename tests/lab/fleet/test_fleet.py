@@ -5,6 +5,7 @@ import json
 import pandas
 import pytest
 
+import tendon_mj
 from tendon_mj.cli import main
 from tendon_mj.lab.fleet import find_rigs, run_fleet
 from tendon_mj.lab.tasks import Workers
@@ -39,6 +40,15 @@ def test_the_rig_that_changed_is_named_with_what_and_since_when(run):
     assert [changed["before"], changed["after"]] == pytest.approx([BEFORE, AFTER], abs=0.01)
     assert f"{CHANGED}: sheath.friction 0.1" in rigs[CHANGED]["sentence"]
     assert "since 2026-03-05" in rigs[CHANGED]["sentence"]
+
+
+def test_the_function_returns_what_the_command_finds_as_a_table(run):
+    result = tendon_mj.fleet(run / "hands", run / "out" / "rigs")
+    table = result.to_dataframe()
+    found = json.loads((run / "out" / "result.json").read_text(encoding="utf-8"))
+    assert list(table["rig"]) == [rig["rig"] for rig in found["rigs"]]
+    assert found["sentence"] in repr(result)
+    assert len(repr(result).splitlines()) == 1
 
 
 def test_a_rig_that_cannot_be_fitted_is_told_and_stops_no_other(run):

@@ -10,7 +10,6 @@ from typing import Any
 
 import matplotlib.dates as mdates
 import numpy as np
-import pandas
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -85,7 +84,7 @@ def _rig_cells(fleet: FleetResult, rig: RigResult) -> Sequence[str]:
 def write_table(fleet: FleetResult, path: Path) -> Path:
     """Write a CSV with a row for each rig, in SI units, and return its path."""
     with whole_file(path) as made:
-        pandas.DataFrame([rig.row() for rig in fleet.rigs]).to_csv(made, index=False)
+        fleet.to_dataframe().to_csv(made, index=False)
     return path
 
 

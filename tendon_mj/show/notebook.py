@@ -1,0 +1,219 @@
+"""Functions for a notebook: commands that return objects, and plots that return figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from matplotlib.figure import Figure
+
+from tendon_mj.attach import view_sheath
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.lab import finger
+from tendon_mj.lab.data_check import Checked, check_recording
+from tendon_mj.lab.diagnosis import Diagnosis
+from tendon_mj.lab.fleet import FleetResult, find_rigs, run_fleet
+from tendon_mj.lab.recordings import Recording, read_recording
+from tendon_mj.lab.replay import format_template, replay_recording
+from tendon_mj.lab.sweep import Sweep, SweepResult, motion_recording, run_sweep
+from tendon_mj.models import load_model, model_path
+from tendon_mj.show.figures import style
+from tendon_mj.show.figures.simulations import before_after_figure, replay_figure
+from tendon_mj.show.report.pictures import misfit_figure
+from tendon_mj.show.report.text import most_telling
+from tendon_mj.whole_file import whole_file
+
+GivenRecording = Recording | str | Path
+
+
+def init(model: str, path: str | Path) -> Path:
+    """Write a description of recordings of a model, to be filled in; returns its path.
+
+    Args:
+        model: name of a model of the package, or path of an MJCF file from the description's
+            folder.
+        path: TOML file to write.
+
+    Raises:
+        UnknownNameError: no such model.
+        InvalidValueError: the file exists already.
+    """
+    path = Path(path)
+    if path.exists():
+        raise InvalidValueError(f"{path} exists already; give another path, or remove it first")
+    with whole_file(path) as made:
+        text = format_template(load_model(model, beside=path.parent), model)
+        made.write_text(text, encoding="utf-8", newline="\n")
+    return path
+
+
+def check(
+    recording: GivenRecording,
+    model: mujoco.MjModel | None = None,
+    *,
+    settle: float | None = None,
+) -> Checked:
+    """Simulate a recording at the values that its description states, and warn of its faults.
+
+    Args:
+        recording: recording, or the path of its table or TOML file.
+        model: model in place of the one that the recording names; not changed.
+        settle: time before the first sample [s]; default: as the recording states.
+
+    Raises:
+        RecordingError: a recording that cannot be read or simulated.
+    """
+    return check_recording(_read(recording), model, settle=settle)
+
+
+def simulate(
+    model: str = "finger", motion: str = "curl", *, friction: float | None = None
+) -> Recording:
+    """Let the finger follow joint angles or tendon tensions; returns every sensor's series.
+
+    Args:
+        model: "finger" or "finger_spring".
+        motion: "curl", "tap", "press", "hold", or the path of a CSV file with time_s and either
+            joint angles or tensions.
+        friction: friction coefficient of every sheath [-]; default: as in the model.
+
+    Raises:
+        UnknownNameError: no such model or motion.
+        InvalidValueError: a motion that the finger cannot follow.
+    """
+    trajectory = finger.find_trajectory(motion)
+    return finger.simulate_finger(trajectory, load_model(model), name=model, friction=friction)
+
+
+def sweep(
+    model: str,
+    parameters: Sequence[str],
+    folder: str | Path,
+    *,
+    motion: str | None = None,
+    duration: float | None = None,
+    draws: int = 0,
+    seed: int = 0,
+    outputs: Sequence[str] = (),
+    again: bool = False,
+) -> SweepResult:
+    """Simulate a model with many values of its parameters; an interrupted sweep is continued.
+
+    It runs on all cores, for which a script has to call it under `if __name__ == "__main__":`.
+
+    Args:
+        model: name of a model of the package, or path of an MJCF file.
+        parameters: such as "flexor.friction=0.05:0.3:6"; see `tendon-mj sweep --help`.
+        folder: folder for the table of results, which is kept.
+        motion: name of a motion of the finger, or path of a CSV file; default: the model's own.
+        duration: duration of the motion [s]; default: its own.
+        draws: number of random draws of the ranges without a grid.
+        seed: seed of the draws.
+        outputs: such as "tip_force.max"; default: all.
+        again: whether to start again in a folder that holds another sweep.
+
+    Raises:
+        UnknownNameError: no such model, motion, parameter or output.
+        InvalidValueError: a range or folder that cannot be used.
+    """
+    compiled = load_model(model)
+    driven = motion_recording(model_path(model).stem, compiled, motion, duration)
+    plan = Sweep(compiled, driven, parameters, draws=draws, seed=seed, outputs=outputs)
+    return run_sweep(plan, Path(folder), again=again)
+
+
+def fleet(folder: str | Path, out: str | Path) -> FleetResult:
+    """Find which rig of many changed, and which differs from the others.
+
+    Args:
+        folder: folder with a folder of dated recordings for each rig.
+        out: folder for results of each rig, which the next call does not compute again.
+
+    Raises:
+        RecordingError: the folder is not a fleet.
+    """
+    return run_fleet(find_rigs(Path(folder), Path(out)), Path(out))
+
+
+def plot_recording(recording: GivenRecording) -> Figure:
+    """Measured columns of a recording over time, and over its drive.
+
+    Raises:
+        RecordingError: a recording that cannot be read, or has no measured column.
+    """
+    return replay_figure(_read(recording), {})
+
+
+def plot_fit(
+    recording: GivenRecording | Diagnosis,
+    simulated: Mapping[str, Recording] | Recording | mujoco.MjModel | None = None,
+) -> Figure:
+    """Measured and simulated columns, with their rms errors.
+
+    Args:
+        recording: recording; or a diagnosis, of which the recording with the largest error is
+            drawn before and after it, with the residuals.
+        simulated: label → simulation of the recording, one simulation, or a model to simulate it
+            on; default: the model that the recording names.
+
+    Raises:
+        RecordingError: a recording that cannot be read or simulated, or has no measured column.
+    """
+    if isinstance(recording, Diagnosis):
+        shown, _ = most_telling(recording.simulate())
+        after = shown.after if recording.changed else None
+        return before_after_figure(shown.measured, shown.before, after)
+    recording = _read(recording)
+    if simulated is None or isinstance(simulated, mujoco.MjModel):
+        simulated = replay_recording(recording, simulated)
+    if isinstance(simulated, Recording):
+        simulated = {"simulated": simulated}
+    return replay_figure(recording, simulated)
+
+
+def plot_misfit(diagnosis: Diagnosis) -> Figure:
+    """Share of the misfit beyond noise in each regime of the motion, before and after."""
+    return misfit_figure(diagnosis.located, diagnosis.remaining if diagnosis.changed else None)
+
+
+def plot_sheath(model: mujoco.MjModel, data: mujoco.MjData, sheath: str) -> Figure:
+    """Tension [N] along a tendon in its sheath, from its input end to its output end [m].
+
+    Args:
+        model: model with sheaths.
+        data: its data, after a step or `mj_forward`.
+        sheath: name of the sheath or of its tendon.
+
+    Raises:
+        UnknownNameError: no such sheath or tendon.
+    """
+    view = view_sheath(model, data, sheath)
+    lengths = np.linalg.norm(np.diff(view.positions, axis=0), axis=1)
+    unit = style.drawn_unit("along_m", lengths.cumsum())
+    along = unit.factor * np.concatenate([[0.0], lengths.cumsum()])
+    with style.print_style():
+        figure = style.new_figure(6.5, 2.8)
+        axes = figure.subplots()
+        axes.stairs(view.tension, along, baseline=None, color=style.BLUE, linewidth=2.0)
+        slipping = view.slip != 0.0
+        between = 0.5 * (view.tension[:-1] + view.tension[1:])
+        for chosen, colour, label in (
+            (slipping, style.VERMILLION, "guide that slips"),
+            (~slipping, style.GREY, "guide that sticks"),
+        ):
+            if chosen.any():
+                axes.plot(along[1:-1][chosen], between[chosen], "o", color=colour, label=label)
+        axes.set(
+            title=f"{view.name} at {data.time:.4g} s",
+            xlabel=f"from the input end [{unit.symbol}]",
+            ylabel="tension [N]",
+        )
+        axes.set_ylim(0.0, 1.15 * view.tension.max() or 1.0)
+        style.legend_below(figure, axes, columns=2)
+    return figure
+
+
+def _read(recording: GivenRecording) -> Recording:
+    return recording if isinstance(recording, Recording) else read_recording(recording)

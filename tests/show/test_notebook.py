@@ -1,0 +1,88 @@
+"""Functions for a notebook: they return what the commands find, and figures of it."""
+
+import mujoco
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import tendon_mj
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.models import example_recording
+from tests.show.rigs import PULLED, TENSION
+
+FRICTION = 0.3
+
+
+@pytest.fixture(scope="module")
+def recording():
+    return tendon_mj.read_recording(example_recording())
+
+
+def test_a_recording_is_short_and_a_table(recording):
+    assert len(repr(recording)) < 300
+    assert repr(recording.name) in repr(recording)
+    table = recording.to_dataframe()
+    assert table.index.name == "time_s"
+    assert list(table.columns) == list(recording.columns)
+    np.testing.assert_array_equal(table.index, recording.time)
+
+
+def test_plots_of_a_recording_are_figures_with_a_panel_for_each_signal(recording):
+    count = len(recording.measured)
+    drawn = tendon_mj.plot_recording(example_recording())
+    assert isinstance(drawn, Figure)
+    assert len(drawn.axes) == 3 * count  # over time, over the drive, and the legend
+    fitted = tendon_mj.plot_fit(recording)
+    assert len(fitted.axes) == 3 * count
+    assert len(fitted.axes[0].lines) == len(drawn.axes[0].lines) + 1
+
+
+def test_a_sheath_is_drawn_from_its_input_to_its_output_tension():
+    spec = mujoco.MjSpec.from_string(PULLED)
+    tendon_mj.add_friction(spec, "t", friction=FRICTION)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.ctrl[:] = TENSION
+    for _ in range(200):
+        mujoco.mj_step(model, data)
+    view = tendon_mj.view_sheath(model, data, "t")
+    (axes,) = tendon_mj.plot_sheath(model, data, "t").axes
+    values, edges, _ = axes.patches[0].get_data()
+    np.testing.assert_array_equal(values, view.tension)
+    assert edges[0] == 0.0
+    assert axes.get_ylim()[0] == 0.0 < view.tension.max() < axes.get_ylim()[1]
+
+
+def test_check_finds_no_faults_in_the_example():
+    checked = tendon_mj.check(example_recording())
+    assert "no faults found" in repr(checked) or all(w.sentence for w in checked.warnings)
+
+
+def test_init_writes_a_description_and_keeps_an_existing_one(tmp_path):
+    path = tendon_mj.init("finger", tmp_path / "pull.toml")
+    assert 'model = "finger"' in path.read_text("utf-8")
+    with pytest.raises(InvalidValueError, match=r"pull\.toml exists already"):
+        tendon_mj.init("finger", path)
+
+
+def test_simulate_returns_a_recording_without_friction_where_there_is_none():
+    answer = tendon_mj.simulate("finger", "tap", friction=0.0)
+    tension = [answer.columns[f"flexor_{end}_tension_N"] for end in ("input", "output")]
+    np.testing.assert_allclose(*tension, rtol=1e-9)
+
+
+def test_a_sweep_is_a_table_with_a_row_for_each_rollout(tmp_path):
+    given = {"motion": "tap", "duration": 0.1, "outputs": ["tip_force.max"]}
+    done = tendon_mj.sweep("finger", ["flexor.friction=0.05,0.1"], tmp_path, **given)
+    assert len(repr(done).splitlines()) == 1
+    table = done.to_dataframe()
+    assert list(table["flexor.friction"]) == [0.05, 0.1]
+    assert "tip_force.max" in table.columns
+
+
+def test_live_parameters_are_short():
+    model = tendon_mj.load_model("finger")
+    shown = repr(tendon_mj.Parameters(model, mujoco.MjData(model)))
+    assert shown.startswith("Parameters(")
+    assert "flexor_sheath" in shown
+    assert len(shown) < 200

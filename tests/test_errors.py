@@ -1,0 +1,42 @@
+"""Names that do not exist: what a message suggests and lists."""
+
+import pytest
+
+from tendon_mj.errors import unknown
+
+ATTRIBUTES = ["friction", "axial_stiffness", "pretension", "creep", "slack", "backlash", "lag"]
+PARAMETERS = [f"{tendon}_sheath.{name}" for tendon in ("flexor", "extensor") for name in ATTRIBUTES]
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        *(("mu", "friction"), ("μ", "friction"), ("EA", "axial_stiffness")),
+        *(("T_0", "pretension"), ("frictoin", "friction")),
+    ],
+)
+def test_symbols_and_misspelt_names_are_understood(name, meant):
+    assert f"did you mean {meant!r}?" in unknown("parameter", name, ATTRIBUTES)
+    here = f"flexor_sheath.{name}"
+    assert f"did you mean 'flexor_sheath.{meant}'?" in unknown("parameter", here, PARAMETERS)
+
+
+@pytest.mark.parametrize(
+    ("name", "valid"),
+    [
+        ("grasp", ["curl", "tap", "press", "hold"]),
+        ("mu", ["creep", "lag"]),
+        ("flexor_sheath.mass", ["flexor_sheath.lag", "flexor_sheath.creep"]),
+        ("hand", []),
+    ],
+)
+def test_nothing_is_suggested_that_is_not_alike(name, valid):
+    assert "did you mean" not in unknown("name", name, valid)
+
+
+def test_of_many_names_the_five_most_alike_are_listed_and_how_to_list_all():
+    message = unknown("parameter", "flexor_sheath.creap", PARAMETERS)
+    listed = message.partition("there are: ")[2]
+    assert listed.count("'") == 2 * 5
+    assert "'flexor_sheath.creep'" in listed
+    assert "tendon-mj parameters" in listed
