@@ -310,6 +310,23 @@ def assemble(
         time = read_clock(cells[of_clock], clock, sources[clock], rows, where)
     except RecordingError as error:
         raise _refusal([*faults, str(error)]) from None
+    samples = _samples(where, sources, clock, time, rows, cells, needed, faults)
+    if faults := [*faults, *samples.faults()]:
+        raise _refusal(faults)
+    return samples.joined(held) if samples.sparse else samples.table(names.layout)
+
+
+def _samples(
+    where: str,
+    sources: Mapping[str, Source],
+    clock: str,
+    time: Stamps,
+    rows: NDArray[np.int64],
+    cells: Columns,
+    needed: Sequence[str],
+    faults: list[str],
+) -> _Samples:
+    """Rows in which a needed column has a value; faults of which rows these are are added."""
     numbers = {
         c: cells[s.column] for c, s in sources.items() if c not in TIMES and s.column in cells
     }
@@ -317,16 +334,13 @@ def assemble(
     filled = ~np.isnan(np.reshape([numbers[c] for c in needed], (len(needed), rows.size)))
     kept = filled.any(axis=0) if needed else time.there
     if not time.there[kept].all():
-        faults.append(at(where, rows[kept & ~time.there], of_clock, "empty cell"))
+        faults.append(at(where, rows[kept & ~time.there], sources[clock].column, "empty cell"))
         kept &= time.there
     if kept.sum() < 2 and not faults:
         faults.append(too_few_rows(int(kept.sum()), where))
     numbers = {column: values[kept] for column, values in numbers.items()}
     stamps, rows, filled = time.stamps[kept], rows[kept], filled[:, kept]
-    samples = _Samples(where, sources, clock, time, stamps, rows, numbers, needed, filled)
-    if faults := [*faults, *samples.faults()]:
-        raise _refusal(faults)
-    return samples.joined(held) if samples.sparse else samples.table(names.layout)
+    return _Samples(where, sources, clock, time, stamps, rows, numbers, needed, filled)
 
 
 @dataclass(frozen=True)
