@@ -99,7 +99,7 @@ def test_an_unknown_name_comes_with_the_nearest():
     with refusing(UnknownNameError, "'sheath.fricton'; did you mean 'sheath.friction'"):
         parameters["sheath.fricton"] = 0.1
     for name in ("nothing", 3, None):
-        with refusing(UnknownNameError, "unknown parameter", "there are: 'sheath.axial_damping'"):
+        with refusing(UnknownNameError, "unknown parameter", "there are: 'sheath."):
             parameters[name]
     with refusing(InvalidValueError, "cannot be removed"):
         del parameters[MU]
