@@ -105,6 +105,9 @@ def _compute_passive_again(m: int, d: int) -> None:
 @compiled
 def _meet_late_controls(m: int, d: int, instance: int) -> None:
     """Let friction meet controls that were set after passive forces had been computed."""
+    binding = binding_of(d, instance, SHEATH)
+    if binding != 0 and binding_at(binding).leads == 0.0:
+        return
     if not has_own_state(m, d, instance):  # binds it in a copy
         return
     bound = binding_at(binding_of(d, instance, SHEATH))
