@@ -40,7 +40,7 @@ from tendon_mj.typing import FloatArray
 
 _ROUNDS = 64  # of which strains below 1 need about 4; each at least doubles a strain that is above
 _FARTHEST = 16.0  # scale of a map, beyond which the rounding of its shift would count
-SETTLED = 1e-16  # error of a tension over the largest, where Newton's method need not go on
+_SETTLED = 1e-16  # error of a tension over the largest, where Newton's method need not go on
 TOUCHING = 1e-12  # relative distance at which a tension counts as being at its bound
 TOLERANCE = 8 * ROUNDING  # of a tension beyond its bound; a guide there would chatter
 
@@ -249,8 +249,8 @@ def _slip_at_bound(segments: Segments, guides: Guides, i: int, passed: float) ->
     return 0.0
 
 
-@apart
-def set_flows(segments: Segments, guides: Guides, given: bool) -> bool:
+@compiled
+def _set_flows(segments: Segments, guides: Guides, given: bool) -> bool:
     """Flows over the guides; whether every segment ends with the length of its tension.
 
     A slack segment may end with more. It keeps what it has unless a neighbour needs it.
@@ -346,3 +346,14 @@ def find_slip(segments: Segments, guides: Guides, given: bool, within: float) ->
         for j in range(len(segments)):
             segments[j].tension = math.inf
     return solved
+
+
+@apart
+def balance(segments: Segments, guides: Guides, given: bool) -> bool:
+    """Tensions, flows and slip for given holding ratios; as `find_slip`, and then the flows.
+
+    Returns:
+        False also where rounding leaves a segment without the length of its tension.
+    """
+    solved = find_slip(segments, guides, given, _SETTLED)
+    return solved and _set_flows(segments, guides, given)

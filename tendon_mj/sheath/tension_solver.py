@@ -14,7 +14,7 @@ import math
 
 from tendon_mj.native import Array, apart, compiled, entry
 from tendon_mj.sheath.records import GUIDE, ROUNDING, SEGMENT, Guides, Segments
-from tendon_mj.sheath.tension_by_breakpoints import SETTLED, find_slip, lies_slack, set_flows
+from tendon_mj.sheath.tension_by_breakpoints import balance, find_slip, lies_slack
 from tendon_mj.sheath.tension_by_slip_pattern import follow_pattern, guess_from_motion
 from tendon_mj.sheath.tension_with_drag import balance_dragged
 
@@ -22,18 +22,16 @@ _NEAR = 1e-6  # error of a tension over the largest, with which the slip is as a
 
 
 @apart
-def _make_sluggish(segments: Segments, guides: Guides) -> bool:
+def _make_sluggish(segments: Segments, guides: Guides) -> None:
     """Give the guides a drag that takes no more than rounding from any flow.
 
-    It decides where slack tendon goes, which tension-independent friction leaves open. False where
-    there is no tendon.
+    It decides where slack tendon goes, which tension-independent friction leaves open.
     """
     total = 0.0
     for j in range(len(segments)):
         total += segments[j].stored
     for i in range(len(guides)):
         guides[i].drag, guides[i].momentum = ROUNDING / total, 0.0
-    return total > 0.0
 
 
 @compiled
@@ -52,9 +50,12 @@ def _balance(segments: Segments, guides: Guides, given: bool) -> bool:
         return False
     if follow_pattern(segments, guides, given):
         return True
-    if find_slip(segments, guides, given, SETTLED) and set_flows(segments, guides, given):
+    if balance(segments, guides, given):
         return True
-    return not given and _make_sluggish(segments, guides) and balance_dragged(segments, guides)
+    if given:
+        return False
+    _make_sluggish(segments, guides)
+    return balance_dragged(segments, guides)
 
 
 @compiled

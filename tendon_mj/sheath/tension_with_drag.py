@@ -38,7 +38,7 @@ import numpy as np
 
 from tendon_mj.native import Array, External, apart, compiled
 from tendon_mj.sheath.records import ROUNDING, Guides, Segments
-from tendon_mj.sheath.tension_by_breakpoints import SETTLED, find_slip, lies_slack, set_flows
+from tendon_mj.sheath.tension_by_breakpoints import balance, lies_slack
 from tendon_mj.sheath.tension_by_slip_pattern import is_frictionless
 from tendon_mj.typing import FloatArray
 
@@ -352,15 +352,6 @@ def _solve_in_turn(segments: Segments, guides: Guides) -> bool:
     return False
 
 
-@compiled
-def _balance_undragged(segments: Segments, guides: Guides) -> bool:
-    """Equilibrium without the drag."""
-    if lies_slack(segments, guides):
-        return True
-    solved = find_slip(segments, guides, False, SETTLED)
-    return solved and set_flows(segments, guides, False)
-
-
 @apart
 def balance_dragged(segments: Segments, guides: Guides) -> bool:
     """Equilibrium for given holding ratios, DRAG > 0 at every guide.
@@ -373,7 +364,8 @@ def balance_dragged(segments: Segments, guides: Guides) -> bool:
         guides[i].flow = 0.0
     if _follow_pattern(segments, guides, 0.0, _LEAST) and _hold_tendon(segments, guides, _LEAST):
         return True
-    if _balance_undragged(segments, guides) and _solve_in_turn(segments, guides):
+    undragged = lies_slack(segments, guides) or balance(segments, guides, False)
+    if undragged and _solve_in_turn(segments, guides):
         return True
     for i in range(len(guides)):
         guides[i].flow, guides[i].slip = 0.0, 0.0
