@@ -72,7 +72,7 @@ def pulled(gain):
 
 
 def test_a_control_callback_is_a_control_that_is_set():
-    """Its friction counts from the next step on, so that both come to rest, each as it was held."""
+    """But for the first: the tendon is laid before it is set. Both come to rest."""
     model = pulled('gainprm="-1"')
     mujoco.set_mjcb_control(lambda m, d: d.ctrl.fill(5.0))
     called = simulated(model, 3000)
