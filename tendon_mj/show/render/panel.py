@@ -167,7 +167,7 @@ def _value_rows(
         label = f"{name.replace('_', ' ')} [N]"
         other = touch_forces(model, twin, frames)[name] if twin else None
         rows.append((label, INK, ("", (values,)) if other is None else ((values,), (other,))))
-    ends = "input → output"
+    ends = "in → out"
     rows.append(("tension [N]", style.GREY, (ends if twin else "", ends)))
     colours, cables = tendon_colours(model), list(frames.cables.items())
     # one row more in place of "and 1 more"
