@@ -308,7 +308,7 @@ def select_forward(
 ) -> ForwardSelection:
     """Add the best effect to a model until none improves it.
 
-    Of tied effects the simplest is added. After each addition the effects without which the model
+    Of tied effects that improve it the simplest is added. After each addition the effects without which the model
     is as good are eliminated; selection ends when that leads back to an earlier model, of the
     labels in ``seen``, to which the models extended here are added.
     """
@@ -320,10 +320,11 @@ def select_forward(
         seen.add(labels)
         candidates = context.extend(model)
         first, ranked = first or candidates, list(candidates.fitted)
-        if not ranked or not context.improves(model, ranked[0]):
+        improving = [other for other in ranked if context.improves(model, other)]
+        if not improving:
             break
         rounds.append(ranked)
-        chosen = context.optimise(simplest(ranked))
+        chosen = context.optimise(simplest(improving))
         others = [other for other in ranked if other.candidate != chosen.candidate]
         rivals[chosen.added.label] = sorted([chosen, *others], key=lambda m: m.excess)
         model = eliminate_backward(context, chosen)

@@ -122,10 +122,13 @@ def test_at_most_three_effects_are_selected_the_largest_first() -> None:
     assert selection.final.excess == pytest.approx(1.0, abs=0.01)
 
 
-def test_selection_ends_where_the_simplest_of_a_tie_is_not_worth_adding() -> None:
+def test_a_simpler_effect_that_ties_but_is_not_worth_adding_hides_no_other() -> None:
     """The effect gains 0.207, the parameter that ties with it 0.196, and 0.2 is the limit."""
     shapes = {"a": {"a": 1.0}, "b": {"a": 1.0, "d": 0.25}}
-    assert selected(shapes, {"a": 0.457}, [A, effect("b", "parameter")]) == set()
+    parameter = effect("b", "parameter")
+    (chosen,) = select(context(shapes, {"a": 0.457}, [A, parameter])).effects
+    assert chosen.candidate == A
+    assert chosen.rivals == (parameter,)
 
 
 def test_a_parameter_of_the_model_is_no_further_candidate() -> None:
