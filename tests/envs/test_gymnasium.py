@@ -1,9 +1,7 @@
 """The gymnasium environments keep its contract, and are dm_control's to float32's rounding."""
 
 import itertools
-import os
 import shutil
-import subprocess
 import sys
 
 import gymnasium
@@ -13,8 +11,8 @@ from gymnasium.utils.env_checker import check_env
 
 from tendon_mj.attach import Parameters
 from tendon_mj.envs import HoldForceEnv, Ranges, follow_trajectory, hold_force
-from tendon_mj.errors import EngineError, InvalidValueError
-from tendon_mj.show import Offscreen
+from tendon_mj.errors import InvalidValueError
+from tests.envs.screens import can_draw, run_without_screen
 from tests.refusals import refusing, silent
 
 IDS = {
@@ -31,15 +29,6 @@ for seed in range(2):  # another bend, another model
     environment.step([0.0, 0.0])
     print(environment.render() is None)
 """  # and no close()
-
-
-def can_draw():
-    """Whether this machine has an OpenGL to draw with."""
-    try:
-        with Offscreen(HoldForceEnv().simulation.model, 64, 64):
-            return True
-    except EngineError:
-        return False
 
 
 @pytest.mark.parametrize("name", IDS.values(), ids=IDS)
@@ -179,23 +168,17 @@ def test_a_picture_has_its_size_and_shows_motion_and_target(name):
         assert (np.abs(before.astype(int) - after).max(axis=2) > 50).mean() > 0.001
 
 
-def drawn(name, mode, *screen):
-    kept = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    command = [*screen, sys.executable, "-W", "error", "-c", DRAW, name, mode]
-    return subprocess.run(command, env=kept, capture_output=True, text=True, check=False)
-
-
 @pytest.mark.parametrize("name", IDS.values(), ids=IDS)
 def test_without_a_screen_pictures_are_drawn_in_silence_until_the_interpreter_ends(name):
     if not can_draw():
         pytest.skip("no OpenGL to draw with")
-    done = drawn(name, "rgb_array")
+    done = run_without_screen(DRAW, name, "rgb_array")
     assert (done.stdout.split(), done.stderr) == (["False"] * 2, "")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere windows need no DISPLAY")
 def test_a_window_without_a_screen_is_refused_and_the_other_mode_named():
-    done = drawn(HOLD_FORCE, "human")
+    done = run_without_screen(DRAW, HOLD_FORCE, "human")
     assert "EngineError: render_mode = 'human'" in done.stderr
     assert "'rgb_array'" in done.stderr
 
@@ -203,7 +186,7 @@ def test_a_window_without_a_screen_is_refused_and_the_other_mode_named():
 def test_a_window_shows_episodes_until_the_interpreter_ends():
     if shutil.which("xvfb-run") is None:
         pytest.skip("there is no xvfb-run here")
-    done = drawn(HOLD_FORCE, "human", "xvfb-run", "-a")
+    done = run_without_screen(DRAW, HOLD_FORCE, "human", screen=("xvfb-run", "-a"))
     if "GLX" in done.stderr:
         pytest.skip(f"nothing can be drawn on that screen: {done.stderr}")
     assert (done.stdout.split(), done.stderr) == (["True"] * 2, "")
