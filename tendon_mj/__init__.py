@@ -71,6 +71,7 @@ if TYPE_CHECKING:
     from tendon_mj.show import plot_recording as plot_recording
     from tendon_mj.show import plot_sheath as plot_sheath
     from tendon_mj.show import render_clip as render_clip
+    from tendon_mj.show import show_clip as show_clip
     from tendon_mj.show import simulate as simulate
     from tendon_mj.show import sweep as sweep
     from tendon_mj.show import write_report as write_report
@@ -89,7 +90,7 @@ _LAZY = {
         "Simulates Simulator",
         "models": "example_rig load_model load_spec",
         "show": "check fleet init plot_fit plot_misfit plot_recording plot_sheath render_clip "
-        "simulate sweep write_report",
+        "show_clip simulate sweep write_report",
     }.items()
     for name in names.split()
 }
@@ -147,6 +148,7 @@ __all__ = [
     "render_clip",
     "replay_error",
     "replay_recording",
+    "show_clip",
     "show_tension",
     "simulate",
     "suggest_experiment",

@@ -34,7 +34,7 @@ from tendon_mj.show import ABSENT, MODEL, value_rows, write_report
 _WRITES = (
     MODEL,
     *(f"[0-9]*_{when}.{ending}" for when in ("before", "after") for ending in ("csv", "toml")),
-    *(f"{picture}.png" for picture in ("misfit", "gap", "proof", "before_after")),
+    *(f"{picture}.png" for picture in ("rig", "misfit", "gap", "proof", "before_after")),
 )
 _NEXT = ("next.csv", "next.toml")  # written where explanations tie
 _LEFT_OUT = "The comparison with mujoco.sysid was left out (--no-sysid)."
@@ -167,8 +167,8 @@ def _print_diagnosis(diagnosis: Diagnosis, compared: SysidResult | None, no_sysi
             f" {estimated_percent(finding.confidence)}: {finding.equation}"
         )
     values = {**diagnosis.calibrated, **diagnosis.parameters}
-    for row, value in zip(value_rows(values), values.values(), strict=True):
-        span = f"{row.low} … {row.high}"
+    for row in value_rows(values):
+        value, span = row.fitted, f"{row.low} … {row.high}"
         unit = "" if row.unit == ABSENT else f" {row.unit}"
         loose = f"at an end of its range {span}" if value.at_end else f"anywhere in {span}"
         sure = f"95 % within {span}" if value.determined else loose

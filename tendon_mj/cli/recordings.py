@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import math
-import os
 import warnings
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -24,16 +23,15 @@ from tendon_mj.lab.replay import (
     Adjustable,
     Misfit,
     column_unit,
-    format_template,
     matching,
     quantity,
     read_intervals,
     replay_error,
     replay_recording,
 )
-from tendon_mj.models import load_model, model_names, model_path
+from tendon_mj.models import load_model
+from tendon_mj.show import init as write_description
 from tendon_mj.show import replay_figure
-from tendon_mj.whole_file import whole_file
 
 ValuesOf = Literal["description", "model"]
 DESCRIBED, KEPT = "as described", "with the model's values"
@@ -51,16 +49,7 @@ def init(model: tyro.conf.Positional[str], out: OutFile[Path | None] = None) -> 
     Example:
         tendon-mj init my_rig.xml --out pull.toml
     """
-    compiled = load_model(model)
-    path = out if out is not None else Path(f"{model_path(model).stem}.toml")
-    if path.exists():
-        raise InvalidValueError(f"{path} exists already; give another --out, or remove it first")
-    named = model
-    if model not in model_names() and Path(model).is_file():
-        named = Path(os.path.relpath(model, path.parent)).as_posix()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with whole_file(path) as made:
-        made.write_text(format_template(compiled, named), encoding="utf-8", newline="\n")
+    path, compiled = write_description(model, out), load_model(model)
     console.print(
         f"Wrote {path}, to be filled in: actuators {compiled.nactuator}, sensors"
         f" {compiled.nsensor}; then: tendon-mj check RECORDING.csv --description {path}"

@@ -7,8 +7,12 @@ not installed raises `MissingPackageError`.
 
 from __future__ import annotations
 
+import warnings
+from contextlib import suppress
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from glfw import GLFWError
 
 from tendon_mj.errors import MissingPackageError
 
@@ -37,12 +41,22 @@ _INSTALL = {
     "gymnasium": "pip install 'tendon-mj[gymnasium]'",
 }
 
+
+def _let_dm_control_draw_without_a_screen() -> None:
+    """Import dm_control's renderer so that it takes EGL where GLFW would only warn."""
+    with warnings.catch_warnings(), suppress(Exception):  # without EGL its own choice stands
+        warnings.simplefilter("error", GLFWError)
+        import_module("dm_control._render")
+
+
 if not TYPE_CHECKING:  # a type checker reads the imports above
 
     def __getattr__(name: str) -> Any:
         """Load a name when it is first used."""
         if name not in _LAZY:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        if _LAZY[name] == "finger":
+            _let_dm_control_draw_without_a_screen()
         try:
             value = getattr(import_module(f"{__name__}.{_LAZY[name]}"), name)
         except ModuleNotFoundError as error:

@@ -9,7 +9,8 @@ from dm_control.rl import control
 from dm_env import specs
 
 from tendon_mj.envs import tasks
-from tendon_mj.models import TENDONS, Finger, build_finger
+from tendon_mj.envs.scene import build_scene
+from tendon_mj.models import TENDONS, Finger
 
 
 class FingerPhysics(tasks.SimulatedFinger, Physics):  # type: ignore[misc]  # dm_control is not typed
@@ -22,7 +23,7 @@ class FingerPhysics(tasks.SimulatedFinger, Physics):  # type: ignore[misc]  # dm
     @classmethod
     def of(cls, finger: Finger) -> FingerPhysics:
         """Physics of a finger with these numbers."""
-        physics: FingerPhysics = cls.from_model(wrapper.MjModel(build_finger(finger).compile()))
+        physics: FingerPhysics = cls.from_model(wrapper.MjModel(build_scene(finger)))
         return physics
 
     @property
@@ -32,7 +33,7 @@ class FingerPhysics(tasks.SimulatedFinger, Physics):  # type: ignore[misc]  # dm
 
     def rebuild(self, finger: Finger) -> None:
         """Replace the model by that of a finger with other numbers; the state is reset."""
-        self._reload_from_model(wrapper.MjModel(build_finger(finger).compile()))
+        self._reload_from_model(wrapper.MjModel(build_scene(finger)))
 
 
 class _ControlTask(control.Task):  # type: ignore[misc]  # dm_control is not typed

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
+import atexit
+import weakref
 from typing import Any, ClassVar, cast
 
 import gymnasium
 import mujoco
 import numpy as np
-from matplotlib.colors import Normalize
+from numpy.typing import NDArray
 
 from tendon_mj.envs import tasks
+from tendon_mj.envs.scene import build_scene
+from tendon_mj.envs.window import Window, check_screen
 from tendon_mj.errors import InvalidValueError, TendonError
-from tendon_mj.models import TENDONS, Finger, build_finger
-from tendon_mj.plugin import segment_tensions, sheaths
-from tendon_mj.show import Image, Offscreen, add_cable, without_tendons
+from tendon_mj.models import TENDONS, Finger
+from tendon_mj.show import Image, Offscreen, find_camera
 from tendon_mj.typing import FloatArray
 
-_TENSION_SCALE = Normalize(0.0, 30.0)  # of the colours [N]
-_RADIUS = 0.0009  # of a tendon as drawn [m]
-_CENTRE, _DISTANCE = (-0.01, 0.0, -0.03), 0.22  # that the camera looks at, and from [m]
-_AZIMUTH, _ELEVATION = 90.0, -8.0  # of the camera [deg]
 _NO_ACTUATION = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
-_Observation = dict[str, FloatArray]
+_Observation = dict[str, NDArray[np.float32]]
 
 
 class FingerSimulation(tasks.SimulatedFinger):
@@ -37,13 +36,7 @@ class FingerSimulation(tasks.SimulatedFinger):
 
     def rebuild(self, finger: Finger) -> None:
         """Replace the model by that of a finger with other numbers; the state is reset."""
-        spec = build_finger(finger)
-        white = [1.0, 1.0, 1.0]  # a sky before which translucent skin is seen
-        kind, flat = mujoco.mjtTexture.mjTEXTURE_SKYBOX, mujoco.mjtBuiltin.mjBUILTIN_FLAT
-        spec.add_texture(
-            name="sky", type=kind, builtin=flat, rgb1=white, rgb2=white, width=8, height=8
-        )
-        self.model = spec.compile()
+        self.model = build_scene(finger)
         self.data = mujoco.MjData(self.model)
 
     def evaluate(self) -> None:
@@ -71,15 +64,16 @@ class FingerSimulation(tasks.SimulatedFinger):
 class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
     """A task of the finger as a gymnasium environment; `HoldForceEnv` and `FollowTrajectoryEnv`.
 
-    An observation is a dict of readings, which end at the bounds of `observation_space` as those of
-    real sensors do. An action is two numbers between −1 and 1, the spools' angles within their
-    ranges. ``info`` has the numbers that the episode drew: `friction` [-], `pretension` [N],
+    An observation is a dict of float32 readings, which end at the bounds of `observation_space` as
+    those of real sensors do. An action is two numbers between −1 and 1, the spools' angles within
+    their ranges. ``info`` has the numbers that the episode drew: `friction` [-], `pretension` [N],
     `axial_stiffness` [N], `bend` [rad].
 
     An episode is never terminated; `gymnasium.make` truncates it after its time limit.
 
     Args:
-        render_mode: None or "rgb_array".
+        render_mode: None, "rgb_array" or "human", MuJoCo's viewer, which shows every step in real
+            time.
         finger: its numbers that an episode does not draw.
         width, height: of a rendered picture [pixels].
         ranges: ``friction``, ``pretension``, ``axial_stiffness`` and ``bend``, (low, high) that
@@ -87,10 +81,11 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
 
     Raises:
         InvalidValueError: an invalid range, or another render mode.
+        EngineError: "human" without a screen.
     """
 
     metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]  # gymnasium has it an instance's
-        "render_modes": ["rgb_array"],
+        "render_modes": ["human", "rgb_array"],
         "render_fps": round(1.0 / tasks.CONTROL_TIMESTEP),
     }
     task_type: ClassVar[type[tasks.FingerTask]]
@@ -105,20 +100,26 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
         **ranges: tuple[float, float],
     ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
-            raise InvalidValueError(f"render_mode = {render_mode!r} must be None or 'rgb_array'")
+            raise InvalidValueError(
+                f"render_mode = {render_mode!r} must be None, 'human' or 'rgb_array'"
+            )
+        if render_mode == "human":
+            check_screen()
         self.render_mode = render_mode
         self._size = width, height
-        self._offscreen: Offscreen | None = None
-        self._drawn: mujoco.MjModel | None = None  # on the offscreen buffer
+        self._view: Offscreen | Window | None = None
         self.task = self.task_type(finger or Finger(), tasks.Ranges(**ranges), self.np_random)
         self.simulation = FingerSimulation(self.task.finger)
         self._steps = max(1, round(tasks.CONTROL_TIMESTEP / self.task.finger.timestep))
         readings = self.task.readings(self.simulation)
-        boxes = {
-            k: gymnasium.spaces.Box(r.low, r.high, dtype=np.float64) for k, r in readings.items()
+        self._boxes = {
+            name: gymnasium.spaces.Box(
+                reading.low.astype(np.float32), reading.high.astype(np.float32)
+            )
+            for name, reading in readings.items()
         }
         self.observation_space = cast(
-            "gymnasium.Space[_Observation]", gymnasium.spaces.Dict(cast(Any, boxes))
+            "gymnasium.Space[_Observation]", gymnasium.spaces.Dict(cast(Any, self._boxes))
         )
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(TENDONS),), np.float64)
 
@@ -142,6 +143,8 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
         self.task.random = self.np_random
         self.task.initialize_episode(self.simulation)
         self.simulation.evaluate()
+        if self.render_mode == "human":
+            self.render()
         return self._observe(), dict(self.task.drawn)
 
     def step(self, action: FloatArray) -> tuple[_Observation, float, bool, bool, dict[str, Any]]:
@@ -158,10 +161,14 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
         self.task.before_step(action, self.simulation)
         self.simulation.step(self._steps)
         reward = self.task.get_reward(self.simulation)
+        if self.render_mode == "human":
+            self.render()
         return self._observe(), reward, False, False, dict(self.task.drawn)
 
     def render(self) -> Image | None:
-        """(height, width, 3) picture, the tendons coloured by their tension; None without a mode.
+        """(height, width, 3) picture of "rgb_array": the target, and tendons coloured by tension.
+
+        Without a mode, and with "human", whose window `reset` and `step` draw, there is none.
 
         Raises:
             EngineError: no OpenGL is available; the message says what to do.
@@ -169,28 +176,43 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
         if self.render_mode is None:
             return None
         model, data = self.simulation.native
-        if self._offscreen is None or self._drawn is not model:
-            self.close()
-            self._offscreen, self._drawn = Offscreen(without_tendons(model), *self._size), model
-        camera = mujoco.MjvCamera()
-        camera.lookat[:], camera.distance = _CENTRE, _DISTANCE
-        camera.azimuth, camera.elevation = _AZIMUTH, _ELEVATION
+        if self._view is None:
+            human = self.render_mode == "human"
+            self._view = Window(model) if human else Offscreen(model, *self._size)
+            _free_at_exit(self)
 
         def add(scene: mujoco.MjvScene) -> None:
-            for name in sheaths(model):
-                add_cable(scene, *segment_tensions(model, data, name), _TENSION_SCALE, _RADIUS)
+            self.task.draw_target(self.simulation, scene)
 
-        return self._offscreen.draw(data, camera, add)
+        if isinstance(self._view, Window):
+            self._view.show(model, data, add)
+            return None
+        return self._view.draw(data, find_camera(model, None), add, model=model)
 
     def close(self) -> None:
-        """Free the graphics memory."""
-        if self._offscreen is not None:
-            self._offscreen.close()
-        self._offscreen = None
+        """Free the graphics memory, or close the window."""
+        if self._view is not None:
+            self._view.close()
+        self._view = None
 
     def _observe(self) -> _Observation:
         readings = self.task.readings(self.simulation)
-        return {name: np.clip(*reading) for name, reading in readings.items()}
+        return {
+            name: np.clip(readings[name].value.astype(np.float32), box.low, box.high)
+            for name, box in self._boxes.items()
+        }
+
+
+def _free_at_exit(environment: FingerEnv) -> None:
+    """Close an environment at the interpreter's exit, while OpenGL still works."""
+    reference = weakref.ref(environment)
+
+    def close() -> None:
+        kept = reference()
+        if kept is not None:
+            kept.close()
+
+    atexit.register(close)
 
 
 class HoldForceEnv(FingerEnv):

@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach import Parameters
+from tendon_mj.envs.scene import draw_forces, draw_pose
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.finger import OUT_OF_REACH
 from tendon_mj.models import JOINTS, TENDONS, Finger
@@ -217,6 +218,10 @@ class FingerTask(ABC):
     def get_reward(self, physics: SimulatedFinger) -> float:
         """Reward of the present state, from 0 to 1 [–]."""
 
+    @abstractmethod
+    def draw_target(self, physics: SimulatedFinger, scene: mujoco.MjvScene) -> None:
+        """Add the target to a scene; a `scene_callback` of dm_control's `render`."""
+
 
 class HoldForce(FingerTask):
     """Press the tip on the object with a force F* that the episode draws, and hold it.
@@ -244,6 +249,10 @@ class HoldForce(FingerTask):
         """Reward for a force near its target [–]."""
         off = (physics.sensor("tip_force") - self.target) / _REWARD_SCALE
         return float(np.exp(-(off**2)))
+
+    def draw_target(self, physics: SimulatedFinger, scene: mujoco.MjvScene) -> None:
+        """Add the force of the tip, a red arrow of 15 mm/N, and its target, a blue one."""
+        draw_forces(scene, physics.native[1], physics.sensor("tip_force"), self.target)
 
 
 class FollowTrajectory(FingerTask):
@@ -286,6 +295,10 @@ class FollowTrajectory(FingerTask):
         """Reward for joints near their targets [–]."""
         off = (joint_angles(physics) - self.target(physics.time())) / _REWARD_SCALE
         return float(np.exp(-(off @ off)))
+
+    def draw_target(self, physics: SimulatedFinger, scene: mujoco.MjvScene) -> None:
+        """Add the finger in its target pose, translucent blue."""
+        draw_pose(scene, physics.native[0], self.target(physics.time()))
 
 
 def joint_angles(physics: SimulatedFinger) -> FloatArray:

@@ -35,6 +35,7 @@ try:
     from tendon_mj.show.notebook import plot_misfit as plot_misfit
     from tendon_mj.show.notebook import plot_recording as plot_recording
     from tendon_mj.show.notebook import plot_sheath as plot_sheath
+    from tendon_mj.show.notebook import show_clip as show_clip
     from tendon_mj.show.notebook import simulate as simulate
     from tendon_mj.show.notebook import sweep as sweep
     from tendon_mj.show.render.clip import check_size as check_size

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 
+import imageio_ffmpeg
 import mujoco
 import numpy as np
 from matplotlib.figure import Figure
 
 from tendon_mj.attach import view_sheath
-from tendon_mj.errors import InvalidValueError
+from tendon_mj.errors import InvalidValueError, MissingPackageError
 from tendon_mj.lab import finger
 from tendon_mj.lab.data_check import Checked, check_recording
 from tendon_mj.lab.diagnosis import Diagnosis
 from tendon_mj.lab.fleet import FleetResult, find_rigs, run_fleet
 from tendon_mj.lab.recordings import Recording, read_recording
-from tendon_mj.lab.replay import format_template, replay_recording
+from tendon_mj.lab.replay import FrameRecorder, format_template, replay_recording
 from tendon_mj.lab.sweep import Sweep, SweepResult, motion_recording, run_sweep
-from tendon_mj.models import load_model, model_path
+from tendon_mj.models import load_model, model_names, model_path
 from tendon_mj.show.figures import style
 from tendon_mj.show.figures.simulations import before_after_figure, replay_figure
+from tendon_mj.show.render.clip import check_size, draw_frames
 from tendon_mj.show.report.pictures import misfit_figure
 from tendon_mj.show.report.text import most_telling
 from tendon_mj.whole_file import whole_file
@@ -28,24 +32,27 @@ from tendon_mj.whole_file import whole_file
 GivenRecording = Recording | str | Path
 
 
-def init(model: str, path: str | Path) -> Path:
+def init(model: str, path: str | Path | None = None) -> Path:
     """Write a description of recordings of a model, to be filled in; returns its path.
 
     Args:
-        model: name of a model of the package, or path of an MJCF file from the description's
-            folder.
-        path: TOML file to write.
+        model: name of a model of the package, or path of an MJCF file, which the description names
+            from its own folder.
+        path: TOML file to write; default: one of the model's name in the current folder.
 
     Raises:
         UnknownNameError: no such model.
         InvalidValueError: the file exists already.
     """
-    path = Path(path)
+    compiled = load_model(model)
+    path = Path(f"{model_path(model).stem}.toml" if path is None else path)
     if path.exists():
         raise InvalidValueError(f"{path} exists already; give another path, or remove it first")
+    if model not in model_names():
+        model = Path(os.path.relpath(model, path.parent)).as_posix()
+    path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as made:
-        text = format_template(load_model(model, beside=path.parent), model)
-        made.write_text(text, encoding="utf-8", newline="\n")
+        made.write_text(format_template(compiled, model), encoding="utf-8", newline="\n")
     return path
 
 
@@ -213,6 +220,46 @@ def plot_sheath(model: mujoco.MjModel, data: mujoco.MjData, sheath: str) -> Figu
         axes.set_ylim(0.0, 1.15 * view.tension.max() or 1.0)
         style.legend_below(figure, axes, columns=2)
     return figure
+
+
+def show_clip(
+    recording: GivenRecording,
+    model: mujoco.MjModel | None = None,
+    *,
+    width: int = 960,
+    height: int = 540,
+    camera: str | None = None,
+) -> None:
+    """Simulate a recording and play it in a notebook; see `render_clip` for the picture.
+
+    Args:
+        recording: recording, or the path of its table or TOML file.
+        model: model in place of the one that the recording names; not changed.
+        width, height: of the clip [pixels], even numbers.
+        camera: name of one of the model's; default: its first, or a view of the whole model.
+
+    Raises:
+        MissingPackageError: mediapy is not installed.
+        EngineError: no OpenGL is available; the message says what to install or set.
+        RecordingError: a recording that cannot be read or simulated.
+    """
+    try:
+        mediapy = import_module("mediapy")
+    except ModuleNotFoundError as error:
+        raise MissingPackageError(
+            f"show_clip needs {error.name}, which is not installed: "
+            "pip install 'tendon-mj[notebook]'",
+            name=error.name,
+        ) from None
+    check_size(width, height)
+    recording, recorder = _read(recording), FrameRecorder()
+    if model is None:
+        model = load_model(recording.model, beside=recording.beside)
+    replay_recording(recording, model, recorder=recorder)
+    frames = recorder.frames()
+    images = draw_frames(model, frames, width=width, height=height, camera=camera)
+    mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())  # the system need not have one
+    mediapy.show_video(images, fps=frames.fps)
 
 
 def _read(recording: GivenRecording) -> Recording:

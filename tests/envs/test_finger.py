@@ -15,8 +15,18 @@ from tendon_mj.envs import FingerPhysics, Ranges, follow_trajectory, hold_force
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.models import Finger
 from tendon_mj.plugin import sheath_arrays, sheaths
+from tests.envs.screens import can_draw, run_without_screen
 from tests.refusals import refusing
 
+DRAW = """
+from tendon_mj.envs import hold_force
+environment = hold_force(seed=0)
+environment.reset()
+environment.step([0.0, 0.0])
+drawn = environment.physics.render(48, 64)
+with_target = environment.physics.render(48, 64, scene_callback=environment.task.draw_target)
+print(with_target.shape, (drawn != with_target).any())
+"""
 MAKERS = {"hold_force": hold_force, "follow_trajectory": follow_trajectory}
 KEPT_BEND = (math.pi / 2.0, math.pi / 2.0)
 
@@ -192,3 +202,10 @@ def test_an_action_that_is_not_a_number_for_each_tendon_is_refused(action):
     with refusing(InvalidValueError, f"action = {action!r}"):
         environment.step(action)
     environment.step([0.0, 0.0])
+
+
+def test_without_a_screen_dm_control_draws_in_silence_until_the_interpreter_ends():
+    if not can_draw():
+        pytest.skip("no OpenGL to draw with")
+    done = run_without_screen(DRAW)
+    assert (done.stdout.strip(), done.stderr) == ("(48, 64, 3) True", "")

@@ -1,4 +1,8 @@
-"""The gymnasium environments keep its contract, and are those of dm_control to the bit."""
+"""The gymnasium environments keep its contract, and are dm_control's to float32's rounding."""
+
+import itertools
+import shutil
+import sys
 
 import gymnasium
 import numpy as np
@@ -7,8 +11,8 @@ from gymnasium.utils.env_checker import check_env
 
 from tendon_mj.attach import Parameters
 from tendon_mj.envs import HoldForceEnv, Ranges, follow_trajectory, hold_force
-from tendon_mj.errors import EngineError, InvalidValueError
-from tendon_mj.show import Offscreen
+from tendon_mj.errors import InvalidValueError
+from tests.envs.screens import can_draw, run_without_screen
 from tests.refusals import refusing, silent
 
 IDS = {
@@ -17,27 +21,28 @@ IDS = {
 }
 MAKERS = {"hold_force": hold_force, "follow_trajectory": follow_trajectory}
 HOLD_FORCE = IDS["hold_force"]
-
-
-def can_draw():
-    """Whether this machine has an OpenGL to draw with."""
-    try:
-        with Offscreen(HoldForceEnv().simulation.model, 64, 64):
-            return True
-    except EngineError:
-        return False
+DRAW = """
+import sys, gymnasium
+environment = gymnasium.make(sys.argv[1], render_mode=sys.argv[2])
+for seed in range(2):  # another bend, another model
+    environment.reset(seed=seed)
+    environment.step([0.0, 0.0])
+    print(environment.render() is None)
+"""  # and no close()
 
 
 @pytest.mark.parametrize("name", IDS.values(), ids=IDS)
 def test_gymnasium_s_checker_has_no_warning(name):
     environment = gymnasium.make(name)
     with silent():
-        check_env(environment.unwrapped, skip_render_check=not can_draw())
+        check_env(environment.unwrapped, skip_render_check=True)  # "human" needs a screen
 
 
 @pytest.mark.parametrize("name", IDS.values(), ids=IDS)
 def test_every_observation_is_in_its_space_whatever_the_agent_does(name):
     environment = gymnasium.make(name)
+    spaces = environment.observation_space.values()
+    assert {space.dtype for space in spaces} == {np.dtype(np.float32)}
     random = np.random.default_rng(0)
     for seed in range(3):
         seen, _ = environment.reset(seed=seed)
@@ -84,7 +89,7 @@ def test_an_episode_is_as_long_as_dm_control_s(name):
 
 
 @pytest.mark.parametrize("name", IDS)
-def test_with_the_same_draws_it_is_dm_control_s_environment_to_the_bit(name):
+def test_with_the_same_draws_it_is_dm_control_s_environment_to_float32_s_rounding(name):
     one = MAKERS[name](seed=7)
     other = gymnasium.make(IDS[name]).unwrapped
     other.reset(seed=0)
@@ -95,7 +100,7 @@ def test_with_the_same_draws_it_is_dm_control_s_environment_to_the_bit(name):
     random = np.random.default_rng(1)
     for _ in range(100):
         for reading, values in step.observation.items():
-            np.testing.assert_array_equal(values, seen[reading])
+            np.testing.assert_array_equal(values.astype(np.float32), seen[reading])
         action = random.uniform(-0.5, 0.5, 2)
         step, (seen, reward, *_) = one.step(action), other.step(action)
         assert step.reward == reward
@@ -144,22 +149,50 @@ def test_vectorised_environments_are_single_ones_to_the_bit(name, mode):
         many.close()
 
 
-def test_a_picture_has_its_size_and_shows_the_motion():
+@pytest.mark.parametrize("name", IDS.values(), ids=IDS)
+def test_a_picture_has_its_size_and_shows_motion_and_target(name):
     if not can_draw():
         pytest.skip("no OpenGL to draw with")
-    environment = gymnasium.make(HOLD_FORCE, render_mode="rgb_array", width=96, height=64)
-    environment.reset(seed=0)
-    before = environment.render()
-    for _ in range(60):
-        environment.step(np.array([0.5, -0.5]))
-    after = environment.render()
-    environment.close()
-    assert before.shape == after.shape == (64, 96, 3)
-    assert before.dtype == np.uint8
-    assert (np.abs(before.astype(int) - after).max(axis=2) > 50).mean() > 0.01
+    environment = gymnasium.make(name, render_mode="rgb_array", width=96, height=64)
+    with silent():
+        environment.reset(seed=0)
+        pictures = [environment.render()]
+        for _ in range(60):
+            environment.step(np.array([0.5, -0.5]))
+        pictures.append(environment.render())
+        environment.unwrapped.task.draw_target = lambda physics, scene: None
+        pictures.append(environment.render())
+        environment.close()
+    assert {(p.shape, p.dtype.name) for p in pictures} == {((64, 96, 3), "uint8")}
+    for before, after in itertools.pairwise(pictures):
+        assert (np.abs(before.astype(int) - after).max(axis=2) > 50).mean() > 0.001
 
 
-@pytest.mark.parametrize("given", [{"friction": (0.2, 0.1)}, {"render_mode": "human"}])
+@pytest.mark.parametrize("name", IDS.values(), ids=IDS)
+def test_without_a_screen_pictures_are_drawn_in_silence_until_the_interpreter_ends(name):
+    if not can_draw():
+        pytest.skip("no OpenGL to draw with")
+    done = run_without_screen(DRAW, name, "rgb_array")
+    assert (done.stdout.split(), done.stderr) == (["False"] * 2, "")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere windows need no DISPLAY")
+def test_a_window_without_a_screen_is_refused_and_the_other_mode_named():
+    done = run_without_screen(DRAW, HOLD_FORCE, "human")
+    assert "EngineError: render_mode = 'human'" in done.stderr
+    assert "'rgb_array'" in done.stderr
+
+
+def test_a_window_shows_episodes_until_the_interpreter_ends():
+    if shutil.which("xvfb-run") is None:
+        pytest.skip("there is no xvfb-run here")
+    done = run_without_screen(DRAW, HOLD_FORCE, "human", screen=("xvfb-run", "-a"))
+    if "GLX" in done.stderr:
+        pytest.skip(f"nothing can be drawn on that screen: {done.stderr}")
+    assert (done.stdout.split(), done.stderr) == (["True"] * 2, "")
+
+
+@pytest.mark.parametrize("given", [{"friction": (0.2, 0.1)}, {"render_mode": "ansi"}])
 def test_invalid_arguments_are_refused_when_made(given):
     ((name, value),) = given.items()
     with refusing(InvalidValueError, f"{name} = {value!r}"):

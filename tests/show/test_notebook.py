@@ -1,13 +1,21 @@
 """Functions for a notebook: they return what the commands find, and figures of it."""
 
+import base64
+import re
+import sys
+from dataclasses import replace
+
+import imageio_ffmpeg
 import mujoco
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 import tendon_mj
-from tendon_mj.errors import InvalidValueError
+from tendon_mj.errors import InvalidValueError, MissingPackageError
+from tendon_mj.lab.diagnosis import SysidResult
 from tendon_mj.models import example_recording
+from tests.lab.diagnosis.toy import Toy, rig
 from tests.show.rigs import PULLED, TENSION
 
 FRICTION = 0.3
@@ -63,6 +71,54 @@ def test_init_writes_a_description_and_keeps_an_existing_one(tmp_path):
     assert 'model = "finger"' in path.read_text("utf-8")
     with pytest.raises(InvalidValueError, match=r"pull\.toml exists already"):
         tendon_mj.init("finger", path)
+
+
+def test_init_names_a_model_from_the_folder_of_the_description(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "t.xml").write_text(PULLED)
+    path = tendon_mj.init("t.xml", "new/pull.toml")
+    assert 'model = "../t.xml"' in path.read_text("utf-8")
+    assert tendon_mj.init("t.xml").resolve() == tmp_path / "t.toml"
+
+
+def test_a_clip_is_played_in_the_notebook_with_all_its_frames(recording, monkeypatch, tmp_path, gl):
+    pytest.importorskip("mediapy")
+    shown = []
+    monkeypatch.setattr("IPython.display.display", lambda html: shown.append(html.data))
+    monkeypatch.setenv("PATH", "")  # without an ffmpeg of the system
+    few = replace(recording, time=recording.time[:40], columns=first_rows(recording, 40))
+    tendon_mj.show_clip(few, width=320, height=180)
+    (html,) = shown
+    clip = tmp_path / "clip.mp4"
+    clip.write_bytes(base64.b64decode(re.search(r"base64,([^\"]*)", html)[1]))
+    frames, _ = imageio_ffmpeg.count_frames_and_secs(str(clip))
+    assert frames == round(30 * few.time[-1])
+    assert next(imageio_ffmpeg.read_frames(str(clip)))["size"] == (320, 180)
+
+
+def test_without_mediapy_a_clip_says_what_it_needs(recording, monkeypatch):
+    monkeypatch.setitem(sys.modules, "mediapy", None)
+    with pytest.raises(MissingPackageError, match=r"mediapy.*tendon-mj\[notebook\]"):
+        tendon_mj.show_clip(recording)
+
+
+def first_rows(recording, count):
+    return {column: values[:count] for column, values in recording.columns.items()}
+
+
+def test_results_of_a_diagnosis_are_short():
+    train, held_out = rig(1, {"sheath.friction": 0.2, "sheath.constant_friction": 1.0})
+    diagnosis = tendon_mj.diagnose(train, held_out, Toy)
+    context, selection = diagnosis.search
+    results = [*diagnosis.catalogue.values(), diagnosis.located, context, selection]
+    for result in [
+        *results,
+        selection.final,
+        SysidResult({"a": (1.0,) * 3}, 1.0, 1.0, {}, 1.0, ""),
+    ]:
+        lines = repr(result).splitlines()
+        assert len(lines) <= 3
+        assert max(map(len, lines)) < 1000, type(result)
 
 
 def test_simulate_returns_a_recording_without_friction_where_there_is_none():

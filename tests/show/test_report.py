@@ -33,7 +33,7 @@ from tendon_mj.show import write_report
 from tendon_mj.show.figures.simulations import before_after_figure
 from tendon_mj.show.report.page import report_page
 from tendon_mj.show.report.pictures import correlation_figure, diagnosis_figures, whiteness_figure
-from tendon_mj.show.report.text import advise, headline, what_to_do
+from tendon_mj.show.report.text import advise, headline, value_rows, what_to_do
 from tests.lab.recorded import recorded as recording_of
 
 COLUMN = "output_tension_N"
@@ -146,7 +146,8 @@ def test_a_page_has_verdict_finding_and_next_steps_first_and_needs_no_other_file
     assert "output tension 1 " in first  # N, before
     assert f"The sentence of {verdict}." in words(html)
     assert html.count('src="data:image/png;base64,') == 2  # the signal, and its whiteness
-    assert set(re.findall(r"(?:src|href)=\"(?!data:)([^\"]*)", html)) == {"#model"}
+    linked = set(re.findall(r"(?:src|href)=\"(?!data:)([^\"]*)", html))
+    assert linked == {f"#{place}" for place in re.findall(r"<h2 id=\"([^\"]*)", html)}
     assert "default-src 'none'" in html  # the browser enforces it
     script = re.search(r"<script>(.*?)</script>", html, re.S)[1]  # the only one that may run
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
@@ -169,6 +170,29 @@ def test_a_finding_is_stated_with_its_value():
     )
     somewhere = replace(stated, elsewhere=("dip",))
     assert "(output_tension or dip)" in headline(replace(result, findings=(somewhere,)))
+
+
+def test_elements_that_share_a_value_are_one_row():
+    shared = Value(0.2, 0.1, 0.3, "", 0.15)
+    alone = replace(shared, value=0.21)
+    values = {"a.friction": shared, "b.friction": replace(shared, before=0.12), "c.friction": alone}
+    rows = value_rows(values | {"a.rate": shared})
+    assert [row.name for row in rows] == ["a.friction, b.friction", "c.friction", "a.rate"]
+    assert [row.before for row in rows] == ["0.12 … 0.15", "0.15", "0.15"]
+    (row,) = value_rows({f"s{k}.friction": shared for k in range(20)})
+    assert "s0.friction" in row.name
+    assert "(20)" in row.name
+    assert len(row.name) < 60
+
+
+def test_a_page_states_first_whether_what_remains_is_white():
+    noise = np.random.default_rng(0).normal(0.0, 0.1, 400)
+    time, x = recorded().time, recorded().columns[COLUMN]
+    for error, white in ((noise, True), (np.sin(time), False)):
+        after = replace(recorded(), columns=recorded().columns | {COLUMN: x + error})
+        first = first_screen(page(diagnosis(), [BeforeAfter(recorded(), recorded(), after)]))
+        assert ("looks like noise" in first) == white
+        assert ("is not white (output tension)" in first) != white
 
 
 def test_a_partial_explanation_is_used_with_care():
@@ -273,7 +297,8 @@ def test_a_page_describes_a_user_s_effects():
         assert part in words(page(result))
 
 
-def test_a_report_is_a_page_and_the_pictures_in_it(tmp_path):
+def test_a_report_is_a_page_and_the_pictures_in_it(tmp_path, monkeypatch):
+    monkeypatch.setenv("MUJOCO_GL", "off")  # without OpenGL, only that of the rig is missing
     other = BeforeAfter(recorded("first"), recorded(), recorded())
     written = write_report(diagnosis(), [*DRAWN, other], tmp_path / "new")
     names = ["misfit.png", "gap.png", "proof.png", "before_after.png", "report.html"]
@@ -281,7 +306,7 @@ def test_a_report_is_a_page_and_the_pictures_in_it(tmp_path):
     html = written[-1].read_text("utf-8")
     assert "Recording drawn: output tension" in html  # where the error is largest
     assert html.count('src="data:image/png;base64,') == 5  # one signal: as on the first screen
-    assert "href=" not in html.replace('href="data:,"', "")  # no model lies there
+    assert "model" not in re.findall(r"href=\"#([^\"]*)", html)  # none lies there
     (tmp_path / "new" / "model.xml").write_text("<mujoco/><!-- Written with\n  a = 1 [N] -->")
     again = write_report(diagnosis(), DRAWN, tmp_path / "new")[-1].read_text("utf-8")
     assert '<a href="#model">model.xml</a>' in again
@@ -289,6 +314,13 @@ def test_a_report_is_a_page_and_the_pictures_in_it(tmp_path):
     assert base64.b64decode(saved) == (tmp_path / "new" / "model.xml").read_bytes()
     assert "&lt;mujoco/&gt;" in again
     assert "<pre>Written with\na = 1 [N]</pre>" in again  # what was changed
+
+
+def test_a_report_shows_the_rig_when_its_tension_is_highest(tmp_path, gl):
+    *_, picture, report = write_report(diagnosis(), DRAWN, tmp_path)
+    assert picture.name == "rig.png"
+    assert picture.stat().st_size < 100e3
+    assert base64.b64encode(picture.read_bytes()).decode() in report.read_text("utf-8")
 
 
 def test_a_report_names_no_folder_of_its_author(monkeypatch, tmp_path):

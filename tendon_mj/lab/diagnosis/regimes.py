@@ -8,7 +8,7 @@ measured column, is the load. A misfit is located by the share of its excess Ï‡Â
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -188,7 +188,7 @@ class Bin:
 class Located:
     """Location of a residual."""
 
-    bins: tuple[Bin, ...]  # of every regime, those that were visited
+    bins: tuple[Bin, ...] = field(repr=False)  # of every regime, those that were visited
     sentence: str  # summary in words
     # frequency below which half of the excess lies [Hz]; 0 where there is no excess, or where rows
     # are rests

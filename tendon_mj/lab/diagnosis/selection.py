@@ -64,7 +64,7 @@ class CandidateSet:
     at_end: tuple[FittedCandidate, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SelectionContext:
     """Everything that stays the same during a selection."""
 
@@ -401,7 +401,7 @@ class Selection:
     final: FittedCandidate  # model with the selected effects
     effects: tuple[SelectedEffect, ...]  # selected, those first without which the model leaves most
     # all candidates for the first of them; None where the calibrated model suffices
-    first: CandidateSet | None
+    first: CandidateSet | None = field(repr=False)
 
 
 def select_effects(context: SelectionContext, calibrated: FittedCandidate) -> Selection:

@@ -118,6 +118,10 @@ class FittedCandidate:
     fit: Fit  # of all terms of the model
     validation: CrossValidation  # on blocks left out of the fit
 
+    def __repr__(self) -> str:
+        model = self.candidate.label if self.candidate else "calibrated model"
+        return f"FittedCandidate({model}: excess χ² {self.excess:.3g})"
+
     @property
     def excess(self) -> float:
         """Cross-validated excess χ² (reduced χ² − 1) [-]."""

@@ -131,6 +131,9 @@ class Frames:
     # bodies that they are on: the clip shows what is felt
     contacts: tuple[FloatArray, ...]
 
+    def __repr__(self) -> str:
+        return f"Frames({len(self.time)} at {self.fps:g} per second, of {', '.join(self.cables)})"
+
 
 class FrameRecorder:
     """Keeps frames of a simulation at 0, 1/fps, 2/fps, … [s] while something else steps it."""

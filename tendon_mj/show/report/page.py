@@ -35,12 +35,14 @@ from tendon_mj.show.report.pictures import (
     signal_figure,
     whiteness_figure,
 )
+from tendon_mj.show.report.rig import rig_figure
 from tendon_mj.show.report.text import (
     advise,
     error_rows,
     headline,
     meaning,
     most_telling,
+    remainder,
     value_rows,
     what_to_do,
     written,
@@ -74,7 +76,8 @@ def write_report(
 ) -> list[Path]:
     """Write ``report.html`` and its pictures, each as a PNG too.
 
-    The page needs no other file; it holds ``model.xml`` if that is in the folder already.
+    The page needs no other file; it holds ``model.xml`` if that is in the folder already. Where
+    there is no OpenGL to draw with, it lacks the picture of the rig.
 
     Args:
         diagnosis: to report.
@@ -93,6 +96,9 @@ def write_report(
     shown, _ = most_telling(simulated)
     figures = diagnosis_figures(diagnosis, shown, sysid.signals if sysid else None)
     pictures = {name: as_png(figure) for name, figure in figures.items()}
+    rig = rig_figure(shown)
+    if rig is not None:
+        pictures["rig"] = as_png(rig)
     text = report_page(
         diagnosis,
         simulated,
@@ -126,11 +132,11 @@ def report_page(
     model, empty where there is none.
     """
     row, column = most_telling(simulated)
-    white, correlations = residual_autocorrelations(row), parameter_correlations(diagnosis)
-    details = {"whiteness": whiteness_figure(white, changed=diagnosis.changed)}
+    correlations = parameter_correlations(diagnosis)
+    first = _first(diagnosis, row, column, sysid.signals if sysid else None)
+    details = {"whiteness": whiteness_figure(first["white"], changed=diagnosis.changed)}
     if correlations:
         details["correlations"] = correlation_figure(correlations)
-    first = _first(diagnosis, row, column, sysid.signals if sysid else None)
     first["pictures"] |= {
         name: base64.b64encode(png).decode()
         for name, png in {**pictures, **{n: as_png(f) for n, f in details.items()}}.items()
@@ -143,7 +149,6 @@ def report_page(
             first,
             errors_in_training=error_rows(diagnosis.train),
             catalogue=diagnosis.catalogue,
-            white=white,
             correlations=correlations,
             sensitivity=noise_sensitivity(diagnosis),
             sysid=sysid,
@@ -188,6 +193,7 @@ def _first(
     diagnosis: Diagnosis, row: BeforeAfter, column: str, rival: Mapping[str, float] | None = None
 ) -> dict[str, Any]:
     """Names of the template of the first screen: texts, and the signal that tells most."""
+    white = residual_autocorrelations(row)
     held_out = any(row.measured.name == r.name for r in _held_out_only(diagnosis))
     picture = as_png(signal_figure(row, column, changed=diagnosis.changed))
     return {
@@ -196,6 +202,8 @@ def _first(
         "meaning": meaning(diagnosis),
         "headline": headline(diagnosis),
         "to_do": what_to_do(diagnosis),
+        "white": white,
+        "remainder": remainder(white),
         "errors": error_rows(diagnosis.held_out, rival, diagnosis.reproducibility),
         "pictures": {"first": base64.b64encode(picture).decode()},
         "shown": row.measured.name,

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from tendon_mj.lab.diagnosis import (
     DISCRIMINATING_EXPERIMENTS,
     MEANING,
+    Autocorrelation,
     BeforeAfter,
     Diagnosis,
     Effect,
@@ -19,6 +21,7 @@ from tendon_mj.lab.recordings import noise_levels
 from tendon_mj.lab.replay import column_name, column_unit, engineering_unit, plain, replay_error
 
 ABSENT = "–"
+_NAMES = 3  # of parameters that share a value
 
 
 def meaning(diagnosis: Diagnosis) -> str:
@@ -54,6 +57,17 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "partly":
         sentence = f"in part, {sentence}"
     return sentence[:1].upper() + sentence[1:] + "."
+
+
+def remainder(white: Mapping[str, tuple[Autocorrelation, Autocorrelation]]) -> str:
+    """Sentence on the whiteness of the residuals that the final model leaves, by column."""
+    correlated = [column_name(column) for column, (_, after) in white.items() if not after.white]
+    if not correlated:
+        return "What remains looks like noise: its samples are uncorrelated."
+    return (
+        f"What remains is not white ({', '.join(correlated)}): something is still unmodelled, or"
+        " the sensor's noise is correlated."
+    )
 
 
 def what_to_do(diagnosis: Diagnosis) -> list[str]:
@@ -160,7 +174,7 @@ def most_telling(simulated: Sequence[BeforeAfter]) -> tuple[BeforeAfter, str]:
 
 
 class ValueRow(NamedTuple):
-    """A fitted parameter, written in ``unit``."""
+    """A fitted parameter, or several that share its value, written in ``unit``."""
 
     name: str
     value: str
@@ -169,6 +183,7 @@ class ValueRow(NamedTuple):
     before: str
     unit: str
     note: str
+    fitted: Value  # the numbers that are written
 
 
 def error_rows(
@@ -190,14 +205,23 @@ def error_rows(
 
 
 def value_rows(values: Mapping[str, Value]) -> list[ValueRow]:
-    """A row for each parameter."""
+    """A row for each parameter, or for the same parameter of elements that share a value."""
+    shared: dict[tuple[str, Value], list[str]] = {}
+    for name, of in values.items():
+        key = name.rpartition(".")[2], replace(of, before=0.0)
+        shared.setdefault(key, []).append(name)
     rows = []
-    for name, v in values.items():
-        unit = engineering_unit(v.unit, (v.value, v.before))
+    for names in shared.values():
+        v, before = values[names[0]], [values[name].before for name in names]
+        unit = engineering_unit(v.unit, (v.value, *before))
         note = "" if v.determined else "not determined: its whole range"
         note = "at an end of its range" if v.at_end else note
-        cells = [written(x * unit.factor, 4) for x in (v.value, v.low, v.high, v.before)]
-        rows.append(ValueRow._make([name, *cells, unit.symbol or ABSENT, note]))
+        numbers = (v.value, v.low, v.high, min(before), max(before))
+        value, low, high, *ends = (written(x * unit.factor, 4) for x in numbers)
+        model = " … ".join(dict.fromkeys(ends))
+        listed = ", ".join(names[:_NAMES]) + (f" … ({len(names)})" if names[_NAMES:] else "")
+        symbol = unit.symbol or ABSENT
+        rows.append(ValueRow(listed, value, low, high, model, symbol, note, v))
     return rows
 
 

@@ -261,6 +261,9 @@ class Effect:
             where = f"effect {self.identifier!r}"
             raise UnknownNameError("kind of an effect", self.kind, get_args(EffectKind), where)
 
+    def __repr__(self) -> str:
+        return f"Effect({self.identifier!r}: {self.name})"
+
     def bind(self, system: SystemDescription) -> list[Candidate]:
         """Its candidates on a model, but those of parameters that are known or fitted anyway."""
         taken = system.uncertain if self.overrides_known else system.known | system.uncertain

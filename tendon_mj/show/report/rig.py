@@ -1,0 +1,86 @@
+"""Picture of a rig at the highest tension of a recording, its tendons coloured by tension."""
+
+from __future__ import annotations
+
+import warnings
+
+import mujoco
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.figure import Figure
+
+from tendon_mj.errors import TendonError
+from tendon_mj.lab.diagnosis import BeforeAfter
+from tendon_mj.lab.replay import POSE, FrameRecorder, replay_recording
+from tendon_mj.models import load_model
+from tendon_mj.show.figures import style
+from tendon_mj.show.render.offscreen import (
+    COLOURS,
+    Image,
+    Offscreen,
+    add_cable,
+    cable_radius,
+    colour_limits,
+    find_camera,
+    without_tendons,
+)
+
+_FPS, _FRAMES = 30.0, 500.0  # at most, among which the highest tension is found [1/s], [-]
+_SIZE = 1280, 960  # of the picture before its empty margins are cut off [pixels]
+_MARGIN = 12  # of them that is kept [pixels]
+_WHITE = 255
+
+
+def rig_figure(shown: BeforeAfter) -> Figure | None:
+    """The final model when a tension of the recording is highest.
+
+    None where it cannot be drawn: without OpenGL, a sheath, or a model that MuJoCo simulates.
+    """
+    recording, values = shown.measured, shown.after.known
+    start, end = recording.time[[0, -1]]
+    recorder = FrameRecorder(min(_FPS, _FRAMES / float(end - start)))
+    try:
+        model = load_model(recording.model, beside=recording.beside)
+        with warnings.catch_warnings():  # the simulations that count warned already
+            warnings.simplefilter("ignore", RuntimeWarning)
+            replay_recording(
+                recording, model, parameters=values, described=False, recorder=recorder
+            )
+        frames = recorder.frames()
+        if not frames.cables:
+            return None
+        tensions = np.hstack([cable.tensions for cable in frames.cables.values()])
+        peak = int(np.nan_to_num(tensions).max(axis=1).argmax())
+        bare = without_tendons(model)
+        data = mujoco.MjData(bare)
+        mujoco.mj_setState(bare, data, frames.poses[peak], POSE)
+        mujoco.mj_fwdPosition(bare, data)
+        scale, radius = colour_limits(frames.cables), cable_radius(model, frames.cables)
+
+        def add(scene: mujoco.MjvScene) -> None:
+            for cable in frames.cables.values():
+                add_cable(scene, cable.points[peak], cable.tensions[peak], scale, radius)
+
+        with Offscreen(bare, *_SIZE) as offscreen:
+            image = _without_margins(offscreen.draw(data, find_camera(model, None), add))
+    except TendonError:
+        return None
+    wide = image.shape[1] / image.shape[0]
+    with style.print_style():
+        figure = style.new_figure(min(5.0, 1.0 + 2.1 * wide), min(2.4, 0.3 + 4.0 / wide))
+        axes = figure.subplots()
+        axes.imshow(image)
+        axes.set_axis_off()
+        axes.set_title(f"{recording.name} at {start + frames.time[peak]:.3g} s", parse_math=False)
+        bar = figure.colorbar(ScalarMappable(scale, COLOURS), ax=axes, fraction=0.03, pad=0.01)
+        bar.set_label("tension [N]")
+    return figure
+
+
+def _without_margins(image: Image) -> Image:
+    """The part of a picture that is not white."""
+    rows, columns, _ = np.nonzero(image < _WHITE)
+    if not rows.size:
+        return image
+    top, left = max(rows.min() - _MARGIN, 0), max(columns.min() - _MARGIN, 0)
+    return image[top : rows.max() + _MARGIN, left : columns.max() + _MARGIN]
