@@ -192,7 +192,7 @@ def test_a_page_states_first_whether_what_remains_is_white():
         after = replace(recorded(), columns=recorded().columns | {COLUMN: x + error})
         first = first_screen(page(diagnosis(), [BeforeAfter(recorded(), recorded(), after)]))
         assert ("looks like noise" in first) == white
-        assert ("is not white (output tension)" in first) != white
+        assert ("is correlated (output tension)" in first) != white
 
 
 def test_a_partial_explanation_is_used_with_care():

@@ -58,8 +58,9 @@ _REPLACED: Final = {
     "rad/s²": ("°/s²", 180.0 / math.pi),
     "1/s": ("%/s", 100.0),
     "1/m": ("%/m", 100.0),
-    "kg m²": ("g cm²", 1e7),
 }
+# SI unit → value below which another one is used, that one, and how many of it make one
+_SMALLER: Final = {"kg": (1.0, "g", 1e3), "kg m²": (1e-4, "g cm²", 1e7)}
 _UNITLESS: Final = ("", "-", "1")
 
 
@@ -165,8 +166,8 @@ def engineering_unit(unit: str, values: Iterable[float]) -> EngineeringUnit:
     if unit in _REPLACED:
         return EngineeringUnit(*_REPLACED[unit])
     largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0)
-    if unit == "kg":
-        return EngineeringUnit("g", 1e3) if 0.0 < largest < 1.0 else EngineeringUnit("kg", 1.0)
+    if unit in _SMALLER and 0.0 < largest < _SMALLER[unit][0]:
+        return EngineeringUnit(*_SMALLER[unit][1:])
     usable = [p for p in _PREFIXES if not p[0] or p[0] in _PREFIXED.get(unit, "")]
     if largest > 0.0:
         rounded = float(f"{largest:.3g}")  # 999.9 µm is 1 mm

@@ -64,10 +64,7 @@ def remainder(white: Mapping[str, tuple[Autocorrelation, Autocorrelation]]) -> s
     correlated = [column_name(column) for column, (_, after) in white.items() if not after.white]
     if not correlated:
         return "What remains looks like noise: its samples are uncorrelated."
-    return (
-        f"What remains is not white ({', '.join(correlated)}): something is still unmodelled, or"
-        " the sensor's noise is correlated."
-    )
+    return f"What remains is correlated ({', '.join(correlated)}): part of it is not white noise."
 
 
 def what_to_do(diagnosis: Diagnosis) -> list[str]:
@@ -118,8 +115,12 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
 
 def _inspections(diagnosis: Diagnosis) -> list[str]:
     sentences, missing = [], [f for f in diagnosis.findings if f.kind == "missing"]
-    for finding in missing:
+    for finding in diagnosis.findings:
         part = diagnosis.catalogue[finding.identifier].look_at
+        if finding.kind == "parameter":
+            if part:
+                sentences.append(f"Check {part} ({finding.where}).")
+            continue
         if finding.recording:
             sentences.append(
                 f"Model.xml has no slip. To replay recording {finding.recording!r}, state it in the"

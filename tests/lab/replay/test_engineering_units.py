@@ -29,6 +29,7 @@ from tendon_mj.plugin import GAINS, PARAMETERS
         (0.05, "kg", "50 g"),
         (2.0, "kg", "2 kg"),
         (1e-6, "kg m²", "10 g cm²"),
+        (0.00229, "kg m²", "0.00229 kg m²"),
         (0.0, "N m", "0 N m"),
         (9.81, "m/s²", "9.81 m/s²"),
         (2.5, "noise", "2.5 noise"),
