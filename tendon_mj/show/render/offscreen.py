@@ -54,7 +54,7 @@ COLOURS = colormaps["viridis"]
 GUIDE_COLOUR = "#52575F"
 _GUIDE = np.array(to_rgba(GUIDE_COLOUR), np.float32)
 _THICKNESS = 0.006  # radius of a cable over the model's extent
-_BEAD = 1.5  # radius of a guide over that of its cable
+_BEAD = 1.3  # radius of a guide over that of its cable
 _EYE = np.eye(3).ravel()
 # The colour is a reading: lit from within alone, whatever the scene's lights and shadows.
 _SHADED = 1e-3  # of the colour that lights see
