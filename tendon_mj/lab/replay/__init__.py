@@ -13,6 +13,7 @@ from tendon_mj.lab.replay.motion import FrameRecorder as FrameRecorder
 from tendon_mj.lab.replay.motion import Frames as Frames
 from tendon_mj.lab.replay.motion import check_frames as check_frames
 from tendon_mj.lab.replay.motion import default_motion as default_motion
+from tendon_mj.lab.replay.motion import demonstration_time as demonstration_time
 from tendon_mj.lab.replay.motion import frictionless as frictionless
 from tendon_mj.lab.replay.motion import read_motion as read_motion
 from tendon_mj.lab.replay.motion import record_frames as record_frames

@@ -16,7 +16,7 @@ import numpy as np
 from tendon_mj.attach import Parameters, show_tension, view_sheath
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.finger import find_motion
-from tendon_mj.lab.replay import Drive, record_frames
+from tendon_mj.lab.replay import Drive, demonstration_time, record_frames
 from tendon_mj.models import load_spec, model_path
 from tendon_mj.plugin import TENSION_SCALE, sheaths
 from tendon_mj.show.live.scene import Viewpoint, first_view
@@ -24,7 +24,7 @@ from tendon_mj.show.render.offscreen import colour_limits
 from tendon_mj.typing import FloatArray
 
 _LIVE_FPS = 60.0  # [1/s]
-_TRIAL_TIME, _TRIAL_FPS = 8.0, 20.0  # of the run that sets the colours' limits [s], [1/s]
+_TRIAL_FPS = 20.0  # of the run that sets the colours' limits [1/s]
 _LAG = 0.5  # that is caught up; with more the simulation is slower than the clock [s]
 _LONGEST_FRAME = 0.1  # between two frames in any case [s]
 _JUMP = 1e-3  # largest distance of a motion's end from its beginning, over its range
@@ -139,11 +139,12 @@ def prepare(name: str, motion: str | None = None) -> Prepared:
     except ValueError as error:
         raise TendonError(f"{model_path(name, scene=True)}: {error}") from error
     model, drive = in_motion(stem, compiled, motion)
-    still, limits = stands_still(model, drive, _TRIAL_TIME), model.numeric(TENSION_SCALE).data
+    trial_time, limits = demonstration_time(model), model.numeric(TENSION_SCALE).data
+    still = stands_still(model, drive, trial_time)
     if not sheaths(model):
         limits[:] = 0.0
     elif not has_scale:
-        trial = record_frames(model, drive, duration=_TRIAL_TIME, fps=_TRIAL_FPS)
+        trial = record_frames(model, drive, duration=trial_time, fps=_TRIAL_FPS)
         colours = colour_limits(trial.cables)
         limits[:] = colours.vmin, colours.vmax
     low, high = (float(limit) for limit in limits)
