@@ -91,7 +91,7 @@ def test_a_model_without_a_sheath_has_no_strip(gl, tmp_path):
     path = render_clip(ball, recorded, tmp_path / "b.mp4", width=128, height=96)
     frames, _ = frames_of(path, 128, 96)
     assert frames.shape == (2, 96, 128, 3)
-    assert frames[0, :, -20:].min() > 240, "white to the edge"
+    assert np.quantile(frames[0, :, -20:], 0.02) > 240, "bright to the edge, but for the horizon"
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,7 @@ from tendon_mj.plugin import sheaths
 from tendon_mj.show.figures import style
 from tendon_mj.show.render import offscreen
 from tendon_mj.show.render.panel import Panel, tendon_colours, text_scale
+from tendon_mj.show.render.surroundings import to_show
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
@@ -35,6 +36,8 @@ _COLOUR_FLAGS: Final = (
     "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+bicubic",
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
 )
+_MOST_NAMED = 8  # tendons with their names in the scene; more names would hide them
+_ENDS = 2  # of a tendon; the other points of its path are guides
 _ARROW = 0.12  # length of the largest force's arrow over the model's extent
 _ARROW_COLOUR, _TWIN_ARROW = "#961428", style.GREY
 _OVERSAMPLING = 4  # pixels drawn for each one shown
@@ -173,7 +176,7 @@ class _FramePainter:
         self._frames, self._camera, self._twin, self._size = frames, camera, twin, size
         self._theme = theme
         self._halo: dict[str, Any] = {"stroke_width": 2, "stroke_fill": theme.background}
-        self._model = offscreen.without_tendons(model)
+        self._model = offscreen.without_tendons(to_show(model))
         self._data = mujoco.MjData(self._model)
         self._scale = offscreen.colour_limits(frames.cables) if frames.cables else Normalize()
         self._radius = offscreen.cable_radius(model, frames.cables)
@@ -237,9 +240,11 @@ class _FramePainter:
         labels: list[FloatArray] = []
         size = self._font.size
         several = len(self._frames.cables) > 1
+        named = len(self._frames.cables) <= _MOST_NAMED
         paths = {
             name: offscreen.project(self._offscreen.scene, cable.points[k], *self._size)
             for name, cable in self._frames.cables.items()
+            if named
         }
         for name, seen in paths.items():
             tendon, colour = self._names[name]
@@ -258,8 +263,7 @@ class _FramePainter:
                     draw.text(
                         tuple(spot), text, fill=ink, font=self._font, anchor="lm", **self._halo
                     )
-        if self._frames.cables:
-            self._explain(picture, draw)
+        self._explain(picture, draw)
         return np.array(picture)
 
     def _inside(self, spot: FloatArray) -> bool:
@@ -291,9 +295,13 @@ class _FramePainter:
         """Explain the grey bead and the grey ghost in a left corner."""
         size = float(self._font.size)
         x, radius = 1.2 * size, 0.35 * size
-        lines = [("guide: bends the tendon, which rubs on it", offscreen.GUIDE_COLOUR, "")]
+        lines = []
+        if any(cable.points.shape[1] > _ENDS for cable in self._frames.cables.values()):
+            lines.append(("guide: bends the tendon, which rubs on it", offscreen.GUIDE_COLOUR, ""))
         if self._twin is not None:
             lines.append(("the same drive without friction", self._theme.ghost, self._theme.ink))
+        if not lines:
+            return
         high = 1.5 * size * (len(lines) - 1)
         if self._legend_row is None:  # the emptier corner of the first frame, for all of the clip
             wide = max(self._font.getlength(text) for text, _, _ in lines) + 2.0 * x
