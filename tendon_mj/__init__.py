@@ -73,6 +73,7 @@ if TYPE_CHECKING:
     from tendon_mj.show import render_clip as render_clip
     from tendon_mj.show import simulate as simulate
     from tendon_mj.show import sweep as sweep
+    from tendon_mj.show import view as view
     from tendon_mj.show import write_report as write_report
 
 # package → names that are loaded from it when they are first used
@@ -89,7 +90,7 @@ _LAZY = {
         "Simulates Simulator",
         "models": "example_rig load_model load_spec",
         "show": "check fleet init plot_fit plot_misfit plot_recording plot_sheath render_clip "
-        "simulate sweep write_report",
+        "simulate sweep view write_report",
     }.items()
     for name in names.split()
 }
@@ -151,6 +152,7 @@ __all__ = [
     "simulate",
     "suggest_experiment",
     "sweep",
+    "view",
     "view_sheath",
     "write_recording",
     "write_report",

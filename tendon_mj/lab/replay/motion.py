@@ -46,10 +46,7 @@ def default_motion(name: str, model: mujoco.MjModel) -> Drive:
     actuator goes through most of its control range and then rests where its control is nearest to
     0; a reel without a range moves ±1 mm, and another actuator without one goes through ±1.
     """
-    free = np.where(model.actuator_plugin >= 0, _REEL, _ANY) / _SHARE
-    limited = model.actuator_ctrllimited.astype(bool)
-    low = np.where(limited, model.actuator_ctrlrange[:, 0], -free)
-    high = np.where(limited, model.actuator_ctrlrange[:, 1], free)
+    low, high = control_limits(model, 1.0 / _SHARE)
     rest = np.clip(0.0, low, high)
     up, down = _SHARE * (high - rest), _SHARE * (low - rest)
     starts = np.arange(model.nu) * min(_PERIOD, (_CYCLE - _PERIOD) / max(model.nu - 1, 1))
@@ -74,9 +71,17 @@ def default_motion(name: str, model: mujoco.MjModel) -> Drive:
     return drive
 
 
+def control_limits(model: mujoco.MjModel, wider: float = 5.0) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest (nu,) controls: the control range, or several times ±1 mm or ±1."""
+    free = wider * np.where(model.actuator_plugin >= 0, _REEL, _ANY)
+    limited = model.actuator_ctrllimited.astype(bool)
+    low, high = model.actuator_ctrlrange.T
+    return np.where(limited, low, -free), np.where(limited, high, free)
+
+
 def demonstration_time(model: mujoco.MjModel) -> float:
     """Time in which every actuator has its turn in a default motion [s], and at least 6 s."""
-    return max(2.0 * _PERIOD, min(_PERIOD * model.nu, _CYCLE))
+    return float(max(2.0 * _PERIOD, min(_PERIOD * model.nu, _CYCLE)))
 
 
 def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
@@ -271,10 +276,13 @@ def frictionless(model: mujoco.MjModel) -> dict[str, float]:
     """Parameters for `record_frames` that take all friction from every sheath of a model."""
     adjustable = Adjustable(copy.copy(model))
     return {
-        name: 0.0
-        for name, value in adjustable.live.items()
-        if name.rpartition(".")[2] in _FRICTION and value != 0.0
+        name: 0.0 for name, value in adjustable.live.items() if is_friction(name) and value != 0.0
     }
+
+
+def is_friction(name: str) -> bool:
+    """Whether a live parameter, such as ``flexor_sheath.friction``, is 0 without friction."""
+    return name.rpartition(".")[2] in _FRICTION
 
 
 def _check_positive(name: str, value: float, unit: str) -> None:

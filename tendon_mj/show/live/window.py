@@ -22,6 +22,7 @@ from tendon_mj.show.live.scene import (
     tension_text,
 )
 from tendon_mj.show.live.session import Prepared, RealTime, run_in_real_time
+from tendon_mj.show.render.surroundings import add_floor, floor, to_show
 from tendon_mj.typing import FloatArray
 
 _CURVES_SPAN = 8.0  # of the curves [s]
@@ -51,11 +52,12 @@ def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
         if key == _SPACE:
             simulation.paused = not simulation.paused
 
-    others = set(threading.enumerate())
+    others, data = set(threading.enumerate()), simulation.data
+    shown, warm_start = to_show(simulation.model), data.qacc_warmstart.copy()
     try:
         window = viewer.launch_passive(
-            simulation.model,
-            simulation.data,
+            shown,
+            data,
             key_callback=on_key,
             show_left_ui=False,
             show_right_ui=False,
@@ -66,7 +68,9 @@ def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
         ) from error
     try:
         with window.lock():
-            look_from(window.cam, simulation.model, prepared.view)
+            data.qacc_warmstart[:] = warm_start  # the viewer has evaluated the model
+            look_from(window.cam, shown, prepared.view)
+            add_floor(window.user_scn, floor(shown))
         return run_in_real_time(simulation, _Overlay(prepared, window).show, seconds)
     finally:
         window.close()
@@ -94,10 +98,10 @@ class _Overlay:
 
     def __init__(self, prepared: Prepared, window: Any) -> None:
         self._simulation, self._window = prepared.simulation, window
-        self._limits = prepared.low, prepared.high
+        self._limits, self._slips = (prepared.low, prepared.high), prepared.simulation.can_slip
         self._tendons = list(prepared.simulation.tendons.values())
         self._colours = curve_colours(prepared.simulation.model)
-        self._figure = new_curves(self._colours, prepared.high)
+        self._figure = new_curves(self._colours, prepared.high or 1.0)
         self._frames, self._size = 0, (0, 0)
 
     def show(self) -> bool:
@@ -121,12 +125,18 @@ class _Overlay:
         if viewport is None or viewport.width < 2:  # the window is not there yet
             return
         self._window.set_figures((curves_place(viewport), self._figure))
-        if self._size != (viewport.width, viewport.height):
+        is_coloured = self._limits[0] < self._limits[1]
+        if is_coloured and self._size != (viewport.width, viewport.height):
             self._size = viewport.width, viewport.height
             named = self._tendons[:MOST_TENDONS]
             place = key_place(viewport, key_height(len(named)))
             key = colour_key(
-                self._limits, named, self._colours[:MOST_TENDONS], place.width, place.height
+                self._limits,
+                named,
+                self._colours[:MOST_TENDONS],
+                place.width,
+                place.height,
+                self._slips,
             )
             self._window.set_images((place, key))
 

@@ -16,9 +16,9 @@ from tendon_mj.typing import FloatArray
 _PULLEY = -2  # of `mjData.wrap_obj`
 _PLANE = mujoco.mjtGeom.mjGEOM_PLANE.value
 _AMBIENT, _DIFFUSE = 0.45, 0.5  # of a headlight that is the only light; MuJoCo's own is dim
-_THINNEST = 0.0025  # radius of a tendon that is seen from afar, over the model's extent
+_THINNEST = 0.004  # radius of a tendon that is seen from afar, over the size of all of them
 _BELOW = 0.15  # distance of the floor from the lowest point, over the size of the model
-_FLOOR_SIZE = 5.0  # half the floor's width over the size of the model
+_FLOOR_SIZE = 20.0  # half the floor's width over the size of the model
 FLOOR_COLOUR, _GLOW = (0.90, 0.91, 0.92), 0.5  # a headlight alone leaves it dark
 _ASPECT, _MARGIN = 1.15, 1.2  # width over height that a view fits into, and the space around it
 _DOWN, _DOWN_MORE = 15.0, 40.0  # how far a view looks down on what stands, and on what lies [deg]
@@ -32,8 +32,10 @@ def to_show(model: mujoco.MjModel) -> mujoco.MjModel:
         shown.vis.headlight.ambient[:] = _AMBIENT
         shown.vis.headlight.diffuse[:] = _DIFFUSE
         shown.vis.headlight.specular[:] = 0.0
-    thinnest = _THINNEST * _size(_outline(model)[1])
-    shown.tendon_width[:] = np.maximum(model.tendon_width, thinnest)
+    paths = _outline(model).paths
+    if len(paths):
+        thinnest = _THINNEST * _size(paths)
+        shown.tendon_width[:] = np.maximum(model.tendon_width, thinnest)
     return shown
 
 
@@ -48,7 +50,7 @@ def floor(model: mujoco.MjModel) -> Floor | None:
     """Floor below a model at `qpos0`; None where it has its own."""
     if (model.geom_type == _PLANE).any() or model.nhfield:
         return None
-    around = _outline(model)[1]
+    around = _outline(model).around
     middle = 0.5 * (around.min(axis=0) + around.max(axis=0))
     middle[2] = around[:, 2].min() - _BELOW * _size(around)
     return Floor(middle, _FLOOR_SIZE * _size(around))
@@ -69,10 +71,11 @@ def add_floor(scene: mujoco.MjvScene, ground: Floor | None) -> None:
 def framing(model: mujoco.MjModel) -> mujoco.MjvCamera:
     """A camera that sees all of a model at `qpos0`, across the plane in which its tendons run.
 
-    Without tendons it is the plane of the geoms.
+    Without tendons it is the plane of the geoms. What neither moves nor is a tendon may be outside.
     """
-    paths, around = _outline(model)
+    paths, moving, around = _outline(model)
     spread = paths if len(paths) else around
+    around = np.concatenate([paths, moving]) if len(paths) or len(moving) else around
     long, _, across = np.linalg.svd(spread - spread.mean(axis=0))[2]
     level = across[:2] if np.hypot(*across[:2]) > abs(across[2]) else np.array([-long[1], long[0]])
     level = level / np.hypot(*level) * (1.0 if level[1] >= 0.0 else -1.0)  # x to the right
@@ -91,8 +94,15 @@ def framing(model: mujoco.MjModel) -> mujoco.MjvCamera:
     return camera
 
 
-def _outline(model: mujoco.MjModel) -> tuple[FloatArray, FloatArray]:
-    """(k, 3) points of the tendons' paths at `qpos0`, and these with corners around geoms [m]."""
+class _Outline(NamedTuple):
+    """(k, 3) points of a model at `qpos0` [m]."""
+
+    paths: FloatArray  # of tendons
+    moving: FloatArray  # corners of the boxes around geoms of bodies that move
+    around: FloatArray  # all of these, and those of all other geoms
+
+
+def _outline(model: mujoco.MjModel) -> _Outline:
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
     count = int(data.ten_wrapnum.sum())
@@ -104,9 +114,10 @@ def _outline(model: mujoco.MjModel) -> tuple[FloatArray, FloatArray]:
         data.geom_xmat[geoms].reshape(-1, 1, 3, 3)
         @ (middle[:, None] + half[:, None] * _CORNERS)[..., None]
     )
-    corners = (data.geom_xpos[geoms, None] + turned[..., 0]).reshape(-1, 3)
-    around = np.concatenate([paths, corners])
-    return paths, around if len(around) else np.array([model.stat.center])
+    corners = data.geom_xpos[geoms, None] + turned[..., 0]
+    moving = corners[model.body_weldid[model.geom_bodyid[geoms]] != 0].reshape(-1, 3)
+    around = np.concatenate([paths, corners.reshape(-1, 3)])
+    return _Outline(paths, moving, around if len(around) else np.array([model.stat.center]))
 
 
 def _size(around: FloatArray) -> float:
