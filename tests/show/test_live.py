@@ -215,7 +215,7 @@ def test_a_hand_takes_over_until_a_motion_is_played():
     assert np.array_equal(simulation.data.ctrl, kept)
     assert list(prepared.motions) == ["curl", "tap", "press", "hold"]
     simulation.play(*prepared.motions["press"]())
-    simulation.advance(1.5)
+    simulation.advance(2.5)
     force = simulation.model.sensor("tip_force").adr[0]
     assert simulation.data.sensordata[force] > 1.0, "the object, which curl moves away, is there"
 

@@ -58,7 +58,7 @@ except Exception as error:
 """
 FLAGS = (
     "--headless=new --enable-unsafe-swiftshader --use-angle=swiftshader "
-    "--window-size=800,600 --force-device-scale-factor=0.1"  # drawn without a graphics card
+    "--window-size=1280,800 --force-device-scale-factor=0.1"  # drawn without a graphics card
 )
 
 
@@ -138,7 +138,7 @@ def test_keys_explain_the_mark_only_where_a_tendon_can_slip():
 
 def test_numbers_of_joints_and_touch_have_units():
     simulation = prepare("finger", "press").simulation
-    simulation.advance(1.5)
+    simulation.advance(2.5)
     table = reading_table(simulation.model, simulation.data)
     assert "mcp [°]" in table
     assert "object [mm]" in table
@@ -228,7 +228,8 @@ def tab(browser, label):
 
 def thumb(browser, label):
     """The part of a slider that is moved."""
-    path = f"//*[normalize-space(text())='{label}']/following::*[@role='slider'][1]"
+    text = f"//*[normalize-space(text())='{label}'][not(ancestor-or-self::*[@role='tab'])]"
+    path = f"{text}/following::*[@role='slider'][1]"
     return browser.find_element(By.XPATH, path)
 
 
