@@ -60,7 +60,8 @@ def render(
             of any other model: a CSV file with time_s and a column for each actuator that moves,
             such as command_rad. By default the finger curls, and the actuators of any other model
             go one after the other through their control range, or from -1 to 1 without one.
-        camera: Name of a camera of the model. By default its first.
+        camera: Name of a camera of the model. By default the first that shows the tendons, or one
+            that frames them.
         size: Width and height of the clip in pixels.
         fps: Frames per second.
         twin: Draw the frictionless twin.

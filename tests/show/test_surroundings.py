@@ -6,7 +6,7 @@ import pytest
 
 from tendon_mj.models import model_digest
 from tendon_mj.show.render.offscreen import project
-from tendon_mj.show.render.surroundings import add_floor, floor, framing, to_show
+from tendon_mj.show.render.surroundings import add_floor, first_camera, floor, framing, to_show
 from tests.show.rigs import CAMERA, PULLED
 
 BARE = PULLED.replace(CAMERA, "")
@@ -31,6 +31,15 @@ def test_a_tendon_is_seen_along_its_length_however_it_lies(euler):
     assert (seen < SIZE).all()
     length = np.linalg.norm(np.diff(seen, axis=0), axis=1).sum()
     assert length > 0.5 * min(SIZE), "neither end on nor from afar"
+
+
+def test_a_camera_that_hardly_shows_the_tendons_is_passed_over():
+    far = '<camera name="far" pos="0.5 -90 0.1" xyaxes="1 0 0 0 0 1"/>'
+    behind = '<camera name="behind" pos="0.5 1.2 0.1" xyaxes="1 0 0 0 0 1"/>'
+    for cameras, first in ((far + behind + CAMERA, 2), (CAMERA + far, 0), (far + behind, -1)):
+        assert (
+            first_camera(mujoco.MjModel.from_xml_string(PULLED.replace(CAMERA, cameras))) == first
+        )
 
 
 def test_what_is_added_lies_below_the_model_and_leaves_it_as_it_is():

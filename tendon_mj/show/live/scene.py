@@ -20,7 +20,7 @@ from tendon_mj.plugin import PARAMETERS
 from tendon_mj.show.figures.style import labelled
 from tendon_mj.show.render.offscreen import COLOURS
 from tendon_mj.show.render.panel import tendon_colours
-from tendon_mj.show.render.surroundings import framing
+from tendon_mj.show.render.surroundings import first_camera, framing
 from tendon_mj.typing import FloatArray
 
 _PALER = 0.5  # share of white in the curve of the output
@@ -83,8 +83,9 @@ class Viewpoint(NamedTuple):
 
 
 def first_view(model: mujoco.MjModel) -> Viewpoint:
-    """The view of a model's first camera at `qpos0`, or without one a view that frames it."""
-    if model.ncam == 0:
+    """The view of the first camera that shows the tendons at `qpos0`, or one that frames them."""
+    first = first_camera(model)
+    if first < 0:
         camera = framing(model)
         turned, raised = np.radians([camera.azimuth, camera.elevation])
         flat = np.cos(raised)
@@ -95,10 +96,10 @@ def first_view(model: mujoco.MjModel) -> Viewpoint:
         )
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
-    position, forward = data.cam_xpos[0].copy(), -data.cam_xmat[0].reshape(3, 3)[:, 2]
+    position, forward = data.cam_xpos[first].copy(), -data.cam_xmat[first].reshape(3, 3)[:, 2]
     ahead = float((model.stat.center - position) @ forward)
     distance = ahead if ahead > 0.0 else float(model.stat.extent)
-    return Viewpoint(position, position + distance * forward, float(model.cam_fovy[0]))
+    return Viewpoint(position, position + distance * forward, float(model.cam_fovy[first]))
 
 
 def look_from(camera: mujoco.MjvCamera, model: mujoco.MjModel, view: Viewpoint) -> None:

@@ -289,6 +289,7 @@ class _Panel:
             scales={"x": uplot.Scale(time=False)},
             legend=uplot.Legend(show=True, live=False),
             height=_HEIGHT,
+            padding=(12, 24, 0, 0),  # of which the first is for the uppermost number
         )
 
     def _add_buttons(self) -> None:

@@ -27,7 +27,7 @@ from tendon_mj.show.render.surroundings import to_show
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
-_PANEL = 0.34  # share of the width that the panel takes
+_PANEL, _PANEL_BELOW = 0.34, 0.6  # share of the width, or of the height, that the panel takes
 _SMALLEST_SIZE, _LARGEST_SIZE = 64, 8192  # [pixels]
 _QUALITY = 4  # constant rate factor of H.264, less is better: the colour of a tendon is a reading
 # Stated in the file, lest players guess: they take another matrix of colours for large pictures.
@@ -60,8 +60,8 @@ def render_clip(
     H.264 changes colours: half of a tendon's pixels are within one of the bar's 256 steps of what
     was drawn, 19 of 20 within three. The frames that `draw_frames` gives are exact.
 
-    A panel next to the picture has the colour bar, forces, tensions, joint angles and controls, as
-    many as fit; a model without a sheath is shown without it.
+    A panel next to the picture, or below it in a clip that is higher than wide, has the colour bar,
+    forces, tensions, joint angles and controls, as many as fit; a model without a sheath is shown without it.
 
     Args:
         model: to draw; it has the joints, tendons and actuators of the one that was recorded, and
@@ -69,7 +69,8 @@ def render_clip(
         frames: as `record_frames` returns them, or a `FrameRecorder` that a simulation was given.
         path: of the MP4; its folder is made if it is not there.
         width, height: of the clip [pixels], even numbers.
-        camera: name of one of the model's; default: its first, or a view of the whole model.
+        camera: name of one of the model's; default: the first that shows the tendons, or one that
+            frames them.
         twin: frames of the same motion without friction, drawn in grey behind the model.
         progress: called with the activity, the number of frames done, and of all.
 
@@ -146,8 +147,14 @@ def draw_frames(
             f"motion {frames.poses.shape[0]} of {frames.poses.shape[1]}"
         )
     view = offscreen.find_camera(model, camera)
-    panel = 2 * round(0.5 * _PANEL * width) if frames.cables else 0
-    size, theme = (width - panel, height), style.DARK if dark else style.LIGHT
+    size = panel = width, height
+    if frames.cables and width < height:
+        panel = width, round(_PANEL_BELOW * height)
+        size = width, height - panel[1]
+    elif frames.cables:
+        panel = 2 * round(0.5 * _PANEL * width), height
+        size = width - panel[0], height
+    theme = style.DARK if dark else style.LIGHT
     return _FramePainter(model, frames, view, size, panel, twin, theme).pictures()
 
 
@@ -161,7 +168,7 @@ def check_size(width: int, height: int) -> None:
 
 
 class _FramePainter:
-    """Frames as pictures: the scene on the left, the panel on the right."""
+    """Frames as pictures: the scene, and the panel on its right or below it."""
 
     def __init__(
         self,
@@ -169,7 +176,7 @@ class _FramePainter:
         frames: Frames,
         camera: mujoco.MjvCamera,
         size: tuple[int, int],
-        panel: int,
+        panel: tuple[int, int],
         twin: Frames | None,
         theme: style.Theme,
     ) -> None:
@@ -181,9 +188,7 @@ class _FramePainter:
         self._scale = offscreen.colour_limits(frames.cables) if frames.cables else Normalize()
         self._radius = offscreen.cable_radius(model, frames.cables)
         self._panel = (
-            Panel(model, frames, self._scale, panel, size[1], twin, theme)
-            if frames.cables
-            else None
+            Panel(model, frames, self._scale, *panel, twin, theme) if frames.cables else None
         )
         self._names = {
             name: (sheaths(model)[name].tendon, style.on_theme(colour, theme))
@@ -231,7 +236,10 @@ class _FramePainter:
                 text, drawn = f"{np.linalg.norm(contact[3:]):.1f} N", (colour, self._theme)
                 image = draw_arrow(image, start, end, text, self._font, labels, *drawn)
         image = self._label_ends(image, k)
-        return image if self._panel is None else np.hstack([image, self._panel.draw(k)])
+        if self._panel is None:
+            return image
+        beside = self._panel.draw(k)
+        return np.concatenate([image, beside], axis=int(len(image) == len(beside)))
 
     def _label_ends(self, image: offscreen.Image, k: int) -> offscreen.Image:
         """Write the tendons' names next to their input ends, and a legend below."""

@@ -30,7 +30,7 @@ from scipy.ndimage import binary_dilation
 from tendon_mj.errors import EngineError, UnknownNameError
 from tendon_mj.lab.replay import POSE, Cable
 from tendon_mj.plugin import sheaths
-from tendon_mj.show.render.surroundings import add_floor, floor, framing
+from tendon_mj.show.render.surroundings import add_floor, first_camera, floor, framing
 from tendon_mj.typing import FloatArray
 
 Image = NDArray[np.uint8]
@@ -108,17 +108,17 @@ def _reason(error: Exception) -> str:
 
 
 def find_camera(model: mujoco.MjModel, camera: str | mujoco.MjvCamera | None) -> mujoco.MjvCamera:
-    """A camera by name; None stands for the model's first one, or for a view that frames it."""
+    """A camera by name; None: the first that shows the tendons, or one that frames them."""
     if isinstance(camera, mujoco.MjvCamera):
         return camera
-    view = mujoco.MjvCamera()
-    if camera is None and model.ncam == 0:
+    view, first = mujoco.MjvCamera(), first_camera(model) if camera is None else 0
+    if first < 0:
         return framing(model)
     names = [model.camera(k).name for k in range(model.ncam)]
     if camera is not None and camera not in names:
         raise UnknownNameError("camera", camera, names)
     view.type = mujoco.mjtCamera.mjCAMERA_FIXED
-    view.fixedcamid = 0 if camera is None else names.index(camera)
+    view.fixedcamid = first if camera is None else names.index(camera)
     return view
 
 

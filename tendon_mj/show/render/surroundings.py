@@ -21,6 +21,7 @@ _BELOW = 0.15  # distance of the floor from the lowest point, over the size of t
 _FLOOR_SIZE = 20.0  # half the floor's width over the size of the model
 FLOOR_COLOUR, _GLOW = (0.90, 0.91, 0.92), 0.5  # a headlight alone leaves it dark
 _ASPECT, _MARGIN = 1.15, 1.2  # width over height that a view fits into, and the space around it
+_LEAST_SEEN = 0.5  # size of the tendons in a camera's picture over half its height
 _DOWN, _DOWN_MORE = 15.0, 40.0  # how far a view looks down on what stands, and on what lies [deg]
 _CORNERS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
 
@@ -66,6 +67,23 @@ def add_floor(scene: mujoco.MjvScene, ground: Floor | None) -> None:
     mujoco.mjv_initGeom(geom, _PLANE, size, ground.middle, turn, rgba)
     geom.emission = _GLOW
     scene.ngeom += 1
+
+
+def first_camera(model: mujoco.MjModel) -> int:
+    """Index of the first camera that shows the tendons at `qpos0`, large enough; -1 without one."""
+    paths, data = _outline(model).paths, mujoco.MjData(model)
+    if not len(paths):
+        return min(0, int(model.ncam) - 1)
+    mujoco.mj_fwdPosition(model, data)
+    for k in range(model.ncam):
+        seen = (paths - data.cam_xpos[k]) @ data.cam_xmat[k].reshape(3, 3)
+        if (seen[:, 2] < 0.0).all():
+            half_view = np.tan(0.5 * np.radians(model.cam_fovy[k]))
+            places = seen[:, :2] / (-seen[:, 2:] * half_view)  # ±1 at the upper and lower edge
+            is_inside = np.median(np.abs(places), axis=0) < (_ASPECT, 1.0)
+            if is_inside.all() and np.ptp(places, axis=0).max() > _LEAST_SEEN:
+                return k
+    return -1
 
 
 def framing(model: mujoco.MjModel) -> mujoco.MjvCamera:
