@@ -225,7 +225,7 @@ def test_a_function_of_the_user_moves_its_data_as_in_a_loop_without_a_view():
     data, other = mujoco.MjData(model), mujoco.MjData(model)
 
     def policy(model, data):
-        data.ctrl[0] = TENSION * np.sin(data.time) ** 2
+        data.ctrl[0] = TENSION * np.cos(data.time) ** 2  # not 0 at first, as where it is evaluated
 
     def step(model, data):
         policy(model, data)

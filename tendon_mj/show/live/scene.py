@@ -218,16 +218,18 @@ def colour_key(
 ) -> NDArray[np.uint8]:
     """(height, width, 3) picture of a horizontal colour bar, and lines with names.
 
-    The bar ends at the tensions ``limits`` [N]; the curves of the named tendons at input and output
-    have (tendons, 2, 3) colours, 0 to 1; with ``slips`` marks of slipping guides are explained.
+    The bar ends at the tensions ``limits`` [N], and is left out where they are alike; the curves of
+    the named tendons at input and output have (tendons, 2, 3) colours, 0 to 1; with ``slips`` marks
+    of slipping guides are explained.
     """
     figure = Figure(figsize=(width / _INCH, height / _INCH), dpi=_INCH, layout="constrained")
     canvas: Any = FigureCanvasAgg(figure)
-    scale = ScalarMappable(Normalize(*limits), COLOURS)
-    bar = figure.colorbar(scale, cax=figure.add_subplot(), orientation="horizontal", extend="both")
-    mark = ";\nmagenta: it slips over this guide" if slips else ""
-    bar.set_label(f"tension along the tendon [N], at the tips or beyond{mark}", size=_FONT)
-    bar.ax.tick_params(labelsize=_FONT)
+    if limits[0] < limits[1]:
+        scale, place = ScalarMappable(Normalize(*limits), COLOURS), figure.add_subplot()
+        bar = figure.colorbar(scale, cax=place, orientation="horizontal", extend="both")
+        mark = ";\nmagenta: it slips over this guide" if slips else ""
+        bar.set_label(f"tension along the tendon [N], at the tips or beyond{mark}", size=_FONT)
+        bar.ax.tick_params(labelsize=_FONT)
     lines = [
         Line2D([], [], color=colour, linewidth=2.5, label=f"{name} {end}")
         for name, both in zip(tendons, colours, strict=True)
@@ -247,9 +249,9 @@ def colour_key(
     return np.array(canvas.buffer_rgba())[:, :, :3].copy()
 
 
-def key_height(tendons: int) -> int:
+def key_height(tendons: int, has_bar: bool = True) -> int:
     """Height that the picture of so many tendons' colours needs [pixels]."""
-    return 92 + 17 * -(-2 * tendons // _NAME_COLUMNS)
+    return (92 if has_bar else 8) + 17 * -(-2 * tendons // _NAME_COLUMNS)
 
 
 class Slider(NamedTuple):

@@ -7,8 +7,8 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -40,6 +40,15 @@ _UNSTABLE = [
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 IN_TURN = "each actuator in turn"  # the default motion
 Step = Callable[[mujoco.MjModel, mujoco.MjData], object]
+
+
+@contextmanager
+def kept_state(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[FloatArray]:
+    """Give data their state back, which an evaluation changes: it initialises sheaths."""
+    state = np.empty(mujoco.mj_stateSize(model, _STATE))
+    mujoco.mj_getState(model, data, state, _STATE)
+    yield state
+    mujoco.mj_setState(model, data, state, _STATE)
 
 
 class LiveSimulation:
@@ -76,9 +85,8 @@ class LiveSimulation:
         self._views = [view_sheath(model, self.data, name) for name in self._sheaths]
         self.can_slip = any(view.slip.size for view in self._views)
         self._kept: deque[tuple[float, FloatArray]] = deque()
-        self._first = np.empty(mujoco.mj_stateSize(model, _STATE))
-        mujoco.mj_getState(model, self.data, self._first, _STATE)
-        self._start()
+        with kept_state(model, self.data) as self._first:
+            self._start()
 
     def advance(self, duration: float, limit: float = float("inf")) -> float:
         """Simulate for a duration [s], and keep the tensions at its end.
@@ -178,12 +186,11 @@ class LiveSimulation:
         return np.array(times), np.array(ends).reshape(len(times), len(self._sheaths), 2)
 
     def _start(self) -> None:
-        warm_start = self.data.qacc_warmstart.copy()  # of the owner's next step
         if self._drive is not None:
             self.data.ctrl[:] = self._drive(self.data.time)
-        mujoco.mj_forward(self.model, self.data)
-        self.data.qacc_warmstart[:] = warm_start
-        self._keep()
+        with kept_state(self.model, self.data):
+            mujoco.mj_forward(self.model, self.data)
+            self._keep()
 
     def _keep(self) -> None:
         ends = np.array([view.tension[[0, -1]] for view in self._views])

@@ -21,7 +21,7 @@ from tendon_mj.show.live.scene import (
     look_from,
     tension_text,
 )
-from tendon_mj.show.live.session import Prepared, RealTime, run_in_real_time
+from tendon_mj.show.live.session import Prepared, RealTime, kept_state, run_in_real_time
 from tendon_mj.show.render.surroundings import add_floor, floor, to_show
 from tendon_mj.typing import FloatArray
 
@@ -52,23 +52,22 @@ def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
         if key == _SPACE:
             simulation.paused = not simulation.paused
 
-    others, data = set(threading.enumerate()), simulation.data
-    shown, warm_start = to_show(simulation.model), data.qacc_warmstart.copy()
+    others, shown = set(threading.enumerate()), to_show(simulation.model)
     try:
-        window = viewer.launch_passive(
-            shown,
-            data,
-            key_callback=on_key,
-            show_left_ui=False,
-            show_right_ui=False,
-        )
+        with kept_state(simulation.model, simulation.data):  # the viewer evaluates the model
+            window = viewer.launch_passive(
+                shown,
+                simulation.data,
+                key_callback=on_key,
+                show_left_ui=False,
+                show_right_ui=False,
+            )
     except (RuntimeError, mujoco.FatalError) as error:
         raise EngineError(
             f"MuJoCo's viewer could not open a window: {error}; {_INSTEAD}"
         ) from error
     try:
         with window.lock():
-            data.qacc_warmstart[:] = warm_start  # the viewer has evaluated the model
             look_from(window.cam, shown, prepared.view)
             add_floor(window.user_scn, floor(shown))
         return run_in_real_time(simulation, _Overlay(prepared, window).show, seconds)
@@ -125,11 +124,11 @@ class _Overlay:
         if viewport is None or viewport.width < 2:  # the window is not there yet
             return
         self._window.set_figures((curves_place(viewport), self._figure))
-        is_coloured = self._limits[0] < self._limits[1]
-        if is_coloured and self._size != (viewport.width, viewport.height):
+        if self._size != (viewport.width, viewport.height):
             self._size = viewport.width, viewport.height
             named = self._tendons[:MOST_TENDONS]
-            place = key_place(viewport, key_height(len(named)))
+            high = key_height(len(named), self._limits[0] < self._limits[1])
+            place = key_place(viewport, high)
             key = colour_key(
                 self._limits,
                 named,

@@ -61,7 +61,8 @@ def render_clip(
     was drawn, 19 of 20 within three. The frames that `draw_frames` gives are exact.
 
     A panel next to the picture, or below it in a clip that is higher than wide, has the colour bar,
-    forces, tensions, joint angles and controls, as many as fit; a model without a sheath is shown without it.
+    forces, tensions, joint angles and controls, as many as fit; a model without a sheath is shown
+    without it.
 
     Args:
         model: to draw; it has the joints, tendons and actuators of the one that was recorded, and
