@@ -36,7 +36,7 @@ from tendon_mj.show.live.scene import (
 )
 from tendon_mj.show.live.web import row_of_points
 from tendon_mj.show.live.window import curves_place, draw_curves, key_place, new_curves
-from tests.show.rigs import TENSION, pulled, start_browser
+from tests.show.rigs import PULLED, TENSION, pulled, start_browser
 
 ROOT = Path(__file__).parents[2]
 PATIENCE = 90.0  # for a page on a slow machine [s]
@@ -309,6 +309,18 @@ def test_the_page_shows_what_the_plugin_draws():
     np.testing.assert_allclose(ends[:, 1], path[[1, 2]], atol=1e-6)
     assert colours.shape == (2, 3)
     assert len(slipping) <= 1
+
+
+def test_a_tendon_without_a_tension_scale_is_shown_in_its_own_colour():
+    model = mujoco.MjModel.from_xml_string(PULLED)
+    model.tendon_rgba[0] = 0.2, 0.4, 0.6, 1.0
+    data, scene = mujoco.MjData(model), mujoco.MjvScene(model, 100)
+    mujoco.mj_forward(model, data)
+    ends, colours, slipping = drawn_tendons(model, data, scene)
+    path = data.wrap_xpos.reshape(-1, 3)
+    np.testing.assert_allclose(ends, [path[[0, 1]], path[[1, 2]]], atol=1e-6)
+    np.testing.assert_array_equal(colours, [[51, 102, 153]] * 2)
+    assert not len(slipping)
 
 
 def test_a_driven_tendon_has_a_page_without_a_slider_for_its_pretension():

@@ -24,7 +24,7 @@ from tendon_mj.show.render.surroundings import first_camera, framing
 from tendon_mj.typing import FloatArray
 
 _PALER = 0.5  # share of white in the curve of the output
-_TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
+_TENDON, _DYNAMIC = mujoco.mjtObj.mjOBJ_TENDON.value, mujoco.mjtCatBit.mjCAT_DYNAMIC.value
 _SPAN_GEOM, _MARK_GEOM = mujoco.mjtGeom.mjGEOM_CAPSULE.value, mujoco.mjtGeom.mjGEOM_SPHERE.value
 MOST_TENDONS = 6  # tendons that have curves
 MOST_JOINTS = 12  # of a kind whose positions are numbers
@@ -131,7 +131,8 @@ def drawn_tendons(
     option = mujoco.MjvOption()
     option.flags[:] = 0
     option.flags[mujoco.mjtVisFlag.mjVIS_TENDON] = 1
-    mujoco.mjv_updateScene(model, data, option, None, mujoco.MjvCamera(), 0, scene)
+    option.geomgroup[:] = option.sitegroup[:] = 0
+    mujoco.mjv_updateScene(model, data, option, None, mujoco.MjvCamera(), _DYNAMIC, scene)
     ends, colours, slipping = [], [], []
     drawn = [geom for geom in scene.geoms[: scene.ngeom] if geom.objtype == _TENDON]
     coloured = {geom.objid for geom in drawn if geom.emission > 1.0}  # by the plugin
