@@ -74,6 +74,7 @@ if TYPE_CHECKING:
     from tendon_mj.show import show_clip as show_clip
     from tendon_mj.show import simulate as simulate
     from tendon_mj.show import sweep as sweep
+    from tendon_mj.show import view as view
     from tendon_mj.show import write_report as write_report
 
 # package → names that are loaded from it when they are first used
@@ -90,7 +91,7 @@ _LAZY = {
         "Simulates Simulator",
         "models": "example_rig load_model load_spec",
         "show": "check fleet init plot_fit plot_misfit plot_recording plot_sheath render_clip "
-        "show_clip simulate sweep write_report",
+        "show_clip simulate sweep view write_report",
     }.items()
     for name in names.split()
 }
@@ -153,6 +154,7 @@ __all__ = [
     "simulate",
     "suggest_experiment",
     "sweep",
+    "view",
     "view_sheath",
     "write_recording",
     "write_report",

@@ -1,13 +1,14 @@
 """Every snippet of the README and the docs runs as it is pasted."""
 
 import re
+from functools import partial
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
 
-import tendon_mj  # noqa: F401  (registers the plugins that the XML snippets name)
+import tendon_mj
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -44,6 +45,10 @@ def blocks(language):
 def test_python_snippet_runs(code, tmp_path, monkeypatch, capsys):
     if "mujoco_warp" in code:
         pytest.importorskip("mujoco_warp", reason="the extra `warp` is not installed")
+    if "tendon_mj.view(" in code:
+        pytest.importorskip("mjviser", reason="the extra `web` is not installed")
+        brief = partial(tendon_mj.view, seconds=0.1, port=0)
+        monkeypatch.setattr(tendon_mj, "view", brief)
     (tmp_path / "hand.xml").write_text(FINGER.format(""))
     monkeypatch.chdir(tmp_path)
     names = {}

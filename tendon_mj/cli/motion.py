@@ -17,7 +17,13 @@ from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.lab import finger
 from tendon_mj.lab.recordings import Recording, write_recording
-from tendon_mj.lab.replay import FrameRecorder, check_frames, frictionless, record_frames
+from tendon_mj.lab.replay import (
+    FrameRecorder,
+    check_frames,
+    demonstration_time,
+    frictionless,
+    record_frames,
+)
 from tendon_mj.lab.verification import finger_step_cost
 from tendon_mj.models import Finger, load_model, model_names, model_path
 from tendon_mj.show import check_size, find_camera, finger_figure, render_clip
@@ -28,7 +34,6 @@ FingerModel = Annotated[
     tyro.conf.Positional,
     tyro.conf.arg(metavar="{finger,finger_spring}"),
 ]
-DURATION = 6.0  # of a clip of a model without a motion of its own [s]
 _WITHOUT = "friction 0"
 
 
@@ -49,12 +54,14 @@ def render(
     Args:
         model: MJCF file, or a model of the package: bench, joint, finger, finger_spring.
         out: Folder for the clip and result.json.
-        duration: Duration of the clip. By default that of the motion, or 6 s.
+        duration: Duration of the clip. By default that of the motion, or until every actuator has
+            moved, 6 to 12 s.
         motion: Motion of the finger: curl, tap, press, hold, or a CSV file as for simulate. Motion
             of any other model: a CSV file with time_s and a column for each actuator that moves,
-            such as command_rad. By default the finger curls, and each actuator of any other model
-            goes slowly through its control range, or from -1 to 1 if it has none.
-        camera: Name of a camera of the model. By default its first.
+            such as command_rad. By default the finger curls, and the actuators of any other model
+            go one after the other through their control range, or from -1 to 1 without one.
+        camera: Name of a camera of the model. By default the first that shows the tendons, or one
+            that frames them.
         size: Width and height of the clip in pixels.
         fps: Frames per second.
         twin: Draw the frictionless twin.
@@ -71,8 +78,9 @@ def render(
     if duration is not None:
         check_frames(compiled, duration, fps)
     chosen = finger.find_motion(name, compiled, motion, duration)
-    own_length = chosen.duration if math.isfinite(chosen.duration) else DURATION
-    length = own_length if duration is None else duration
+    length = duration if duration is not None else chosen.duration
+    if not math.isfinite(length):
+        length = demonstration_time(compiled)
     if motion is None and name not in model_names():
         _print_what_moves(compiled)
     moving = chosen.prepared(compiled)

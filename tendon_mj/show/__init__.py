@@ -28,6 +28,7 @@ try:
     from tendon_mj.show.fleets import fleet_page as fleet_page
     from tendon_mj.show.fleets import spread_figure as spread_figure
     from tendon_mj.show.fleets import write_table as write_table
+    from tendon_mj.show.live import view as view
     from tendon_mj.show.notebook import check as check
     from tendon_mj.show.notebook import fleet as fleet
     from tendon_mj.show.notebook import init as init

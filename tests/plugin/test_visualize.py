@@ -120,6 +120,8 @@ def test_a_guide_is_marked_while_the_tendon_slips_over_it():
         for mark in marks:
             np.testing.assert_allclose(colour(mark), SLIPPING, atol=1e-6)
             np.testing.assert_allclose(mark.pos, [0.5, 0.0, 0.1], atol=1e-6)
+            width = drawn(scene_of(model, data))[0].size[0]
+            assert width < mark.size[0] <= 1.3001 * width, "it shows, and leaves the tendon visible"
     assert seen == {True, False}
 
 

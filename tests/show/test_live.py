@@ -183,6 +183,65 @@ def test_another_pretension_resets_a_wound_tendon_and_nothing_else():
     assert (simulation.curves()[1][-1, 0] > 1.1 * before).all()  # the load has yielded meanwhile
 
 
+def test_the_twin_has_the_same_controls_and_no_friction():
+    simulation = pulled(lambda time: np.array([TENSION * np.sin(time) ** 2])).simulation
+    simulation.advance(0.3)
+    simulation.compare(True)
+    simulation.set("sheath.friction", 0.4)
+    simulation.advance(1.0)
+    assert simulation.twin.time == pytest.approx(simulation.data.time)
+    assert np.array_equal(simulation.twin.ctrl, simulation.data.ctrl)
+    of_twin, own = (
+        tendon_mj.view_sheath(simulation.model, data, "t").tension
+        for data in (simulation.twin, simulation.data)
+    )
+    assert of_twin[1] == pytest.approx(of_twin[0])
+    assert own[1] < 0.9 * own[0]
+    simulation.reset()
+    assert simulation.twin.time == 0.0
+    simulation.compare(False)
+    assert simulation.twin is None
+
+
+def test_a_hand_takes_over_until_a_motion_is_played():
+    prepared = prepare("finger")
+    simulation = prepared.simulation
+    simulation.advance(0.5)
+    kept = simulation.data.ctrl.copy()
+    simulation.hold(1, 0.01)
+    assert simulation.is_by_hand
+    simulation.advance(0.5)
+    kept[1] = 0.01
+    assert np.array_equal(simulation.data.ctrl, kept)
+    assert list(prepared.motions) == ["curl", "tap", "press", "hold"]
+    simulation.play(*prepared.motions["press"]())
+    simulation.advance(2.5)
+    force = simulation.model.sensor("tip_force").adr[0]
+    assert simulation.data.sensordata[force] > 1.0, "the object, which curl moves away, is there"
+
+
+def test_a_function_of_the_user_moves_its_data_as_in_a_loop_without_a_view():
+    model = pulled().simulation.model
+    data, other = mujoco.MjData(model), mujoco.MjData(model)
+
+    def policy(model, data):
+        data.ctrl[0] = TENSION * np.cos(data.time) ** 2  # not 0 at first, as where it is evaluated
+
+    def step(model, data):
+        policy(model, data)
+        mujoco.mj_step(model, data)
+
+    for own, advances in ((policy, 1), (step, 2)):
+        simulation = LiveSimulation(model, None, data=data, step=own)
+        assert simulation.data is data
+        simulation.advance(0.2)
+        for _ in range(100):
+            step(model, other)
+        assert data.time == other.time == pytest.approx(0.2 * advances)
+        assert np.array_equal(data.qpos, other.qpos)
+        assert np.array_equal(data.plugin_state, other.plugin_state)
+
+
 def test_an_unstable_simulation_is_refused():
     simulation = pulled(lambda time: np.array([1e12])).simulation
     with pytest.raises(TendonError, match="became unstable before"):

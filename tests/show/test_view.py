@@ -19,20 +19,24 @@ from selenium.webdriver.support.ui import WebDriverWait
 
 from tendon_mj.cli import main
 from tendon_mj.errors import EngineError, MissingPackageError
-from tendon_mj.show.live import open_window, serve
+from tendon_mj.models import load_model
+from tendon_mj.show.live import open_window, prepare, serve
 from tendon_mj.show.live.scene import (
     MOST_TENDONS,
+    colour_bar,
     colour_key,
+    control_slider,
     curve_colours,
     drawn_tendons,
     key_height,
+    reading_table,
     slider,
     tension_table,
     tension_text,
 )
 from tendon_mj.show.live.web import row_of_points
 from tendon_mj.show.live.window import curves_place, draw_curves, key_place, new_curves
-from tests.show.rigs import TENSION, pulled, start_browser
+from tests.show.rigs import PULLED, TENSION, pulled, start_browser
 
 ROOT = Path(__file__).parents[2]
 PATIENCE = 90.0  # for a page on a slow machine [s]
@@ -54,7 +58,7 @@ except Exception as error:
 """
 FLAGS = (
     "--headless=new --enable-unsafe-swiftshader --use-angle=swiftshader "
-    "--window-size=800,600 --force-device-scale-factor=0.1"  # drawn without a graphics card
+    "--window-size=1280,800 --force-device-scale-factor=0.1"  # drawn without a graphics card
 )
 
 
@@ -121,6 +125,40 @@ def test_the_key_of_colours_has_all_of_them():
         assert min(np.abs(np.subtract(pixel, colour)).max() for pixel in seen) <= 4
 
 
+def test_keys_explain_the_mark_only_where_a_tendon_can_slip():
+    for slips in (True, False):
+        assert ("slips" in colour_bar((2.0, 20.0), slips)) == slips
+    assert all(end in colour_bar((2.0, 20.0), False) for end in ("≤ 2 N", "11 N", "≥ 20 N"))
+    with_mark, without = (
+        colour_key((0.0, 20.0), [], np.zeros((0, 2, 3)), 420, key_height(0), slips)
+        for slips in (True, False)
+    )
+    assert (with_mark != without).any()
+
+
+def test_numbers_of_joints_and_touch_have_units():
+    simulation = prepare("finger", "press").simulation
+    simulation.advance(2.5)
+    table = reading_table(simulation.model, simulation.data)
+    assert "mcp [°]" in table
+    assert "object [mm]" in table
+    force = float(re.search(r"tip force \[N\] \| ([\d.]+)", table)[1])
+    sensor = simulation.model.sensor("tip_force").adr[0]
+    assert force == pytest.approx(simulation.data.sensordata[sensor], abs=0.006)
+    assert reading_table(mujoco.MjModel.from_xml_string("<mujoco/>"), None) == ""
+
+
+def test_a_control_has_a_slider_over_its_range_in_an_engineer_s_unit():
+    model = load_model("joint")
+    shown = control_slider(model, model.actuator("reel_1").id, 1e-3)
+    assert (shown.label, shown.value) == ("reel_1 [mm]", pytest.approx(1.0))
+    assert shown.low <= -1.0 < 1.0 <= shown.high
+    ranged = pulled().simulation.model
+    ranged.actuator_ctrllimited[0], ranged.actuator_ctrlrange[0] = True, (0.0, 30.0)
+    assert control_slider(ranged, 0, 99.0)[2:4] == (0.0, 30.0)
+    assert control_slider(ranged, 0, 99.0).value == 30.0
+
+
 def test_without_a_screen_the_browser_is_named(monkeypatch):
     monkeypatch.setattr("platform.system", lambda: "Linux")
     monkeypatch.delenv("DISPLAY", raising=False)
@@ -167,6 +205,10 @@ def page(browser):
         while "shows the model" not in (line := server.stdout.readline()):
             assert line, server.stderr.read()
         browser.get(f"http://localhost:{port}")
+        WebDriverWait(browser, PATIENCE).until(
+            lambda b: b.find_elements(By.XPATH, "//*[@role='tab'][normalize-space()='numbers']")
+        )
+        tab(browser, "numbers").click()
         WebDriverWait(browser, PATIENCE).until(lambda b: output_tension(b) is not None)
         yield browser, server
     finally:
@@ -180,9 +222,14 @@ def output_tension(browser):
     return float(row[2]) if row else None
 
 
+def tab(browser, label):
+    return browser.find_element(By.XPATH, f"//*[@role='tab'][normalize-space()='{label}']")
+
+
 def thumb(browser, label):
     """The part of a slider that is moved."""
-    path = f"//*[normalize-space(text())='{label}']/following::*[@role='slider'][1]"
+    text = f"//*[normalize-space(text())='{label}'][not(ancestor-or-self::*[@role='tab'])]"
+    path = f"{text}/following::*[@role='slider'][1]"
     return browser.find_element(By.XPATH, path)
 
 
@@ -190,8 +237,11 @@ def test_the_friction_slider_acts_while_the_page_shows_the_tension(page):
     browser, server = page
     WebDriverWait(browser, PATIENCE).until(lambda b: 0.0 < output_tension(b) < 0.9 * TENSION)
     assert browser.find_elements(By.CSS_SELECTOR, ".uplot canvas")
+    tab(browser, "friction").click()
     thumb(browser, "friction").send_keys(Keys.HOME)  # to 0
+    tab(browser, "numbers").click()
     WebDriverWait(browser, PATIENCE).until(lambda b: output_tension(b) == pytest.approx(TENSION))
+    tab(browser, "friction").click()
     thumb(browser, "friction").send_keys(Keys.END)
     WebDriverWait(browser, PATIENCE).until(lambda b: thumb(b, "friction").is_displayed())
     server.send_signal(signal.SIGINT)  # as Ctrl-C does
@@ -199,6 +249,48 @@ def test_the_friction_slider_acts_while_the_page_shows_the_tension(page):
     assert "RealTime(" in output
     assert "Traceback" not in errors
     assert server.returncode == 0
+
+
+def test_the_page_is_halted_goes_on_and_is_moved_by_hand(page):
+    browser, _ = page
+
+    def button(label):
+        return browser.find_element(By.XPATH, f"//button[normalize-space()='{label}']")
+
+    button("pause").click()
+    WebDriverWait(browser, PATIENCE).until(lambda b: button("resume").is_displayed())
+    button("resume").click()
+    tab(browser, "motion").click()
+    thumb(browser, "pull [N]").send_keys(Keys.HOME)  # to -5 N: a cable cannot push
+    tab(browser, "numbers").click()
+    WebDriverWait(browser, PATIENCE).until(lambda b: output_tension(b) == 0.0)
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (390, 844)])
+def test_cable_and_curves_are_seen_without_scrolling(page, width, height):
+    """On a phone the panel lies folded at the bottom, and its curves are seen when it is opened."""
+    browser, _ = page
+    is_phone = width < 500
+    size = {"width": width, "height": height, "deviceScaleFactor": 0.1, "mobile": is_phone}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        browser.refresh()
+        if is_phone:
+            folded = "//*[@role='button'][@aria-expanded='false']"
+            WebDriverWait(browser, PATIENCE).until(lambda b: b.find_elements(By.XPATH, folded))
+            row = browser.find_element(By.XPATH, folded)
+            sheet = browser.find_element(By.XPATH, "//button[normalize-space()='pause']")
+            assert sheet.rect["y"] > 0.6 * height, "the scene is free"
+            row.click()
+
+        def is_seen(browser):
+            charts = browser.find_elements(By.CSS_SELECTOR, ".uplot canvas")
+            return charts and 0 < charts[0].rect["y"] < height - charts[0].rect["height"]
+
+        WebDriverWait(browser, PATIENCE).until(is_seen)
+        assert browser.find_element(By.CSS_SELECTOR, ".uplot canvas").rect["x"] > 0
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
 def test_without_mjviser_its_installation_is_named(monkeypatch):
@@ -219,7 +311,18 @@ def test_the_page_shows_what_the_plugin_draws():
     assert len(slipping) <= 1
 
 
-@pytest.mark.filterwarnings("ignore:.control_layout. is deprecated")  # older ones know no other
+def test_a_tendon_without_a_tension_scale_is_shown_in_its_own_colour():
+    model = mujoco.MjModel.from_xml_string(PULLED)
+    model.tendon_rgba[0] = 0.2, 0.4, 0.6, 1.0
+    data, scene = mujoco.MjData(model), mujoco.MjvScene(model, 100)
+    mujoco.mj_forward(model, data)
+    ends, colours, slipping = drawn_tendons(model, data, scene)
+    path = data.wrap_xpos.reshape(-1, 3)
+    np.testing.assert_allclose(ends, [path[[0, 1]], path[[1, 2]]], atol=1e-6)
+    np.testing.assert_array_equal(colours, [[51, 102, 153]] * 2)
+    assert not len(slipping)
+
+
 def test_a_driven_tendon_has_a_page_without_a_slider_for_its_pretension():
     pytest.importorskip("mjviser")
     prepared = pulled()

@@ -9,6 +9,7 @@ from tendon_mj.lab.finger.motions import find_motion as find_motion
 from tendon_mj.lab.finger.motions import find_trajectory as find_trajectory
 from tendon_mj.lab.finger.motions import hold as hold
 from tendon_mj.lab.finger.motions import lasting as lasting
+from tendon_mj.lab.finger.motions import motion_names as motion_names
 from tendon_mj.lab.finger.motions import prepare_finger as prepare_finger
 from tendon_mj.lab.finger.motions import press as press
 from tendon_mj.lab.finger.motions import simulate_finger as simulate_finger

@@ -171,6 +171,11 @@ class Motion(NamedTuple):
         return adjustable.model
 
 
+def motion_names(name: str) -> list[str]:
+    """Motions with a name that a model has."""
+    return list(NAMED) if name in _FINGERS else []
+
+
 def find_motion(
     name: str, model: mujoco.MjModel, motion: str | None = None, duration: float | None = None
 ) -> Motion:

@@ -12,8 +12,11 @@ from tendon_mj.lab.replay.motion import Drive as Drive
 from tendon_mj.lab.replay.motion import FrameRecorder as FrameRecorder
 from tendon_mj.lab.replay.motion import Frames as Frames
 from tendon_mj.lab.replay.motion import check_frames as check_frames
+from tendon_mj.lab.replay.motion import control_limits as control_limits
 from tendon_mj.lab.replay.motion import default_motion as default_motion
+from tendon_mj.lab.replay.motion import demonstration_time as demonstration_time
 from tendon_mj.lab.replay.motion import frictionless as frictionless
+from tendon_mj.lab.replay.motion import is_friction as is_friction
 from tendon_mj.lab.replay.motion import read_motion as read_motion
 from tendon_mj.lab.replay.motion import record_frames as record_frames
 from tendon_mj.lab.replay.parameters import DRAWN_BEND as DRAWN_BEND

@@ -34,35 +34,54 @@ _NAMED = {"bench": {"reel": 0.002}, "joint": {"command": np.deg2rad(60.0)}}
 _REEL = 0.001  # of a reel without a control range [m]
 _ANY = 1.0  # of another actuator without a control range [its own unit]
 _SHARE = 0.8  # of a control range
-_PERIOD = 3.0  # [s]
-_EASE = 1.0  # from 0 to the middle of a control range [s]
+_PERIOD = 3.0  # of an actuator [s]
+_CYCLE = 12.0  # of all actuators at most [s]; of more than four the next begins earlier
+_EASE = 1.0  # from 0 to where an actuator rests [s]
 
 
 def default_motion(name: str, model: mujoco.MjModel) -> Drive:
-    """Slow sine for every actuator, as a function of time [s] to the (nu,) controls.
+    """One actuator after the other moves slowly, as a function of time [s] to the (nu,) controls.
 
     `bench` winds its reel ±2 mm, `joint` follows a command of ±60°. On any other model every
-    actuator goes through most of its control range; a reel without one moves ±1 mm, and another
-    actuator without one goes through ±1.
+    actuator goes through most of its control range and then rests where its control is nearest to
+    0; a reel without a range moves ±1 mm, and another actuator without one goes through ±1.
     """
-    limited = model.actuator_ctrllimited.astype(bool)
-    low, high = model.actuator_ctrlrange.T
-    reel = np.where(model.actuator_plugin >= 0, _REEL, _ANY)
-    centre = np.where(limited, 0.5 * (low + high), 0.0)
-    amplitude = np.where(limited, 0.5 * _SHARE * (high - low), reel)
+    low, high = control_limits(model, 1.0 / _SHARE)
+    rest = np.clip(0.0, low, high)
+    up, down = _SHARE * (high - rest), _SHARE * (low - rest)
+    starts = np.arange(model.nu) * min(_PERIOD, (_CYCLE - _PERIOD) / max(model.nu - 1, 1))
     actuators = [model.actuator(k).name for k in range(model.nu)]
     named = _NAMED.get(name, {})
     if named and named.keys() <= set(actuators):
-        centre, amplitude = np.zeros(model.nu), np.zeros(model.nu)
+        rest, up, down, starts = np.zeros((4, model.nu))
         for actuator, size in named.items():
-            amplitude[actuators.index(actuator)] = size
+            k = actuators.index(actuator)
+            up[k], down[k] = size, -size
+    cycle = _PERIOD + starts.max(initial=0.0)
 
     def drive(time: float) -> FloatArray:
         grown = min(time / _EASE, 1.0)
         share = grown * grown * (3.0 - 2.0 * grown)
-        return np.asarray(share * centre + amplitude * np.sin(2.0 * np.pi * time / _PERIOD))
+        turn = np.minimum(np.maximum(time - starts, 0.0) % cycle / _PERIOD, 1.0)
+        there_and_back, wave = np.sin(np.pi * turn) ** 2, np.sin(2.0 * np.pi * turn)
+        one_sided = np.where(up > 0.0, up, down) * there_and_back
+        both_sided = np.where(wave > 0.0, up, -down) * wave
+        return np.asarray(share * rest + np.where(up * down < 0.0, both_sided, one_sided))
 
     return drive
+
+
+def control_limits(model: mujoco.MjModel, wider: float = 5.0) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest (nu,) controls: the control range, or several times ±1 mm or ±1."""
+    free = wider * np.where(model.actuator_plugin >= 0, _REEL, _ANY)
+    limited = model.actuator_ctrllimited.astype(bool)
+    low, high = model.actuator_ctrlrange.T
+    return np.where(limited, low, -free), np.where(limited, high, free)
+
+
+def demonstration_time(model: mujoco.MjModel) -> float:
+    """Time in which every actuator has its turn in a default motion [s], and at least 6 s."""
+    return float(max(2.0 * _PERIOD, min(_PERIOD * model.nu, _CYCLE)))
 
 
 def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
@@ -260,10 +279,13 @@ def frictionless(model: mujoco.MjModel) -> dict[str, float]:
     """Parameters for `record_frames` that take all friction from every sheath of a model."""
     adjustable = Adjustable(copy.copy(model))
     return {
-        name: 0.0
-        for name, value in adjustable.live.items()
-        if name.rpartition(".")[2] in _FRICTION and value != 0.0
+        name: 0.0 for name, value in adjustable.live.items() if is_friction(name) and value != 0.0
     }
+
+
+def is_friction(name: str) -> bool:
+    """Whether a live parameter, such as ``flexor_sheath.friction``, is 0 without friction."""
+    return name.rpartition(".")[2] in _FRICTION
 
 
 def _check_positive(name: str, value: float, unit: str) -> None:

@@ -119,7 +119,7 @@ def check_limits(*limits: float) -> None:
 
 
 THICKER = 1.25  # radius of a span over that of MuJoCo's own tendon, which it covers
-_MARK = 4.0  # radius of a mark over that of MuJoCo's own tendon
+_MARK = 1.3 * THICKER  # radius of a mark over that of MuJoCo's own tendon: it hides no span
 
 _ends = LocalDoubles(6)
 _TENDON = mujoco.mjtObj.mjOBJ_TENDON.value

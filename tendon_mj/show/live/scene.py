@@ -10,22 +10,27 @@ import mujoco
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize, to_rgb
+from matplotlib.colors import Normalize, to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from tendon_mj.lab.replay import engineering_unit
+from tendon_mj.lab.replay import control_limits, control_unit, engineering_unit
 from tendon_mj.plugin import PARAMETERS
 from tendon_mj.show.figures.style import labelled
 from tendon_mj.show.render.offscreen import COLOURS
 from tendon_mj.show.render.panel import tendon_colours
+from tendon_mj.show.render.surroundings import first_camera, framing
 from tendon_mj.typing import FloatArray
 
 _PALER = 0.5  # share of white in the curve of the output
-_TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
+_TENDON, _DYNAMIC = mujoco.mjtObj.mjOBJ_TENDON.value, mujoco.mjtCatBit.mjCAT_DYNAMIC.value
 _SPAN_GEOM, _MARK_GEOM = mujoco.mjtGeom.mjGEOM_CAPSULE.value, mujoco.mjtGeom.mjGEOM_SPHERE.value
 MOST_TENDONS = 6  # tendons that have curves
+MOST_JOINTS = 12  # of a kind whose positions are numbers
+_ASPECT = 1.15  # width over height of the narrowest window that needs no step back
+_RAISED = 0.22  # over the height of a narrower one
+SLIPPING = (0.90, 0.00, 0.48)  # magenta, as the plugin draws it
 _INCH = 100
 _FONT = 8  # [points]
 _NAME_COLUMNS = 2  # of names: input and output of a tendon
@@ -65,12 +70,23 @@ class Viewpoint(NamedTuple):
     look_at: FloatArray
     fovy: float
 
+    def seen_at(self, aspect: float) -> Viewpoint:
+        """The view for a window of ``aspect`` width over height, from farther away if it is narrow.
+
+        What is looked at is then in its upper half: it is a phone's, with a panel below.
+        """
+        farther = max(1.0, _ASPECT / aspect)
+        away = farther * (self.position - self.look_at)
+        height = 2.0 * np.tan(0.5 * np.radians(self.fovy)) * np.linalg.norm(away)
+        lower = np.array([0.0, 0.0, _RAISED * height if farther > 1.0 else 0.0])
+        return self._replace(position=self.look_at + away - lower, look_at=self.look_at - lower)
+
 
 def first_view(model: mujoco.MjModel) -> Viewpoint:
-    """The view of a model's first camera at `qpos0`, or one of the whole model without a camera."""
-    if model.ncam == 0:
-        camera = mujoco.MjvCamera()
-        mujoco.mjv_defaultFreeCamera(model, camera)
+    """The view of the first camera that shows the tendons at `qpos0`, or one that frames them."""
+    first = first_camera(model)
+    if first < 0:
+        camera = framing(model)
         turned, raised = np.radians([camera.azimuth, camera.elevation])
         flat = np.cos(raised)
         forward = np.array([flat * np.cos(turned), flat * np.sin(turned), np.sin(raised)])
@@ -80,10 +96,10 @@ def first_view(model: mujoco.MjModel) -> Viewpoint:
         )
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
-    position, forward = data.cam_xpos[0].copy(), -data.cam_xmat[0].reshape(3, 3)[:, 2]
+    position, forward = data.cam_xpos[first].copy(), -data.cam_xmat[first].reshape(3, 3)[:, 2]
     ahead = float((model.stat.center - position) @ forward)
     distance = ahead if ahead > 0.0 else float(model.stat.extent)
-    return Viewpoint(position, position + distance * forward, float(model.cam_fovy[0]))
+    return Viewpoint(position, position + distance * forward, float(model.cam_fovy[first]))
 
 
 def look_from(camera: mujoco.MjvCamera, model: mujoco.MjModel, view: Viewpoint) -> None:
@@ -106,26 +122,30 @@ def curve_colours(model: mujoco.MjModel) -> FloatArray:
 def drawn_tendons(
     model: mujoco.MjModel, data: mujoco.MjData, scene: mujoco.MjvScene
 ) -> tuple[FloatArray, NDArray[np.uint8], FloatArray]:
-    """Tendons as the plugin draws them into a scene, for a viewer that has its own primitives.
+    """Tendons as MuJoCo and the plugin draw them, for a viewer that has its own primitives.
 
-    The model has a tension scale, the data were evaluated; the scene changes. Returns (n, 2, 3)
-    ends of the spans [m], their (n, 3) colours, 0 to 255, and (k, 3) guides over which a tendon
-    slips [m].
+    The data were evaluated; the scene changes. Without a tension scale a tendon has its own colour.
+    Returns (n, 2, 3) ends of the spans [m], their (n, 3) colours, 0 to 255, and (k, 3) guides over
+    which a tendon slips [m].
     """
     option = mujoco.MjvOption()
     option.flags[:] = 0
     option.flags[mujoco.mjtVisFlag.mjVIS_TENDON] = 1
-    mujoco.mjv_updateScene(model, data, option, None, mujoco.MjvCamera(), 0, scene)
+    option.geomgroup[:] = option.sitegroup[:] = 0
+    mujoco.mjv_updateScene(model, data, option, None, mujoco.MjvCamera(), _DYNAMIC, scene)
     ends, colours, slipping = [], [], []
-    for geom in scene.geoms[: scene.ngeom]:
-        if geom.objtype != _TENDON or geom.emission == 0.0:
+    drawn = [geom for geom in scene.geoms[: scene.ngeom] if geom.objtype == _TENDON]
+    coloured = {geom.objid for geom in drawn if geom.emission > 1.0}  # by the plugin
+    for geom in drawn:
+        shown = geom.emission if geom.emission > 1.0 else 1.0
+        if geom.objid in coloured and geom.emission <= 1.0:
             continue
         if geom.type == _MARK_GEOM:
             slipping.append(geom.pos.copy())
         elif geom.type == _SPAN_GEOM:
             along = geom.size[2] * geom.mat[:, 2]
             ends.append([geom.pos - along, geom.pos + along])
-            colours.append(geom.emission * geom.rgba[:3])
+            colours.append(shown * geom.rgba[:3])
     return (
         np.array(ends, float).reshape(-1, 2, 3),
         np.round(255.0 * np.clip(np.array(colours).reshape(-1, 3), 0.0, 1.0)).astype(np.uint8),
@@ -153,27 +173,64 @@ def tension_table(tendons: Sequence[str], tensions: FloatArray, time: float) -> 
     return "\n".join([*rows, "", f"time {time:.1f} s"])
 
 
+def reading_table(model: mujoco.MjModel, data: mujoco.MjData) -> str:
+    """Forces of touch sensors and positions of joints as a table in Markdown; empty without any."""
+    rows = []
+    for k in np.flatnonzero(model.sensor_type == mujoco.mjtSensor.mjSENS_TOUCH.value):
+        name = model.sensor(k).name or f"sensor {k}"
+        rows.append(
+            f"| {name.replace('_', ' ')} [N] | {data.sensordata[model.sensor_adr[k]]:.2f} |"
+        )
+    for kind, unit, factor in (
+        (mujoco.mjtJoint.mjJNT_HINGE, "°", math.degrees(1.0)),
+        (mujoco.mjtJoint.mjJNT_SLIDE, "mm", 1e3),
+    ):
+        for k in np.flatnonzero(model.jnt_type == kind.value)[:MOST_JOINTS]:
+            name, place = model.joint(k).name or f"joint {k}", data.qpos[model.jnt_qposadr[k]]
+            rows.append(f"| {name} [{unit}] | {factor * place:.1f} |")
+    return "\n".join(["| sensor or joint | now |", "|---|---|", *rows]) if rows else ""
+
+
+def colour_bar(limits: tuple[float, float], slips: bool) -> str:
+    """The colours between two tensions [N] as HTML, in the text's colour of the page.
+
+    With ``slips`` the mark of a guide over which a tendon slips is explained, too.
+    """
+    low, high = limits
+    colours = ",".join(to_hex(colour) for colour in COLOURS(np.linspace(0.0, 1.0, 9)))
+    ends = [f"≤ {low:g} N", f"{0.5 * (low + high):g} N", f"≥ {high:g} N"]
+    ticks = "".join(f"<span>{end}</span>" for end in ends)
+    mark = f'<span style="color:{to_hex(SLIPPING)}">●</span> slips over this guide'
+    return (
+        '<div style="padding:0.2em 0.8em;font-size:0.85em">tension along the tendon'
+        f'<div style="height:1em;background:linear-gradient(to right,{colours})"></div>'
+        f'<div style="display:flex;justify-content:space-between">{ticks}</div>'
+        f"{mark if slips else ''}</div>"
+    )
+
+
 def colour_key(
     limits: tuple[float, float],
     tendons: Sequence[str],
     colours: FloatArray,
     width: int,
     height: int,
+    slips: bool = True,
 ) -> NDArray[np.uint8]:
     """(height, width, 3) picture of a horizontal colour bar, and lines with names.
 
-    The bar ends at the tensions ``limits`` [N]; the curves of the named tendons at input and output
-    have (tendons, 2, 3) colours, 0 to 1.
+    The bar ends at the tensions ``limits`` [N], and is left out where they are alike; the curves of
+    the named tendons at input and output have (tendons, 2, 3) colours, 0 to 1; with ``slips`` marks
+    of slipping guides are explained.
     """
     figure = Figure(figsize=(width / _INCH, height / _INCH), dpi=_INCH, layout="constrained")
     canvas: Any = FigureCanvasAgg(figure)
-    scale = ScalarMappable(Normalize(*limits), COLOURS)
-    bar = figure.colorbar(scale, cax=figure.add_subplot(), orientation="horizontal", extend="both")
-    bar.set_label(
-        "tension along the tendon [N], at the tips or beyond;\nmagenta: it slips over this guide",
-        size=_FONT,
-    )
-    bar.ax.tick_params(labelsize=_FONT)
+    if limits[0] < limits[1]:
+        scale, place = ScalarMappable(Normalize(*limits), COLOURS), figure.add_subplot()
+        bar = figure.colorbar(scale, cax=place, orientation="horizontal", extend="both")
+        mark = ";\nmagenta: it slips over this guide" if slips else ""
+        bar.set_label(f"tension along the tendon [N], at the tips or beyond{mark}", size=_FONT)
+        bar.ax.tick_params(labelsize=_FONT)
     lines = [
         Line2D([], [], color=colour, linewidth=2.5, label=f"{name} {end}")
         for name, both in zip(tendons, colours, strict=True)
@@ -193,9 +250,9 @@ def colour_key(
     return np.array(canvas.buffer_rgba())[:, :, :3].copy()
 
 
-def key_height(tendons: int) -> int:
+def key_height(tendons: int, has_bar: bool = True) -> int:
     """Height that the picture of so many tendons' colours needs [pixels]."""
-    return 92 + 17 * -(-2 * tendons // _NAME_COLUMNS)
+    return (92 if has_bar else 8) + 17 * -(-2 * tendons // _NAME_COLUMNS)
 
 
 class Slider(NamedTuple):
@@ -208,6 +265,17 @@ class Slider(NamedTuple):
     step: float
     value: float
     factor: float
+
+
+def control_slider(model: mujoco.MjModel, actuator: int, value: float) -> Slider:
+    """The slider of an actuator that has this control [SI]."""
+    low, high = (float(limit[actuator]) for limit in control_limits(model))
+    unit = engineering_unit(control_unit(model, actuator), [low, high])
+    label = labelled(model.actuator(actuator).name or f"actuator {actuator}", unit)
+    value = min(max(value, low), high)
+    scaled = (unit.factor * x for x in (low, high, (high - low) / _SLIDER_STEPS, value))
+    low, high, step, value = (float(f"{x:.3g}") for x in scaled)
+    return Slider(label, "moves it by hand", low, high, step, value, unit.factor)
 
 
 def slider(parameter: str, value: float) -> Slider | None:

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
-from contextlib import suppress
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from tendon_mj.attach import Parameters, show_tension, view_sheath
 from tendon_mj.errors import InvalidValueError, TendonError
-from tendon_mj.lab.finger import find_motion
-from tendon_mj.lab.replay import Drive, record_frames
+from tendon_mj.lab.finger import find_motion, motion_names
+from tendon_mj.lab.replay import Drive, demonstration_time, is_friction, record_frames
 from tendon_mj.models import load_spec, model_path
 from tendon_mj.plugin import TENSION_SCALE, sheaths
 from tendon_mj.show.live.scene import Viewpoint, first_view
@@ -24,7 +27,7 @@ from tendon_mj.show.render.offscreen import colour_limits
 from tendon_mj.typing import FloatArray
 
 _LIVE_FPS = 60.0  # [1/s]
-_TRIAL_TIME, _TRIAL_FPS = 8.0, 20.0  # of the run that sets the colours' limits [s], [1/s]
+_TRIAL_FPS = 20.0  # of the run that sets the colours' limits [1/s]
 _LAG = 0.5  # that is caught up; with more the simulation is slower than the clock [s]
 _LONGEST_FRAME = 0.1  # between two frames in any case [s]
 _JUMP = 1e-3  # largest distance of a motion's end from its beginning, over its range
@@ -34,42 +37,80 @@ _UNSTABLE = [
 ]
 
 
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+IN_TURN = "each actuator in turn"  # the default motion
+Step = Callable[[mujoco.MjModel, mujoco.MjData], object]
+
+
+@contextmanager
+def kept_state(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[FloatArray]:
+    """Give data their state back, which an evaluation changes: it initialises sheaths."""
+    state = np.empty(mujoco.mj_stateSize(model, _STATE))
+    mujoco.mj_getState(model, data, state, _STATE)
+    yield state
+    mujoco.mj_setState(model, data, state, _STATE)
+
+
 class LiveSimulation:
-    """A model that moves by controls over time.
+    """A model that moves: by a drive, by a function that is called before each step, or by hand.
 
     Another thread holds ``lock`` while it uses model and data. ``tendons`` names those of the
     sheaths; ``parameters`` are live, and `set` changes them. Tensions at the ends are kept for a
-    time, ``remembered`` [s].
+    time, ``remembered`` [s]. ``twin`` has the same model and controls without friction, or is None.
+
+    Args:
+        model: to simulate.
+        drive: time [s] → (nu,) controls; None leaves the controls as they are.
+        remembered: see above.
+        data: to start from, which is changed; by default the model's reference state.
+        step: called with model and data before each step, in place of a drive.
     """
 
-    def __init__(self, model: mujoco.MjModel, drive: Drive, remembered: float = 10.0) -> None:
-        self.model, self.data = model, mujoco.MjData(model)
-        self.paused = False
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        drive: Drive | None,
+        remembered: float = 10.0,
+        *,
+        data: mujoco.MjData | None = None,
+        step: Step | None = None,
+    ) -> None:
+        self.model, self.data = model, mujoco.MjData(model) if data is None else data
+        self.paused, self.step = False, step
+        self.twin: mujoco.MjData | None = None
         self._drive, self._remembered, self.lock = drive, remembered, threading.Lock()
         self._sheaths = sheaths(model)
         self.tendons = {name: sheath.tendon for name, sheath in self._sheaths.items()}
         self.parameters = Parameters(model, self.data)
         self._views = [view_sheath(model, self.data, name) for name in self._sheaths]
+        self.can_slip = any(view.slip.size for view in self._views)
         self._kept: deque[tuple[float, FloatArray]] = deque()
-        self._start()
+        with kept_state(model, self.data) as self._first:
+            self._start()
 
     def advance(self, duration: float, limit: float = float("inf")) -> float:
         """Simulate for a duration [s], and keep the tensions at its end.
 
         Returns the simulated time [s], shorter if ``limit`` [s] of wall time ran out.
         """
-        deadline = time.perf_counter() + limit
+        deadline, done = time.perf_counter() + limit, 0.0
         with self.lock:
-            steps, step = 0, float(self.model.opt.timestep)
-            while (steps + 0.5) * step < duration and time.perf_counter() < deadline:
-                self.data.ctrl[:] = self._drive(self.data.time)
-                mujoco.mj_step(self.model, self.data)
-                steps += 1
+            step = float(self.model.opt.timestep)
+            while done + 0.5 * step < duration and time.perf_counter() < deadline:
+                before = self.data.time
+                if self.step is not None:
+                    self.step(self.model, self.data)
+                elif self._drive is not None:
+                    self.data.ctrl[:] = self._drive(before)
+                if self.data.time == before:
+                    mujoco.mj_step(self.model, self.data)
+                done += max(step, self.data.time - before)
+                self._follow()
             if self.data.warning.number[_UNSTABLE].any():
                 raise TendonError(f"the simulation became unstable before {self.data.time:.3g} s")
-            if steps:
+            if done:
                 self._keep()
-        return steps * step
+        return done
 
     def set(self, name: str, value: float) -> None:
         """Change a live parameter from the next step on.
@@ -85,15 +126,58 @@ class LiveSimulation:
                 span = slice(start, start + self.model.plugin_statenum[instance])
                 self.data.plugin_state[span] = mujoco.MjData(self.model).plugin_state[span]
                 self.parameters.update(values)
+                self._renew_twin()
+            elif self.twin is not None and not is_friction(name):
+                Parameters(self.model, self.twin)[name] = value
 
     def reset(self) -> None:
-        """Restart the motion; live parameters stay as they are."""
+        """Restart from the first state; live parameters stay as they are."""
         with self.lock:
             values = dict(self.parameters)
-            mujoco.mj_resetData(self.model, self.data)
+            mujoco.mj_setState(self.model, self.data, self._first, _STATE)
             self.parameters.update(values)
             self._kept.clear()
             self._start()
+            self._renew_twin()
+
+    def play(self, model: mujoco.MjModel, drive: Drive) -> None:
+        """Restart with another drive, and the values of this copy of the model."""
+        with self.lock:
+            self.model, self._drive = model, drive
+        self.reset()
+
+    def hold(self, actuator: int, value: float) -> None:
+        """Give an actuator a control, and leave all controls to the hand from now on."""
+        with self.lock:
+            self._drive = None
+            self.data.ctrl[actuator] = value
+
+    @property
+    def is_by_hand(self) -> bool:
+        """Whether neither a drive nor a function moves it."""
+        return self._drive is None and self.step is None
+
+    def compare(self, shown: bool) -> None:
+        """Begin a twin without friction at the present state, or end it."""
+        with self.lock:
+            self.twin = self.data if shown else None
+            self._renew_twin()
+
+    def _renew_twin(self) -> None:
+        if self.twin is not None:
+            self.twin = copy.copy(self.data)
+            live = Parameters(self.model, self.twin)
+            live.update({name: 0.0 for name, value in live.items() if value and is_friction(name)})
+
+    def _follow(self) -> None:
+        """Step the twin to the time of the simulation."""
+        if self.twin is None:
+            return
+        if self.twin.time > self.data.time:  # which its owner has reset
+            self._renew_twin()
+        self.twin.ctrl[:] = self.data.ctrl
+        while self.twin.time < self.data.time - 0.5 * self.model.opt.timestep:
+            mujoco.mj_step(self.model, self.twin)
 
     def curves(self) -> tuple[FloatArray, FloatArray]:
         """Remembered (n,) times [s] and (n, sheaths, 2) tensions at input and output [N]."""
@@ -102,15 +186,22 @@ class LiveSimulation:
         return np.array(times), np.array(ends).reshape(len(times), len(self._sheaths), 2)
 
     def _start(self) -> None:
-        self.data.ctrl[:] = self._drive(0.0)
-        mujoco.mj_forward(self.model, self.data)
-        self._keep()
+        if self._drive is not None:
+            self.data.ctrl[:] = self._drive(self.data.time)
+        with kept_state(self.model, self.data):
+            mujoco.mj_forward(self.model, self.data)
+            self._keep()
 
     def _keep(self) -> None:
         ends = np.array([view.tension[[0, -1]] for view in self._views])
+        if self._kept and self._kept[-1][0] > self.data.time:  # its owner has reset it
+            self._kept.clear()
         self._kept.append((float(self.data.time), ends))
         while self._kept[0][0] < self.data.time - self._remembered:
             self._kept.popleft()
+
+
+Motion = Callable[[], tuple[mujoco.MjModel, Drive]]
 
 
 @dataclass(frozen=True)
@@ -122,6 +213,8 @@ class Prepared:
     low: float  # tensions at the ends of the colour bar [N]; both 0 without sheaths
     high: float
     still: str  # reason that nothing moves; empty where something does
+    # by name, the first is played: a copy of the model in it, and its drive
+    motions: Mapping[str, Motion] = field(default_factory=dict)
 
 
 def prepare(name: str, motion: str | None = None) -> Prepared:
@@ -139,15 +232,26 @@ def prepare(name: str, motion: str | None = None) -> Prepared:
     except ValueError as error:
         raise TendonError(f"{model_path(name, scene=True)}: {error}") from error
     model, drive = in_motion(stem, compiled, motion)
-    still, limits = stands_still(model, drive, _TRIAL_TIME), model.numeric(TENSION_SCALE).data
+    trial_time, limits = demonstration_time(model), model.numeric(TENSION_SCALE).data
+    still = stands_still(model, drive, trial_time)
     if not sheaths(model):
         limits[:] = 0.0
     elif not has_scale:
-        trial = record_frames(model, drive, duration=_TRIAL_TIME, fps=_TRIAL_FPS)
+        trial = record_frames(model, drive, duration=trial_time, fps=_TRIAL_FPS)
         colours = colour_limits(trial.cables)
         limits[:] = colours.vmin, colours.vmax
     low, high = (float(limit) for limit in limits)
-    return Prepared(LiveSimulation(model, drive), first_view(model), low, high, still)
+    motions = {
+        shown: partial(in_motion, stem, compiled, asked)
+        for shown, asked in _motions(stem, motion).items()
+    }
+    return Prepared(LiveSimulation(model, drive), first_view(model), low, high, still, motions)
+
+
+def _motions(name: str, motion: str | None) -> dict[str, str | None]:
+    """Motions of a model by the names that are shown; the one to begin with is the first."""
+    first = {} if motion is None else {Path(motion).stem: motion}
+    return {**first, **({n: n for n in motion_names(name)} or {IN_TURN: None})}
 
 
 def in_motion(name: str, model: mujoco.MjModel, motion: str | None) -> tuple[mujoco.MjModel, Drive]:

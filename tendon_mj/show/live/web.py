@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import importlib
 import io
 from collections.abc import Callable, Sequence
@@ -17,31 +16,37 @@ from tendon_mj.errors import InvalidValueError, MissingPackageError, TendonError
 from tendon_mj.show.live.scene import (
     FIRST,
     MOST_TENDONS,
+    SLIPPING,
     Viewpoint,
-    colour_key,
+    colour_bar,
+    control_slider,
     curve_colours,
     drawn_tendons,
-    key_height,
+    reading_table,
     slider,
     tension_table,
 )
 from tendon_mj.show.live.session import LiveSimulation, Prepared, RealTime, run_in_real_time
+from tendon_mj.show.render.offscreen import without_tendons
+from tendon_mj.show.render.surroundings import FLOOR_COLOUR, floor, to_show
 from tendon_mj.typing import FloatArray
 
 HOST = "localhost"  # no other machine's browser: the page is not protected
 _LAST_PORT = 65535
 _FLOOR, _THIN = 3.0, 1e-3  # half a plane's width and height over the model's extent
 _SCENE_EVERY, _RARELY = 4, 8  # frames of the simulation between new scenes, and between new curves
-_THICKER = 2.5  # than MuJoCo's own tendon, which is hard to see in a browser
-_MARK_SIZE = 5.0  # size of a slipping guide over the tendon's radius
+_THICKER = 1.25  # than MuJoCo's own tendon, as the plugin draws it
+_MARK = 1.3  # size of a slipping guide over that of the tendon: it hides no tendon
 _POINT_SPACING = 0.5  # distance of two points over the radius that is drawn
 _MOST_DOTS, _MOST_GEOMS = 8000, 20000  # of all tendons together
-_SLIPPING = (230, 0, 122)  # magenta, as the plugin draws it
-_PX = 400  # of the key of colours [pixels]
-_HEIGHT = 230  # of the curves [pixels]
+_HEIGHT, _WIDTH = 230, 380  # of the curves, and of the panels [pixels]
+_CORNER, _BUTTONS = 15, 240  # place and width of the buttons on a wide screen [pixels]
+_GHOST = (150, 153, 160)
+_SHOWN_GROUPS = 3  # of geoms
 _PER_CURVE = 400  # of a curve
+_MOST_CONTROLS = 12  # whose sliders follow a motion
 _EACH = "all sheaths"
-_RESTART = "restart the motion"  # the sliders stay as they are
+_BY_HAND = "by hand, with the sliders"
 
 
 def serve(
@@ -67,18 +72,25 @@ def serve(
         server = viser.ViserServer(host=HOST, port=port, label="tendon_mj", verbose=False)
     try:
         simulation, frames = prepared.simulation, 0
-        scene = mjviser.ViserMujocoScene(server, _drawable(simulation.model), num_envs=1)
+        drawn = simulation.model
+        scene = mjviser.ViserMujocoScene(server, _drawable(drawn), num_envs=1)
         scene.camera_tracking_enabled = False
-        server.gui.configure_theme(control_layout="fixed", control_width="large")
+        _add_floor(server.scene, drawn)
         server.on_client_connect(lambda client: _look(client.camera, prepared.view))
-        cable, panel = _Cable(server, simulation), _Panel(server.gui, viser.uplot, prepared)
+        cable, ghost = _Cable(server, simulation), _Ghost(server.scene, mjviser, simulation)
+        panel = _Panel(server.gui, viser.uplot, prepared)
 
         def show() -> bool:
-            nonlocal frames
+            nonlocal frames, drawn
+            if drawn is not simulation.model:  # in another motion, which needs other colours
+                drawn = simulation.model
+                scene.mj_model = _drawable(drawn)
+                scene.rebuild_visual_handles()
             if frames % _SCENE_EVERY == 0:
                 with simulation.lock:
                     scene.update_from_mjdata(simulation.data)
                 cable.draw()
+                ghost.draw()
             if frames % _RARELY == 0:
                 panel.draw()
             frames += 1
@@ -95,10 +107,10 @@ def _drawable(model: mujoco.MjModel) -> mujoco.MjModel:
     """A copy for mjviser.
 
     Planes become flat boxes: it would draw them without end, and as a veil before all the rest.
-    Invisible sites go to a group that is not shown: it would draw them grey.
+    Invisible sites and those on tendons go to a group that is not shown: it would draw them grey.
     """
-    drawn = copy.copy(model)
-    drawn.site_group[model.site_rgba[:, 3] == 0.0] = mujoco.mjNGROUP - 1
+    drawn = without_tendons(model)
+    drawn.site_group[drawn.site_rgba[:, 3] == 0.0] = mujoco.mjNGROUP - 1
     for geom in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE):
         width, depth = (size or _FLOOR * model.stat.extent for size in model.geom_size[geom, :2])
         drawn.geom_type[geom] = mujoco.mjtGeom.mjGEOM_BOX
@@ -106,7 +118,20 @@ def _drawable(model: mujoco.MjModel) -> mujoco.MjModel:
     return drawn
 
 
+def _add_floor(scene: Any, model: mujoco.MjModel) -> None:
+    """Show a floor below a model that has none."""
+    ground = floor(model)
+    if ground is not None:
+        width, thin = 2.0 * ground.half_width, _THIN * ground.half_width
+        colour = tuple(round(255.0 * part) for part in FLOOR_COLOUR)
+        place = ground.middle - (0.0, 0.0, thin)
+        scene.add_box(
+            "/floor", colour, (width, width, 2.0 * thin), position=place, cast_shadow=False
+        )
+
+
 def _look(camera: Any, view: Viewpoint) -> None:
+    view = view.seen_at(camera.aspect)
     camera.up_direction = (0.0, 0.0, 1.0)
     camera.position, camera.look_at = tuple(view.position), tuple(view.look_at)
     camera.fov, camera.near = float(np.radians(view.fovy)), 1e-3
@@ -122,8 +147,9 @@ class _Cable:
     def __init__(self, server: Any, simulation: LiveSimulation) -> None:
         self._simulation = simulation
         self._scene = mujoco.MjvScene(simulation.model, _MOST_GEOMS)
-        width = float(simulation.model.tendon_width.max(initial=1e-6))
-        self._spacing = _POINT_SPACING * _THICKER * width
+        shown = to_show(simulation.model).tendon_width.max(initial=1e-6)
+        width = _THICKER * float(shown)
+        self._spacing = _POINT_SPACING * width
         self._spans, self._marks = (
             server.scene.add_point_cloud(
                 name,
@@ -135,7 +161,7 @@ class _Cable:
                 precision="float32",
                 visible=False,
             )
-            for name, size in (("/tendons", _THICKER), ("/slipping", _MARK_SIZE))
+            for name, size in (("/tendons", 1.0), ("/slipping", _MARK))
         )
 
     def draw(self) -> None:
@@ -143,7 +169,7 @@ class _Cable:
         with self._simulation.lock:
             simulation = self._simulation
             ends, colours, slipping = drawn_tendons(simulation.model, simulation.data, self._scene)
-        marks = np.tile(np.array(_SLIPPING, np.uint8), (len(slipping), 1))
+        marks = np.tile(np.round(255.0 * np.array(SLIPPING)).astype(np.uint8), (len(slipping), 1))
         for handle, points, shown in (
             (self._spans, *row_of_points(ends, colours, self._spacing)),
             (self._marks, slipping, marks),
@@ -151,6 +177,37 @@ class _Cable:
             handle.visible = len(points) > 0
             if handle.visible:
                 handle.points, handle.colors = points.astype(np.float32), shown
+
+
+class _Ghost:
+    """The moving bodies of the twin without friction, in grey."""
+
+    def __init__(self, scene: Any, mjviser: Any, simulation: LiveSimulation) -> None:
+        self._simulation, model = simulation, simulation.model
+        shown = (model.body_weldid[model.geom_bodyid] != 0) & (model.geom_rgba[:, 3] > 0.0)
+        shown &= model.geom_group < _SHOWN_GROUPS
+        self._bodies = []
+        for body in np.unique(model.geom_bodyid[shown]):
+            geoms = np.flatnonzero(shown & (model.geom_bodyid == body)).tolist()
+            mesh = mjviser.conversions.merge_geoms(model, geoms)
+            handle = scene.add_mesh_simple(
+                f"/ghost/{body}",
+                np.array(mesh.vertices),
+                np.array(mesh.faces),
+                color=_GHOST,
+                opacity=0.5,
+                visible=False,
+            )
+            self._bodies.append((body, handle))
+
+    def draw(self) -> None:
+        """Draw the twin as it is now, if there is one."""
+        with self._simulation.lock:
+            twin = self._simulation.twin
+            for body, handle in self._bodies:
+                handle.visible = twin is not None
+                if twin is not None:
+                    handle.position, handle.wxyz = twin.xpos[body].copy(), twin.xquat[body].copy()
 
 
 def row_of_points(
@@ -173,29 +230,47 @@ def row_of_points(
 
 
 class _Panel:
-    """Numbers, curves, sliders and buttons beside the scene."""
+    """Buttons, numbers, curves and sliders next to the scene; on a phone folded below it."""
 
     def __init__(self, gui: Any, uplot: Any, prepared: Prepared) -> None:
-        self._gui, self._simulation = gui, prepared.simulation
-        self._tendons = list(prepared.simulation.tendons.values())
-        self._problem = gui.add_markdown("", visible=False)
+        self._gui, self._simulation, self._prepared = gui, prepared.simulation, prepared
+        simulation = self._simulation
+        self._tendons = list(simulation.tendons.values())
         self._handles: dict[str, tuple[Any, float]] = {}  # of sliders, and their units over SI
-        if self._tendons:
-            limits, none = (prepared.low, prepared.high), np.zeros((0, 2, 3))
-            key = colour_key(limits, [], none, _PX, key_height(0))  # the curves have their names
-            gui.add_image(key, format="png")
-            self._table = gui.add_markdown("")
-            self._curves = self._add_curves(uplot)
-            self._add_sliders()
-            self.draw()
+        self._controls: list[tuple[Any, float]] = []  # the same of actuators
         self._add_buttons()
+        self._problem = gui.add_markdown("", visible=False)
+        panel = gui.add_panel()
+        with panel.add_tab("tensions, motion"):
+            if prepared.low < prepared.high:
+                limits = prepared.low, prepared.high
+                gui.add_html(colour_bar(limits, simulation.can_slip))
+            self._curves = self._add_curves(uplot) if self._tendons else None
+            tabs = gui.add_tab_group()
+            with tabs.add_tab("motion"):
+                self._add_motions()
+            if self._tendons:
+                with tabs.add_tab("friction"):
+                    self._add_sliders()
+            with tabs.add_tab("numbers"):
+                self._table = gui.add_markdown("")
+        gui.main_panel.float(x=-_CORNER, y=_CORNER, width=_BUTTONS)
+        panel.dock_right()
+        panel.set_width(_WIDTH)
+        self.draw()
 
     def draw(self) -> None:
-        """Show the tensions as they are now."""
-        if not self._tendons:
+        """Show the readings as they are now."""
+        simulation = self._simulation
+        times, tensions = simulation.curves()
+        if not simulation.is_by_hand and len(self._controls) <= _MOST_CONTROLS:
+            self._show_controls()
+        with simulation.lock:
+            readings = reading_table(simulation.model, simulation.data)
+        now = tension_table(self._tendons, tensions[-1], float(times[-1]))
+        self._table.content = f"{now}\n\n{readings}"
+        if self._curves is None:
             return
-        times, tensions = self._simulation.curves()
-        self._table.content = tension_table(self._tendons, tensions[-1], float(times[-1]))
         chosen = np.unique(np.linspace(0, len(times) - 1, min(len(times), _PER_CURVE)).astype(int))
         rows = np.nan_to_num(tensions[chosen, :MOST_TENDONS].reshape(len(chosen), -1), posinf=0.0)
         self._curves.data = (times[chosen], *(np.ascontiguousarray(row) for row in rows.T))
@@ -214,19 +289,62 @@ class _Panel:
             scales={"x": uplot.Scale(time=False)},
             legend=uplot.Legend(show=True, live=False),
             height=_HEIGHT,
+            padding=(12, 24, 0, 0),  # of which the first is for the uppermost number
         )
 
     def _add_buttons(self) -> None:
         simulation = self._simulation
-        buttons = self._gui.add_button_group("simulation", ("halt or go on", _RESTART))
+        pause, restart = self._gui.add_button("pause"), self._gui.add_button("restart")
 
-        @buttons.on_click
+        @pause.on_click
         def _(event: Any) -> None:
-            if buttons.value == _RESTART:
-                simulation.reset()
-                self.draw()
-            else:
-                simulation.paused = not simulation.paused
+            simulation.paused = not simulation.paused
+            pause.label = "resume" if simulation.paused else "pause"
+
+        @restart.on_click
+        def _(event: Any) -> None:
+            simulation.reset()
+            self.draw()
+
+    def _add_motions(self) -> None:
+        """List of motions, twin on and off, and a slider for each actuator."""
+        simulation, motions, gui = self._simulation, self._prepared.motions, self._gui
+        if simulation.can_slip:
+            twin = gui.add_checkbox("compare without friction", False, hint="a grey ghost")
+            twin.on_update(lambda event: simulation.compare(twin.value))
+        if simulation.step is not None or simulation.model.nu == 0:
+            return
+        chosen = gui.add_dropdown("motion", (*motions, _BY_HAND)) if motions else None
+        for k, control in enumerate(simulation.data.ctrl):
+            shown = control_slider(simulation.model, k, float(control))
+            handle = gui.add_slider(*shown[:1], *shown[2:6], hint=shown.hint)
+            self._controls.append((handle, shown.factor))
+
+            @handle.on_update
+            def _(event: Any, actuator: int = k, factor: float = shown.factor) -> None:
+                if event.client is None:  # set by the program
+                    return
+                if chosen is not None and chosen.value != _BY_HAND:
+                    chosen.value = _BY_HAND
+                    self._show_controls(actuator)
+                simulation.hold(actuator, float(event.target.value) / factor)
+
+        if chosen is not None:
+
+            @chosen.on_update
+            def _(event: Any) -> None:
+                if chosen.value != _BY_HAND:
+                    simulation.play(*motions[chosen.value]())
+                elif event.client is not None:
+                    simulation.hold(0, float(simulation.data.ctrl[0]))
+                    self._show_controls()
+
+    def _show_controls(self, but: int = -1) -> None:
+        """Put the sliders of the actuators, but for one, where their controls are."""
+        for k, (handle, factor) in enumerate(self._controls):
+            now = float(np.clip(factor * self._simulation.data.ctrl[k], handle.min, handle.max))
+            if k != but and abs(now - handle.value) > 0.5 * handle.step:
+                handle.value = now
 
     def _add_sliders(self) -> None:
         simulation, names = self._simulation, tuple(self._simulation.tendons)

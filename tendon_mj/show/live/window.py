@@ -21,7 +21,8 @@ from tendon_mj.show.live.scene import (
     look_from,
     tension_text,
 )
-from tendon_mj.show.live.session import Prepared, RealTime, run_in_real_time
+from tendon_mj.show.live.session import Prepared, RealTime, kept_state, run_in_real_time
+from tendon_mj.show.render.surroundings import add_floor, floor, to_show
 from tendon_mj.typing import FloatArray
 
 _CURVES_SPAN = 8.0  # of the curves [s]
@@ -51,22 +52,24 @@ def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
         if key == _SPACE:
             simulation.paused = not simulation.paused
 
-    others = set(threading.enumerate())
+    others, shown = set(threading.enumerate()), to_show(simulation.model)
     try:
-        window = viewer.launch_passive(
-            simulation.model,
-            simulation.data,
-            key_callback=on_key,
-            show_left_ui=False,
-            show_right_ui=False,
-        )
+        with kept_state(simulation.model, simulation.data):  # the viewer evaluates the model
+            window = viewer.launch_passive(
+                shown,
+                simulation.data,
+                key_callback=on_key,
+                show_left_ui=False,
+                show_right_ui=False,
+            )
     except (RuntimeError, mujoco.FatalError) as error:
         raise EngineError(
             f"MuJoCo's viewer could not open a window: {error}; {_INSTEAD}"
         ) from error
     try:
         with window.lock():
-            look_from(window.cam, simulation.model, prepared.view)
+            look_from(window.cam, shown, prepared.view)
+            add_floor(window.user_scn, floor(shown))
         return run_in_real_time(simulation, _Overlay(prepared, window).show, seconds)
     finally:
         window.close()
@@ -94,10 +97,10 @@ class _Overlay:
 
     def __init__(self, prepared: Prepared, window: Any) -> None:
         self._simulation, self._window = prepared.simulation, window
-        self._limits = prepared.low, prepared.high
+        self._limits, self._slips = (prepared.low, prepared.high), prepared.simulation.can_slip
         self._tendons = list(prepared.simulation.tendons.values())
         self._colours = curve_colours(prepared.simulation.model)
-        self._figure = new_curves(self._colours, prepared.high)
+        self._figure = new_curves(self._colours, prepared.high or 1.0)
         self._frames, self._size = 0, (0, 0)
 
     def show(self) -> bool:
@@ -124,9 +127,15 @@ class _Overlay:
         if self._size != (viewport.width, viewport.height):
             self._size = viewport.width, viewport.height
             named = self._tendons[:MOST_TENDONS]
-            place = key_place(viewport, key_height(len(named)))
+            high = key_height(len(named), self._limits[0] < self._limits[1])
+            place = key_place(viewport, high)
             key = colour_key(
-                self._limits, named, self._colours[:MOST_TENDONS], place.width, place.height
+                self._limits,
+                named,
+                self._colours[:MOST_TENDONS],
+                place.width,
+                place.height,
+                self._slips,
             )
             self._window.set_images((place, key))
 

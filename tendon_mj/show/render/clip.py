@@ -23,10 +23,11 @@ from tendon_mj.plugin import sheaths
 from tendon_mj.show.figures import style
 from tendon_mj.show.render import offscreen
 from tendon_mj.show.render.panel import Panel, tendon_colours, text_scale
+from tendon_mj.show.render.surroundings import to_show
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
-_PANEL = 0.34  # share of the width that the panel takes
+_PANEL, _PANEL_BELOW = 0.34, 0.6  # share of the width, or of the height, that the panel takes
 _SMALLEST_SIZE, _LARGEST_SIZE = 64, 8192  # [pixels]
 _QUALITY = 4  # constant rate factor of H.264, less is better: the colour of a tendon is a reading
 # Stated in the file, lest players guess: they take another matrix of colours for large pictures.
@@ -35,6 +36,8 @@ _COLOUR_FLAGS: Final = (
     "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+bicubic",
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
 )
+_MOST_NAMED = 8  # tendons with their names in the scene; more names would hide them
+_ENDS = 2  # of a tendon; the other points of its path are guides
 _ARROW = 0.12  # length of the largest force's arrow over the model's extent
 _ARROW_COLOUR, _TWIN_ARROW = "#961428", style.GREY
 _OVERSAMPLING = 4  # pixels drawn for each one shown
@@ -57,8 +60,9 @@ def render_clip(
     H.264 changes colours: half of a tendon's pixels are within one of the bar's 256 steps of what
     was drawn, 19 of 20 within three. The frames that `draw_frames` gives are exact.
 
-    A panel next to the picture has the colour bar, forces, tensions, joint angles and controls, as
-    many as fit; a model without a sheath is shown without it.
+    A panel next to the picture, or below it in a clip that is higher than wide, has the colour bar,
+    forces, tensions, joint angles and controls, as many as fit; a model without a sheath is shown
+    without it.
 
     Args:
         model: to draw; it has the joints, tendons and actuators of the one that was recorded, and
@@ -66,7 +70,8 @@ def render_clip(
         frames: as `record_frames` returns them, or a `FrameRecorder` that a simulation was given.
         path: of the MP4; its folder is made if it is not there.
         width, height: of the clip [pixels], even numbers.
-        camera: name of one of the model's; default: its first, or a view of the whole model.
+        camera: name of one of the model's; default: the first that shows the tendons, or one that
+            frames them.
         twin: frames of the same motion without friction, drawn in grey behind the model.
         progress: called with the activity, the number of frames done, and of all.
 
@@ -143,8 +148,14 @@ def draw_frames(
             f"motion {frames.poses.shape[0]} of {frames.poses.shape[1]}"
         )
     view = offscreen.find_camera(model, camera)
-    panel = 2 * round(0.5 * _PANEL * width) if frames.cables else 0
-    size, theme = (width - panel, height), style.DARK if dark else style.LIGHT
+    size = panel = width, height
+    if frames.cables and width < height:
+        panel = width, round(_PANEL_BELOW * height)
+        size = width, height - panel[1]
+    elif frames.cables:
+        panel = 2 * round(0.5 * _PANEL * width), height
+        size = width - panel[0], height
+    theme = style.DARK if dark else style.LIGHT
     return _FramePainter(model, frames, view, size, panel, twin, theme).pictures()
 
 
@@ -158,7 +169,7 @@ def check_size(width: int, height: int) -> None:
 
 
 class _FramePainter:
-    """Frames as pictures: the scene on the left, the panel on the right."""
+    """Frames as pictures: the scene, and the panel on its right or below it."""
 
     def __init__(
         self,
@@ -166,21 +177,19 @@ class _FramePainter:
         frames: Frames,
         camera: mujoco.MjvCamera,
         size: tuple[int, int],
-        panel: int,
+        panel: tuple[int, int],
         twin: Frames | None,
         theme: style.Theme,
     ) -> None:
         self._frames, self._camera, self._twin, self._size = frames, camera, twin, size
         self._theme = theme
         self._halo: dict[str, Any] = {"stroke_width": 2, "stroke_fill": theme.background}
-        self._model = offscreen.without_tendons(model)
+        self._model = offscreen.without_tendons(to_show(model))
         self._data = mujoco.MjData(self._model)
         self._scale = offscreen.colour_limits(frames.cables) if frames.cables else Normalize()
         self._radius = offscreen.cable_radius(model, frames.cables)
         self._panel = (
-            Panel(model, frames, self._scale, panel, size[1], twin, theme)
-            if frames.cables
-            else None
+            Panel(model, frames, self._scale, *panel, twin, theme) if frames.cables else None
         )
         self._names = {
             name: (sheaths(model)[name].tendon, style.on_theme(colour, theme))
@@ -228,7 +237,10 @@ class _FramePainter:
                 text, drawn = f"{np.linalg.norm(contact[3:]):.1f} N", (colour, self._theme)
                 image = draw_arrow(image, start, end, text, self._font, labels, *drawn)
         image = self._label_ends(image, k)
-        return image if self._panel is None else np.hstack([image, self._panel.draw(k)])
+        if self._panel is None:
+            return image
+        beside = self._panel.draw(k)
+        return np.concatenate([image, beside], axis=int(len(image) == len(beside)))
 
     def _label_ends(self, image: offscreen.Image, k: int) -> offscreen.Image:
         """Write the tendons' names next to their input ends, and a legend below."""
@@ -237,9 +249,11 @@ class _FramePainter:
         labels: list[FloatArray] = []
         size = self._font.size
         several = len(self._frames.cables) > 1
+        named = len(self._frames.cables) <= _MOST_NAMED
         paths = {
             name: offscreen.project(self._offscreen.scene, cable.points[k], *self._size)
             for name, cable in self._frames.cables.items()
+            if named
         }
         for name, seen in paths.items():
             tendon, colour = self._names[name]
@@ -258,8 +272,7 @@ class _FramePainter:
                     draw.text(
                         tuple(spot), text, fill=ink, font=self._font, anchor="lm", **self._halo
                     )
-        if self._frames.cables:
-            self._explain(picture, draw)
+        self._explain(picture, draw)
         return np.array(picture)
 
     def _inside(self, spot: FloatArray) -> bool:
@@ -291,9 +304,13 @@ class _FramePainter:
         """Explain the grey bead and the grey ghost in a left corner."""
         size = float(self._font.size)
         x, radius = 1.2 * size, 0.35 * size
-        lines = [("guide: bends the tendon, which rubs on it", offscreen.GUIDE_COLOUR, "")]
+        lines = []
+        if any(cable.points.shape[1] > _ENDS for cable in self._frames.cables.values()):
+            lines.append(("guide: bends the tendon, which rubs on it", offscreen.GUIDE_COLOUR, ""))
         if self._twin is not None:
             lines.append(("the same drive without friction", self._theme.ghost, self._theme.ink))
+        if not lines:
+            return
         high = 1.5 * size * (len(lines) - 1)
         if self._legend_row is None:  # the emptier corner of the first frame, for all of the clip
             wide = max(self._font.getlength(text) for text, _, _ in lines) + 2.0 * x

@@ -30,6 +30,7 @@ from scipy.ndimage import binary_dilation
 from tendon_mj.errors import EngineError, UnknownNameError
 from tendon_mj.lab.replay import POSE, Cable
 from tendon_mj.plugin import sheaths
+from tendon_mj.show.render.surroundings import add_floor, first_camera, floor, framing
 from tendon_mj.typing import FloatArray
 
 Image = NDArray[np.uint8]
@@ -54,7 +55,7 @@ COLOURS = colormaps["viridis"]
 GUIDE_COLOUR = "#52575F"
 _GUIDE = np.array(to_rgba(GUIDE_COLOUR), np.float32)
 _THICKNESS = 0.006  # radius of a cable over the model's extent
-_BEAD = 1.5  # radius of a guide over that of its cable
+_BEAD = 1.3  # radius of a guide over that of its cable
 _EYE = np.eye(3).ravel()
 # The colour is a reading: lit from within alone, whatever the scene's lights and shadows.
 _SHADED = 1e-3  # of the colour that lights see
@@ -107,28 +108,30 @@ def _reason(error: Exception) -> str:
 
 
 def find_camera(model: mujoco.MjModel, camera: str | mujoco.MjvCamera | None) -> mujoco.MjvCamera:
-    """A camera by name; None stands for the model's first one, or for a view of the whole model."""
+    """A camera by name; None: the first that shows the tendons, or one that frames them."""
     if isinstance(camera, mujoco.MjvCamera):
         return camera
-    view = mujoco.MjvCamera()
-    if camera is None and model.ncam == 0:
-        mujoco.mjv_defaultFreeCamera(model, view)
-        return view
+    view, first = mujoco.MjvCamera(), first_camera(model) if camera is None else 0
+    if first < 0:
+        return framing(model)
     names = [model.camera(k).name for k in range(model.ncam)]
     if camera is not None and camera not in names:
         raise UnknownNameError("camera", camera, names)
     view.type = mujoco.mjtCamera.mjCAMERA_FIXED
-    view.fixedcamid = 0 if camera is None else names.index(camera)
+    view.fixedcamid = first if camera is None else names.index(camera)
     return view
 
 
 class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
-    """Offscreen buffer to draw a model on, to be closed after use (it is a context manager)."""
+    """Offscreen buffer to draw a model on, to be closed after use (it is a context manager).
+
+    A model without a floor gets one.
+    """
 
     def __init__(
         self, model: mujoco.MjModel, width: int, height: int, background: str = ""
     ) -> None:
-        self._model = copy.copy(model)
+        self._model, self._floor = copy.copy(model), floor(model)
         sky = model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX
         self._has_sky = bool(sky.any())
         self._background = np.round(255.0 * np.array(to_rgb(background or "white")))
@@ -187,6 +190,7 @@ class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
             mujoco.mjtCatBit.mjCAT_ALL.value,
             self._scene,
         )
+        add_floor(self._scene, self._floor)
         add(self._scene)
         self._gl.make_current()
         mujoco.mjr_render(self._rect, self._scene, self._context)
@@ -331,7 +335,7 @@ def blend(image: Image, ghost: Image, depths: tuple[Depth, Depth, Depth]) -> Ima
     whole, twin, background = depths
     # a pixel of an edge has colour of both sides, and the depth of one
     shown = (twin < background) & ~binary_dilation(whole != background)
-    edge = shown & binary_dilation(twin >= 1.0)
+    edge = shown & binary_dilation(twin >= background)
     blended = image.astype(float)
     blended[shown] = (1.0 - _STRENGTH) * blended[shown] + _STRENGTH * ghost[shown]
     blended[edge] = 0.45 * blended[edge]

@@ -1,0 +1,142 @@
+"""Floor, light and camera of a model that has none, for the eye alone.
+
+They are added to what is drawn, and never to the model that is simulated.
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from tendon_mj.typing import FloatArray
+
+_PULLEY = -2  # of `mjData.wrap_obj`
+_PLANE = mujoco.mjtGeom.mjGEOM_PLANE.value
+_AMBIENT, _DIFFUSE = 0.45, 0.5  # of a headlight that is the only light; MuJoCo's own is dim
+_THINNEST = 0.004  # radius of a tendon that is seen from afar, over the size of all of them
+_BELOW = 0.15  # distance of the floor from the lowest point, over the size of the model
+_FLOOR_SIZE = 20.0  # half the floor's width over the size of the model
+FLOOR_COLOUR, _GLOW = (0.90, 0.91, 0.92), 0.5  # a headlight alone leaves it dark
+_ASPECT, _MARGIN = 1.15, 1.2  # width over height that a view fits into, and the space around it
+_LEAST_SEEN = 0.5  # size of the tendons in a camera's picture over half its height
+_DOWN, _DOWN_MORE = 15.0, 40.0  # how far a view looks down on what stands, and on what lies [deg]
+_CORNERS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+
+
+def to_show(model: mujoco.MjModel) -> mujoco.MjModel:
+    """A copy to draw: lit where it has no light, with tendons as thick as the eye needs."""
+    shown = copy.copy(model)
+    if model.nlight == 0:
+        shown.vis.headlight.ambient[:] = _AMBIENT
+        shown.vis.headlight.diffuse[:] = _DIFFUSE
+        shown.vis.headlight.specular[:] = 0.0
+    paths = _outline(model).paths
+    if len(paths):
+        thinnest = _THINNEST * _size(paths)
+        shown.tendon_width[:] = np.maximum(model.tendon_width, thinnest)
+    return shown
+
+
+class Floor(NamedTuple):
+    """A square on the ground."""
+
+    middle: FloatArray  # [m]
+    half_width: float  # [m]
+
+
+def floor(model: mujoco.MjModel) -> Floor | None:
+    """Floor below a model at `qpos0`; None where it has its own."""
+    if (model.geom_type == _PLANE).any() or model.nhfield:
+        return None
+    around = _outline(model).around
+    middle = 0.5 * (around.min(axis=0) + around.max(axis=0))
+    middle[2] = around[:, 2].min() - _BELOW * _size(around)
+    return Floor(middle, _FLOOR_SIZE * _size(around))
+
+
+def add_floor(scene: mujoco.MjvScene, ground: Floor | None) -> None:
+    """Draw a floor into a scene, as it has room."""
+    if ground is None or scene.ngeom >= scene.maxgeom:
+        return
+    rgba = np.array([*FLOOR_COLOUR, 1.0], np.float32)
+    size, turn = np.full(3, ground.half_width), np.eye(3).ravel()
+    geom = scene.geoms[scene.ngeom]
+    mujoco.mjv_initGeom(geom, _PLANE, size, ground.middle, turn, rgba)
+    geom.emission = _GLOW
+    scene.ngeom += 1
+
+
+def first_camera(model: mujoco.MjModel) -> int:
+    """Index of the first camera that shows the tendons at `qpos0`, large enough; -1 without one."""
+    paths, data = _outline(model).paths, mujoco.MjData(model)
+    if not len(paths):
+        return min(0, int(model.ncam) - 1)
+    mujoco.mj_fwdPosition(model, data)
+    for k in range(model.ncam):
+        seen = (paths - data.cam_xpos[k]) @ data.cam_xmat[k].reshape(3, 3)
+        if (seen[:, 2] < 0.0).all():
+            half_view = np.tan(0.5 * np.radians(model.cam_fovy[k]))
+            places = seen[:, :2] / (-seen[:, 2:] * half_view)  # ±1 at the upper and lower edge
+            is_inside = np.median(np.abs(places), axis=0) < (_ASPECT, 1.0)
+            if is_inside.all() and np.ptp(places, axis=0).max() > _LEAST_SEEN:
+                return k
+    return -1
+
+
+def framing(model: mujoco.MjModel) -> mujoco.MjvCamera:
+    """A camera that sees all of a model at `qpos0`, across the plane in which its tendons run.
+
+    Without tendons it is the plane of the geoms. What neither moves nor is a tendon may be outside.
+    """
+    paths, moving, around = _outline(model)
+    spread = paths if len(paths) else around
+    around = np.concatenate([paths, moving]) if len(paths) or len(moving) else around
+    long, _, across = np.linalg.svd(spread - spread.mean(axis=0))[2]
+    level = across[:2] if np.hypot(*across[:2]) > abs(across[2]) else np.array([-long[1], long[0]])
+    level = level / np.hypot(*level) * (1.0 if level[1] >= 0.0 else -1.0)  # x to the right
+    camera = mujoco.MjvCamera()
+    mujoco.mjv_defaultFreeCamera(model, camera)
+    camera.lookat[:] = 0.5 * (around.min(axis=0) + around.max(axis=0))
+    camera.azimuth = float(np.degrees(np.arctan2(level[1], level[0])))
+    camera.elevation = -_DOWN - _DOWN_MORE * abs(float(across[2]))
+    down = np.radians(camera.elevation)
+    forward = np.array([*(np.cos(down) * level), np.sin(down)])
+    right = np.array([level[1], -level[0], 0.0])
+    away = around - camera.lookat
+    seen = np.maximum(np.abs(away @ np.cross(right, forward)), np.abs(away @ right) / _ASPECT)
+    half_view = np.tan(0.5 * np.radians(model.vis.global_.fovy))
+    camera.distance = max(float((_MARGIN * seen / half_view - away @ forward).max()), 1e-3)
+    return camera
+
+
+class _Outline(NamedTuple):
+    """(k, 3) points of a model at `qpos0` [m]."""
+
+    paths: FloatArray  # of tendons
+    moving: FloatArray  # corners of the boxes around geoms of bodies that move
+    around: FloatArray  # all of these, and those of all other geoms
+
+
+def _outline(model: mujoco.MjModel) -> _Outline:
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    count = int(data.ten_wrapnum.sum())
+    paths = data.wrap_xpos.reshape(-1, 3)[:count][data.wrap_obj.ravel()[:count] != _PULLEY]
+    ground = np.isin(model.geom_type, [_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD.value])
+    geoms = ~ground & (model.geom_rgba[:, 3] > 0.0)
+    middle, half = np.split(model.geom_aabb[geoms], 2, axis=1)
+    turned = (
+        data.geom_xmat[geoms].reshape(-1, 1, 3, 3)
+        @ (middle[:, None] + half[:, None] * _CORNERS)[..., None]
+    )
+    corners = data.geom_xpos[geoms, None] + turned[..., 0]
+    moving = corners[model.body_weldid[model.geom_bodyid[geoms]] != 0].reshape(-1, 3)
+    around = np.concatenate([paths, corners.reshape(-1, 3)])
+    return _Outline(paths, moving, around if len(around) else np.array([model.stat.center]))
+
+
+def _size(around: FloatArray) -> float:
+    return max(float(np.linalg.norm(np.ptp(around, axis=0))), 1e-6)

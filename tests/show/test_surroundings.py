@@ -1,0 +1,73 @@
+"""Floor, light and camera of a model that has none: seen, and without effect on it."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj.models import model_digest
+from tendon_mj.show.render.offscreen import project
+from tendon_mj.show.render.surroundings import add_floor, first_camera, floor, framing, to_show
+from tests.show.rigs import CAMERA, PULLED
+
+BARE = PULLED.replace(CAMERA, "")
+SIZE = 400, 348  # a picture as narrow as a clip's
+
+
+def turned(euler):
+    """A model whose world is turned [deg]."""
+    frame = f'<worldbody><frame euler="{" ".join(map(str, euler))}">'
+    text = BARE.replace("<worldbody>", frame).replace("</worldbody>", "</frame></worldbody>")
+    return mujoco.MjModel.from_xml_string(text)
+
+
+@pytest.mark.parametrize("euler", [(0, 0, 0), (90, 0, 0), (0, 90, 0), (20, 30, 40), (0, 0, 130)])
+def test_a_tendon_is_seen_along_its_length_however_it_lies(euler):
+    model = turned(euler)
+    scene, data = mujoco.MjvScene(model, 100), mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, framing(model), 7, scene)
+    seen = project(scene, data.wrap_xpos.reshape(-1, 3)[: data.ten_wrapnum[0]], *SIZE)
+    assert (seen > 0.0).all()
+    assert (seen < SIZE).all()
+    length = np.linalg.norm(np.diff(seen, axis=0), axis=1).sum()
+    assert length > 0.5 * min(SIZE), "neither end on nor from afar"
+
+
+def test_a_camera_that_hardly_shows_the_tendons_is_passed_over():
+    far = '<camera name="far" pos="0.5 -90 0.1" xyaxes="1 0 0 0 0 1"/>'
+    behind = '<camera name="behind" pos="0.5 1.2 0.1" xyaxes="1 0 0 0 0 1"/>'
+    for cameras, first in ((far + behind + CAMERA, 2), (CAMERA + far, 0), (far + behind, -1)):
+        assert (
+            first_camera(mujoco.MjModel.from_xml_string(PULLED.replace(CAMERA, cameras))) == first
+        )
+
+
+def test_what_is_added_lies_below_the_model_and_leaves_it_as_it_is():
+    model = mujoco.MjModel.from_xml_string(BARE)
+    before, data = model_digest(model), mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    shown, ground, scene = to_show(model), floor(model), mujoco.MjvScene(model, 100)
+    add_floor(scene, ground)
+    framing(model)
+    assert ground.middle[2] < data.geom_xpos[:, 2].min()
+    assert scene.ngeom == 1
+    assert model_digest(model) == before
+    assert shown.ngeom == model.ngeom, "nothing that could collide"
+    assert shown.vis.headlight.ambient[0] > model.vis.headlight.ambient[0]
+
+
+def test_a_model_s_own_floor_and_light_are_kept():
+    own = '<worldbody><geom type="plane" size="1 1 1"/><light pos="0 0 3"/>'
+    model = mujoco.MjModel.from_xml_string(BARE.replace("<worldbody>", own, 1))
+    assert floor(model) is None
+    shown = to_show(model)
+    assert np.array_equal(shown.vis.headlight.ambient, model.vis.headlight.ambient)
+
+
+def test_a_thin_tendon_is_drawn_thicker_and_a_thick_one_as_it_is():
+    model = mujoco.MjModel.from_xml_string(BARE)
+    for width, factor in ((1e-5, 100.0), (0.05, 1.0)):
+        model.tendon_width[:] = width
+        shown = to_show(model).tendon_width[0]
+        assert shown >= factor * width * (1.0 - 1e-9)
+        assert width == model.tendon_width[0]
