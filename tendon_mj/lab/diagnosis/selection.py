@@ -308,9 +308,9 @@ def select_forward(
 ) -> ForwardSelection:
     """Add the best effect to a model until none improves it.
 
-    Of tied effects that improve it the simplest is added. After each addition the effects without which the model
-    is as good are eliminated; selection ends when that leads back to an earlier model, of the
-    labels in ``seen``, to which the models extended here are added.
+    Of tied effects that improve it the simplest is added. After each addition the effects without
+    which the model is as good are eliminated; selection ends when that leads back to an earlier
+    model, of the labels in ``seen``, to which the models extended here are added.
     """
     rivals, first, rounds = dict(rivals), None, list[list[FittedCandidate]]()
     while len(model.fit.effects) < _MOST_EFFECTS and model.excess > context.detection_limit:

@@ -303,12 +303,12 @@ class _FramePainter:
     def _explain(self, picture: Picture.Image, draw: ImageDraw.ImageDraw) -> None:
         """Explain the grey bead and the grey ghost in a left corner."""
         size = float(self._font.size)
-        x, radius = 1.2 * size, 0.35 * size
+        x, radius = 1.4 * size, 0.35 * size
         lines = []
         if any(cable.points.shape[1] > _ENDS for cable in self._frames.cables.values()):
-            lines.append(("guide: bends the tendon, which rubs on it", offscreen.GUIDE_COLOUR, ""))
+            lines.append(("guide, on which the tendon rubs", offscreen.GUIDE_COLOUR, ""))
         if self._twin is not None:
-            lines.append(("the same drive without friction", self._theme.ghost, self._theme.ink))
+            lines.append(("the same motion, no friction", self._theme.ghost, self._theme.ink))
         if not lines:
             return
         high = 1.5 * size * (len(lines) - 1)
@@ -321,10 +321,11 @@ class _FramePainter:
             self._legend_row = min((self._size[1] - 1.2 * size - high, 1.2 * size), key=crowded)
         y = self._legend_row
         for text, colour, outline in lines:
-            box = [x - radius, y - radius, x + radius, y + radius]
-            draw.ellipse(box, fill=colour, outline=outline or None)
+            half = 2.0 * radius if outline else radius  # of the ghost a piece as of a finger
+            box = [x - half, y - radius, x + half, y + radius]
+            draw.rounded_rectangle(box, radius, fill=colour, outline=outline or None)
             ink = self._theme.ink
-            draw.text((x + size, y), text, fill=ink, font=self._font, anchor="lm", **self._halo)
+            draw.text((2.4 * size, y), text, fill=ink, font=self._font, anchor="lm", **self._halo)
             y += 1.5 * size
 
 

@@ -190,10 +190,10 @@ def _entries(chart: _Chart, theme: style.Theme = style.LIGHT) -> tuple[list[str]
     """Names and lines of a chart's legend."""
     named = [(line.name, line.colour, line.style) for line in chart.lines if line.name]
     if chart.twin:
-        named.append(("no friction", style.GREY, "--"))
+        named.append(("no friction", style.GREY, "-"))
     elif any(line.style == "--" for line in chart.lines) and named[0][0] != "input end":
         # colours tell the tendons apart, line styles their ends
-        named += [("input", style.GREY, "-"), ("output", style.GREY, "--")]
+        named += [("input", INK, "-"), ("output", INK, "--")]
     if chart.left_out:
         named.append((f"… and {chart.left_out} more", "none", "-"))
     entries = [
@@ -323,9 +323,12 @@ def _forces_chart(model: mujoco.MjModel, frames: Frames, twin: Frames | None) ->
         Line(name.replace("_", " "), values, _OTHER_COLOURS[k] if several else style.BLACK)
         for k, (name, values) in enumerate(forces)
     ]
+    label = "force [N]" if several or not lines else f"{lines[0].name} [N]"
     other = touch_forces(model, twin, frames) if twin else {}
-    behind = [Line("", other[name], style.GREY, "--") for name, _ in forces if name in other]
-    return _Chart("force [N]" if several or not lines else f"{lines[0].name} [N]", lines, behind)
+    behind = [Line("", other[name], style.GREY) for name, _ in forces if name in other]
+    if behind and not several:
+        lines = [lines[0]._replace(name="with friction")]
+    return _Chart(label, lines, behind)
 
 
 def _tensions_chart(model: mujoco.MjModel, frames: Frames) -> _Chart:
@@ -359,9 +362,7 @@ def _joints_chart(model: mujoco.MjModel, frames: Frames, twin: Frames | None) ->
                 Line(model.joint(k).name or f"joint {k}", unit.factor * frames.poses[:, p], colour)
                 for k, p, colour in zip(chosen, places, _OTHER_COLOURS, strict=False)
             ]
-            behind = [
-                Line("", unit.factor * twin.poses[:, p], style.GREY, "--") for p in places if twin
-            ]
+            behind = [Line("", unit.factor * twin.poses[:, p], style.GREY) for p in places if twin]
             return _Chart(style.labelled(label, unit), lines, behind, len(chosen) - len(places))
     return _Chart("", [])
 

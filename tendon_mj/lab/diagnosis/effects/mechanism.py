@@ -101,7 +101,7 @@ JOINT_EFFECTS: Final = (
         source="MuJoCo, joint armature",
         next_experiment="fast motion of the joint at two frequencies",
         in_motion=True,
-        look_at="the rotor and gear of its motor, and the shape and mass of the body that it carries",
+        look_at="the rotor and gear of its motor, and the shape and mass of what it carries",
         binding=on(armatures, Spec("armature", "kg m² or kg", 0.0, 1e3, 1e-4)),
         kind="parameter",
     ),
