@@ -26,6 +26,7 @@ from tendon_mj.lab.replay import (
     Schedule,
     column_of,
     control_unit,
+    demonstration_time,
     ending_of,
     reading_unit,
     run_open_loop,
@@ -37,7 +38,7 @@ from tendon_mj.models import model_digest
 from tendon_mj.typing import FloatArray
 
 _MOST_STEPS = 10_000_000  # of a rollout; its readings are in memory
-_DURATION = 6.0  # of a model without a motion that ends [s]
+_DURATION = 6.0  # with a policy [s]
 
 Act = Callable[[mujoco.MjModel, mujoco.MjData], Any]
 
@@ -54,7 +55,8 @@ def motion_recording(
 ) -> Recording:
     """The drive of a model in a motion, with every sensor of one number as measured.
 
-    ``motion`` is as of `find_motion`, ``duration`` that of the motion, or 6 s, where none is given.
+    ``motion`` is as of `find_motion`. Where no ``duration`` is given it is that of the motion, or
+    6 to 12 s, in which every actuator has its turn.
     With ``still`` and without a motion every control is 0, for a policy to set.
     """
     if duration is not None:
@@ -66,7 +68,7 @@ def motion_recording(
     else:
         chosen = find_motion(name, model, motion, duration)
         title, known = chosen.name, dict(chosen.parameters)
-        length = chosen.duration if math.isfinite(chosen.duration) else _DURATION
+        length = chosen.duration if math.isfinite(chosen.duration) else demonstration_time(model)
         time = _steps(length if duration is None else duration, model)
         controls = np.array([chosen.drive(now) for now in time]).reshape(len(time), model.nu)
         for k in range(model.nactuator):
