@@ -125,13 +125,19 @@ def find_camera(model: mujoco.MjModel, camera: str | mujoco.MjvCamera | None) ->
 class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
     """Offscreen buffer to draw a model on, to be closed after use (it is a context manager).
 
-    A model without a floor gets one.
+    A model without a floor gets one, unless ``ground`` is False.
     """
 
     def __init__(
-        self, model: mujoco.MjModel, width: int, height: int, background: str = ""
+        self,
+        model: mujoco.MjModel,
+        width: int,
+        height: int,
+        background: str = "",
+        *,
+        ground: bool = True,
     ) -> None:
-        self._model, self._floor = copy.copy(model), floor(model)
+        self._model, self._floor = copy.copy(model), floor(model) if ground else None
         sky = model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX
         self._has_sky = bool(sky.any())
         self._background = np.round(255.0 * np.array(to_rgb(background or "white")))

@@ -61,7 +61,7 @@ def rig_figure(shown: BeforeAfter) -> Figure | None:
             for cable in frames.cables.values():
                 add_cable(scene, cable.points[peak], cable.tensions[peak], scale, radius)
 
-        with Offscreen(bare, *_SIZE) as offscreen:
+        with Offscreen(bare, *_SIZE, ground=False) as offscreen:
             image = _without_margins(offscreen.draw(data, find_camera(model, None), add))
     except TendonError:
         return None
@@ -69,11 +69,13 @@ def rig_figure(shown: BeforeAfter) -> Figure | None:
     with style.print_style():
         figure = style.new_figure(min(5.0, 1.0 + 2.1 * wide), min(2.4, 0.3 + 4.0 / wide))
         axes = figure.subplots()
-        axes.imshow(image)
+        drawn = np.any(image < _WHITE, axis=2, keepdims=True)  # the page shows through the rest
+        axes.imshow(np.concatenate([image, _WHITE * drawn.astype(np.uint8)], axis=2))
         axes.set_axis_off()
         axes.set_title(f"{recording.name} at {start + frames.time[peak]:.3g} s", parse_math=False)
         bar = figure.colorbar(ScalarMappable(scale, COLOURS), ax=axes, fraction=0.03, pad=0.01)
         bar.set_label("tension [N]")
+        figure.patch.set_alpha(0.0)
     return figure
 
 
