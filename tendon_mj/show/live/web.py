@@ -285,7 +285,7 @@ class _Panel:
         return self._gui.add_uplot(
             tuple(np.zeros(1) for _ in series),
             tuple(series),
-            title="tension at the ends [N] over time [s]",
+            title="tension [N] over time [s]",
             scales={"x": uplot.Scale(time=False)},
             legend=uplot.Legend(show=True, live=False),
             height=_HEIGHT,

@@ -36,6 +36,7 @@ _COLOUR_FLAGS: Final = (
     "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+bicubic",
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
 )
+_POSES = 20  # of a motion, which its camera is to show
 _MOST_NAMED = 8  # tendons with their names in the scene; more names would hide them
 _ENDS = 2  # of a tendon; the other points of its path are guides
 _ARROW = 0.12  # length of the largest force's arrow over the model's extent
@@ -147,7 +148,8 @@ def draw_frames(
             f"the twin has {twin.poses.shape[0]} frames of {twin.poses.shape[1]} numbers, the "
             f"motion {frames.poses.shape[0]} of {frames.poses.shape[1]}"
         )
-    view = offscreen.find_camera(model, camera)
+    poses = frames.poses[:: max(1, len(frames.poses) // _POSES), : model.nq]
+    view = offscreen.find_camera(model, camera, poses)
     size = panel = width, height
     if frames.cables and width < height:
         panel = width, round(_PANEL_BELOW * height)

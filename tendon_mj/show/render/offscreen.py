@@ -55,6 +55,7 @@ COLOURS = colormaps["viridis"]
 GUIDE_COLOUR = "#52575F"
 _GUIDE = np.array(to_rgba(GUIDE_COLOUR), np.float32)
 _THICKNESS = 0.006  # radius of a cable over the model's extent
+_THINNEST = 0.0025  # likewise in a crowd, over the size of all cables: a pixel or two
 _BEAD = 1.3  # radius of a guide over that of its cable
 _EYE = np.eye(3).ravel()
 # The colour is a reading: lit from within alone, whatever the scene's lights and shadows.
@@ -107,13 +108,20 @@ def _reason(error: Exception) -> str:
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 
-def find_camera(model: mujoco.MjModel, camera: str | mujoco.MjvCamera | None) -> mujoco.MjvCamera:
-    """A camera by name; None: the first that shows the tendons, or one that frames them."""
+def find_camera(
+    model: mujoco.MjModel,
+    camera: str | mujoco.MjvCamera | None,
+    poses: FloatArray | None = None,
+) -> mujoco.MjvCamera:
+    """A camera by name; None: the first that shows the tendons, or one that frames them.
+
+    They are looked at in (k, nq) ``poses``, by default in `qpos0`.
+    """
     if isinstance(camera, mujoco.MjvCamera):
         return camera
-    view, first = mujoco.MjvCamera(), first_camera(model) if camera is None else 0
+    view, first = mujoco.MjvCamera(), first_camera(model, poses) if camera is None else 0
     if first < 0:
-        return framing(model)
+        return framing(model, poses)
     names = [model.camera(k).name for k in range(model.ncam)]
     if camera is not None and camera not in names:
         raise UnknownNameError("camera", camera, names)
@@ -242,7 +250,7 @@ def colour_limits(cables: dict[str, Cable]) -> Normalize:
 
 
 def cable_radius(model: mujoco.MjModel, cables: dict[str, Cable]) -> float:
-    """Radius of drawn cables [m]: visible from afar, and less than the gaps between cables."""
+    """Radius of drawn cables [m]: visible from afar, and less than most gaps between cables."""
     radius = _THICKNESS * float(model.stat.extent)
     starts = [cable.points[0] for cable in cables.values()]
     for k, points in enumerate(starts):
@@ -250,7 +258,8 @@ def cable_radius(model: mujoco.MjModel, cables: dict[str, Cable]) -> float:
             gaps = np.linalg.norm(points[:, None] - other[None], axis=2)
             if gaps[gaps > 0.0].size:
                 radius = min(radius, 0.3 * float(gaps[gaps > 0.0].min()))
-    return radius
+    size = float(np.linalg.norm(np.ptp(np.concatenate(starts), axis=0))) if starts else 0.0
+    return max(radius, min(_THINNEST * size, _THICKNESS * float(model.stat.extent)))
 
 
 def without_tendons(model: mujoco.MjModel) -> mujoco.MjModel:

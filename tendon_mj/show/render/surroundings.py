@@ -22,6 +22,7 @@ _FLOOR_SIZE = 20.0  # half the floor's width over the size of the model
 FLOOR_COLOUR, _GLOW = (0.90, 0.91, 0.92), 0.5  # a headlight alone leaves it dark
 _ASPECT, _MARGIN = 1.15, 1.2  # width over height that a view fits into, and the space around it
 _LEAST_SEEN = 0.5  # size of the tendons in a camera's picture over half its height
+_LOST = 0.25  # share of the tendons' points that a motion takes out of a camera's picture
 _DOWN, _DOWN_MORE = 15.0, 40.0  # how far a view looks down on what stands, and on what lies [deg]
 _CORNERS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
 
@@ -69,30 +70,44 @@ def add_floor(scene: mujoco.MjvScene, ground: Floor | None) -> None:
     scene.ngeom += 1
 
 
-def first_camera(model: mujoco.MjModel) -> int:
-    """Index of the first camera that shows the tendons at `qpos0`, large enough; -1 without one."""
-    paths, data = _outline(model).paths, mujoco.MjData(model)
-    if not len(paths):
-        return min(0, int(model.ncam) - 1)
-    mujoco.mj_fwdPosition(model, data)
-    for k in range(model.ncam):
-        seen = (paths - data.cam_xpos[k]) @ data.cam_xmat[k].reshape(3, 3)
-        if (seen[:, 2] < 0.0).all():
+def first_camera(model: mujoco.MjModel, poses: FloatArray | None = None) -> int:
+    """Index of the first camera that shows the tendons, large enough; -1 without one.
+
+    It does in the first of (k, nq) ``poses``, by default `qpos0`, and goes on in the others.
+    """
+    data, shown = mujoco.MjData(model), dict.fromkeys(range(model.ncam), 0.0)
+    for number, pose in enumerate(model.qpos0[None] if poses is None else poses):
+        paths = _outline(model, pose).paths
+        if not len(paths):
+            return min(0, int(model.ncam) - 1)
+        data.qpos[:] = pose
+        mujoco.mj_fwdPosition(model, data)
+        for k in [*shown]:
+            seen = (paths - data.cam_xpos[k]) @ data.cam_xmat[k].reshape(3, 3)
             half_view = np.tan(0.5 * np.radians(model.cam_fovy[k]))
             places = seen[:, :2] / (-seen[:, 2:] * half_view)  # ±1 at the upper and lower edge
-            is_inside = np.median(np.abs(places), axis=0) < (_ASPECT, 1.0)
-            if is_inside.all() and np.ptp(places, axis=0).max() > _LEAST_SEEN:
-                return k
-    return -1
+            inside = (np.abs(places) < (_ASPECT, 1.0)).all(axis=1) & (seen[:, 2] < 0.0)
+            if number == 0:
+                is_inside = np.median(np.abs(places), axis=0) < (_ASPECT, 1.0)
+                is_large = np.ptp(places, axis=0).max() > _LEAST_SEEN
+                kept = is_inside.all() and is_large and (seen[:, 2] < 0.0).all()
+                shown[k] = float(inside.mean())
+            else:
+                kept = inside.mean() >= (1.0 - _LOST) * shown[k]
+            if not kept:
+                del shown[k]
+    return min(shown, default=-1)
 
 
-def framing(model: mujoco.MjModel) -> mujoco.MjvCamera:
-    """A camera that sees all of a model at `qpos0`, across the plane in which its tendons run.
+def framing(model: mujoco.MjModel, poses: FloatArray | None = None) -> mujoco.MjvCamera:
+    """A camera that sees all of a model, across the plane in which its tendons run.
 
-    Without tendons it is the plane of the geoms. What neither moves nor is a tendon may be outside.
+    It does in all (k, nq) ``poses``, by default `qpos0`. Without tendons it is the plane of the
+    geoms. What neither moves nor is a tendon may be outside.
     """
-    paths, moving, around = _outline(model)
-    spread = paths if len(paths) else around
+    outlines = [_outline(model, pose) for pose in (model.qpos0[None] if poses is None else poses)]
+    spread = outlines[0].paths if len(outlines[0].paths) else outlines[0].around
+    paths, moving, around = (np.concatenate(parts) for parts in zip(*outlines, strict=True))
     around = np.concatenate([paths, moving]) if len(paths) or len(moving) else around
     long, _, across = np.linalg.svd(spread - spread.mean(axis=0))[2]
     level = across[:2] if np.hypot(*across[:2]) > abs(across[2]) else np.array([-long[1], long[0]])
@@ -113,15 +128,18 @@ def framing(model: mujoco.MjModel) -> mujoco.MjvCamera:
 
 
 class _Outline(NamedTuple):
-    """(k, 3) points of a model at `qpos0` [m]."""
+    """(k, 3) points of a model in a pose [m]."""
 
     paths: FloatArray  # of tendons
     moving: FloatArray  # corners of the boxes around geoms of bodies that move
     around: FloatArray  # all of these, and those of all other geoms
 
 
-def _outline(model: mujoco.MjModel) -> _Outline:
+def _outline(model: mujoco.MjModel, pose: FloatArray | None = None) -> _Outline:
+    """Outline in a pose, by default `qpos0`."""
     data = mujoco.MjData(model)
+    if pose is not None:
+        data.qpos[:] = pose
     mujoco.mj_fwdPosition(model, data)
     count = int(data.ten_wrapnum.sum())
     paths = data.wrap_xpos.reshape(-1, 3)[:count][data.wrap_obj.ravel()[:count] != _PULLEY]

@@ -61,8 +61,9 @@ def rig_figure(shown: BeforeAfter) -> Figure | None:
             for cable in frames.cables.values():
                 add_cable(scene, cable.points[peak], cable.tensions[peak], scale, radius)
 
+        view = find_camera(model, None, data.qpos[None])
         with Offscreen(bare, *_SIZE, ground=False) as offscreen:
-            image = _without_margins(offscreen.draw(data, find_camera(model, None), add))
+            image = _without_margins(offscreen.draw(data, view, add))
     except TendonError:
         return None
     wide = image.shape[1] / image.shape[0]
