@@ -151,7 +151,8 @@ class _Screening:
             for score, row in zip(part, self.problem.residuals(sets), strict=True):
                 if np.isfinite(row).all():
                     seen += self._score(replace(score, seen=row))
-        self.progress(label, len(scores), len(scores))
+        if scores:
+            self.progress(label, len(scores), len(scores))
         return seen
 
     def enlarge_probes(
