@@ -5,26 +5,11 @@ from __future__ import annotations
 import importlib
 import threading
 import time
-import warnings
 from collections.abc import Callable
 
 import mujoco
 
-from tendon_mj.errors import EngineError
-
 _CLOSING = 10.0  # longest wait for the viewer to end [s]
-
-
-def check_screen() -> None:
-    """Raise `EngineError` where no window can be opened."""
-    glfw = importlib.import_module("glfw")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # GLFW's errors are warnings
-        if not glfw.init():
-            raise EngineError(
-                "render_mode = 'human' needs a screen to open a window on, and there is none; "
-                "'rgb_array' draws pictures without one"
-            )
 
 
 class Window:

@@ -179,7 +179,7 @@ def test_without_a_screen_pictures_are_drawn_in_silence_until_the_interpreter_en
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere windows need no DISPLAY")
 def test_a_window_without_a_screen_is_refused_and_the_other_mode_named():
     done = run_without_screen(DRAW, HOLD_FORCE, "human")
-    assert "EngineError: render_mode = 'human'" in done.stderr
+    assert "EngineError: there is no screen" in done.stderr
     assert "'rgb_array'" in done.stderr
 
 

@@ -44,7 +44,7 @@ def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
 
     The space bar halts it.
     """
-    _check_screen()
+    check_screen(_INSTEAD)
     viewer = importlib.import_module("mujoco.viewer")  # which looks for a screen on import
     simulation = prepared.simulation
 
@@ -77,19 +77,22 @@ def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
             thread.join(_CLOSING)
 
 
-def _check_screen() -> None:
-    """Raise `EngineError` for a screen that cannot be opened; the viewer would wait forever."""
+def check_screen(instead: str) -> None:
+    """Raise `EngineError` for a screen that cannot be opened; the viewer would wait forever.
+
+    The message ends with what to do ``instead``.
+    """
     linux = platform.system() == "Linux"
     if linux and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise EngineError(
             "there is no screen to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set); "
-            f"{_INSTEAD}"
+            f"{instead}"
         )
     glfw = importlib.import_module("glfw")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # GLFW's errors are warnings
         if not glfw.init():
-            raise EngineError(f"the screen cannot be opened; {_INSTEAD}")
+            raise EngineError(f"the screen cannot be opened; {instead}")
 
 
 class _Overlay:
