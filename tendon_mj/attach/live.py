@@ -219,6 +219,11 @@ class SheathView:
         return np.array(self._read().path)
 
     @property
+    def lengths(self) -> FloatArray:
+        """(…, n+1) length of each segment of the path, with its share of arcs [m]."""
+        return np.array(self._read().segments["length"])
+
+    @property
     def bend_angle(self) -> FloatArray:
         """(…, n) bend at each guide, input side first [rad]."""
         return np.array(self._read().guides["angle"])

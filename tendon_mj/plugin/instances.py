@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -105,6 +106,43 @@ def segment_tensions(
         raise UnknownNameError("sheath", sheath, known)
     state, segments, _, path = sheath_view(data.plugin_state, known[sheath].state)
     return path.copy(), state.law.axial_stiffness * segments["tension"]
+
+
+def tension_path(
+    model: mujoco.MjModel, data: mujoco.MjData, sheath: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The path of a sheath's tendon to draw, as `segment_tensions` but with both ends of each arc.
+
+    Returns:
+        (m+1, 3) points [m], and (m,) tensions between them [N]: the mean of its neighbours on the
+        chord of an arc, NaN where no tendon is, from one branch to the next.
+
+    Raises:
+        UnknownNameError: no such sheath.
+    """
+    points, tensions = segment_tensions(model, data, sheath)
+    instance = sheaths(model)[sheath]
+    state, segments, guides, _ = sheath_view(data.plugin_state, instance.state)
+    if state.arcs == 0.0 and state.pulleys == 0.0:
+        return points, tensions
+    tendon = model.tendon(instance.tendon).id
+    start, count = data.ten_wrapadr[tendon], data.ten_wrapnum[tendon]
+    wraps = data.wrap_xpos.reshape(-1, 3)[start : start + count]
+    ends = np.repeat(points[:-1, None], 2, axis=1)
+    straight = (segments["point"] >= 0.0) & (segments["point"] < count - 1)
+    near = int(state.input_at_last)
+    spans = segments["point"][straight].astype(int)
+    ends[straight] = np.stack([wraps[spans + near], wraps[spans + 1 - near]], axis=1)
+    known = np.flatnonzero(straight)
+    for before, after in itertools.pairwise(known):  # the segments on an arc share its chord
+        a, b, between = ends[before, 1], ends[after, 0], after - before
+        for j in range(before + 1, after):
+            shares = (j - before + np.array([-0.5, 0.5])) / between
+            ends[j] = a + shares[:, None] * (b - a)
+    chords = 0.5 * (tensions[:-1] + tensions[1:])
+    chords[guides["is_pulley"] != 0.0] = np.nan
+    drawn = np.insert(tensions, np.arange(1, len(tensions)), chords)
+    return ends.reshape(-1, 3), drawn
 
 
 def sheath_arrays(

@@ -197,9 +197,9 @@ def plot_sheath(model: mujoco.MjModel, data: mujoco.MjData, sheath: str) -> Figu
         UnknownNameError: no such sheath or tendon.
     """
     view = view_sheath(model, data, sheath)
-    lengths = np.linalg.norm(np.diff(view.positions, axis=0), axis=1)
-    unit = style.drawn_unit("along_m", lengths.cumsum())
-    along = unit.factor * np.concatenate([[0.0], lengths.cumsum()])
+    along = np.concatenate([[0.0], view.lengths.cumsum()])
+    unit = style.drawn_unit("along_m", along)
+    along *= unit.factor
     with style.print_style():
         figure = style.new_figure(6.5, 2.8)
         axes = figure.subplots()

@@ -16,7 +16,7 @@ from tendon_mj.lab.progress import Progress
 from tendon_mj.lab.recordings import TIME, in_si, read_columns, si_name
 from tendon_mj.lab.replay.parameters import Adjustable
 from tendon_mj.lab.replay.units import column_unit, control_unit, name_in, unit_ending
-from tendon_mj.plugin import segment_tensions, sheaths
+from tendon_mj.plugin import sheaths, tension_path
 from tendon_mj.typing import FloatArray
 
 Drive = Callable[[float], FloatArray]
@@ -36,7 +36,6 @@ _ANY = 1.0  # of another actuator without a control range [its own unit]
 _SHARE = 0.8  # of a control range
 _PERIOD = 3.0  # of an actuator [s]
 _CYCLE = 12.0  # of all actuators at most [s]; of more than four the next begins earlier
-_EASE = 1.0  # from 0 to where an actuator rests [s]
 
 
 def default_motion(name: str, model: mujoco.MjModel) -> Drive:
@@ -60,13 +59,11 @@ def default_motion(name: str, model: mujoco.MjModel) -> Drive:
     cycle = _PERIOD + starts.max(initial=0.0)
 
     def drive(time: float) -> FloatArray:
-        grown = min(time / _EASE, 1.0)
-        share = grown * grown * (3.0 - 2.0 * grown)
         turn = np.minimum(np.maximum(time - starts, 0.0) % cycle / _PERIOD, 1.0)
         there_and_back, wave = np.sin(np.pi * turn) ** 2, np.sin(2.0 * np.pi * turn)
         one_sided = np.where(up > 0.0, up, down) * there_and_back
         both_sided = np.where(wave > 0.0, up, -down) * wave
-        return np.asarray(share * rest + np.where(up * down < 0.0, both_sided, one_sided))
+        return np.asarray(rest + np.where(up * down < 0.0, both_sided, one_sided))
 
     return drive
 
@@ -131,8 +128,8 @@ def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
 class Cable:
     """The tendon of a sheath, frame by frame."""
 
-    points: FloatArray  # (frames, n+2, 3) path [m], input end first
-    tensions: FloatArray  # (frames, n+1) of the segments between them [N]
+    points: FloatArray  # (frames, m+1, 3) path [m], input end first, see `tension_path`
+    tensions: FloatArray  # (frames, m) between them [N], NaN between branches
 
 
 @dataclass(frozen=True)
@@ -188,7 +185,7 @@ class FrameRecorder:
         contacts = _contact_forces(model, self._scratch)
         self._kept.append((pose, self._scratch.ctrl.copy(), readings, contacts))
         for name, rows in self._cables.items():
-            rows.append(segment_tensions(model, self._scratch, name))
+            rows.append(tension_path(model, self._scratch, name))
 
     def frames(self) -> Frames:
         """All frames that were kept."""

@@ -82,11 +82,14 @@ class Viewpoint(NamedTuple):
         return self._replace(position=self.look_at + away - lower, look_at=self.look_at - lower)
 
 
-def first_view(model: mujoco.MjModel) -> Viewpoint:
-    """The view of the first camera that shows the tendons at `qpos0`, or one that frames them."""
-    first = first_camera(model)
+def first_view(model: mujoco.MjModel, poses: FloatArray | None = None) -> Viewpoint:
+    """The view of the first camera that shows the tendons, or one that frames them.
+
+    It does in (k, nq) ``poses``, by default in `qpos0`.
+    """
+    first = first_camera(model, poses)
     if first < 0:
-        camera = framing(model)
+        camera = framing(model, poses)
         turned, raised = np.radians([camera.azimuth, camera.elevation])
         flat = np.cos(raised)
         forward = np.array([flat * np.cos(turned), flat * np.sin(turned), np.sin(raised)])
@@ -132,6 +135,7 @@ def drawn_tendons(
     option.flags[:] = 0
     option.flags[mujoco.mjtVisFlag.mjVIS_TENDON] = 1
     option.geomgroup[:] = option.sitegroup[:] = 0
+    option.tendongroup[:] = 1
     mujoco.mjv_updateScene(model, data, option, None, mujoco.MjvCamera(), _DYNAMIC, scene)
     ends, colours, slipping = [], [], []
     drawn = [geom for geom in scene.geoms[: scene.ngeom] if geom.objtype == _TENDON]

@@ -24,6 +24,7 @@ from tendon_mj.models import load_spec, model_path
 from tendon_mj.plugin import TENSION_SCALE, sheaths
 from tendon_mj.show.live.scene import Viewpoint, first_view
 from tendon_mj.show.render.offscreen import colour_limits
+from tendon_mj.show.render.surroundings import poses_of
 from tendon_mj.typing import FloatArray
 
 _LIVE_FPS = 60.0  # [1/s]
@@ -213,6 +214,7 @@ class Prepared:
     low: float  # tensions at the ends of the colour bar [N]; both 0 without sheaths
     high: float
     still: str  # reason that nothing moves; empty where something does
+    poses: FloatArray | None = None  # (k, nq) of its motion, to be in view
     # by name, the first is played: a copy of the model in it, and its drive
     motions: Mapping[str, Motion] = field(default_factory=dict)
 
@@ -234,10 +236,11 @@ def prepare(name: str, motion: str | None = None) -> Prepared:
     model, drive = in_motion(stem, compiled, motion)
     trial_time, limits = demonstration_time(model), model.numeric(TENSION_SCALE).data
     still = stands_still(model, drive, trial_time)
+    trial = record_frames(model, drive, duration=trial_time, fps=_TRIAL_FPS)
+    poses = poses_of(model, trial)
     if not sheaths(model):
         limits[:] = 0.0
     elif not has_scale:
-        trial = record_frames(model, drive, duration=trial_time, fps=_TRIAL_FPS)
         colours = colour_limits(trial.cables)
         limits[:] = colours.vmin, colours.vmax
     low, high = (float(limit) for limit in limits)
@@ -245,7 +248,8 @@ def prepare(name: str, motion: str | None = None) -> Prepared:
         shown: partial(in_motion, stem, compiled, asked)
         for shown, asked in _motions(stem, motion).items()
     }
-    return Prepared(LiveSimulation(model, drive), first_view(model), low, high, still, motions)
+    view = first_view(model, poses)
+    return Prepared(LiveSimulation(model, drive), view, low, high, still, poses, motions)
 
 
 def _motions(name: str, motion: str | None) -> dict[str, str | None]:

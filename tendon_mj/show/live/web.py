@@ -28,7 +28,7 @@ from tendon_mj.show.live.scene import (
 )
 from tendon_mj.show.live.session import LiveSimulation, Prepared, RealTime, run_in_real_time
 from tendon_mj.show.render.offscreen import without_tendons
-from tendon_mj.show.render.surroundings import FLOOR_COLOUR, floor, to_show
+from tendon_mj.show.render.surroundings import FLOOR_COLOUR, Floor, floor, to_show
 from tendon_mj.typing import FloatArray
 
 HOST = "localhost"  # no other machine's browser: the page is not protected
@@ -75,7 +75,7 @@ def serve(
         drawn = simulation.model
         scene = mjviser.ViserMujocoScene(server, _drawable(drawn), num_envs=1)
         scene.camera_tracking_enabled = False
-        _add_floor(server.scene, drawn)
+        _add_floor(server.scene, floor(drawn, prepared.poses))
         server.on_client_connect(lambda client: _look(client.camera, prepared.view))
         cable, ghost = _Cable(server, simulation), _Ghost(server.scene, mjviser, simulation)
         panel = _Panel(server.gui, viser.uplot, prepared)
@@ -118,9 +118,8 @@ def _drawable(model: mujoco.MjModel) -> mujoco.MjModel:
     return drawn
 
 
-def _add_floor(scene: Any, model: mujoco.MjModel) -> None:
-    """Show a floor below a model that has none."""
-    ground = floor(model)
+def _add_floor(scene: Any, ground: Floor | None) -> None:
+    """Show a floor."""
     if ground is not None:
         width, thin = 2.0 * ground.half_width, _THIN * ground.half_width
         colour = tuple(round(255.0 * part) for part in FLOOR_COLOUR)

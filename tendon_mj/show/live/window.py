@@ -69,7 +69,8 @@ def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
     try:
         with window.lock():
             look_from(window.cam, shown, prepared.view)
-            add_floor(window.user_scn, floor(shown))
+            add_floor(window.user_scn, floor(shown, prepared.poses))
+            window.opt.tendongroup[:] = 1
         return run_in_real_time(simulation, _Overlay(prepared, window).show, seconds)
     finally:
         window.close()

@@ -23,7 +23,7 @@ from tendon_mj.plugin import sheaths
 from tendon_mj.show.figures import style
 from tendon_mj.show.render import offscreen
 from tendon_mj.show.render.panel import Panel, tendon_colours, text_scale
-from tendon_mj.show.render.surroundings import to_show
+from tendon_mj.show.render.surroundings import poses_of, to_show
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
@@ -36,7 +36,6 @@ _COLOUR_FLAGS: Final = (
     "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+bicubic",
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
 )
-_POSES = 20  # of a motion, which its camera is to show
 _MOST_NAMED = 8  # tendons with their names in the scene; more names would hide them
 _ENDS = 2  # of a tendon; the other points of its path are guides
 _ARROW = 0.12  # length of the largest force's arrow over the model's extent
@@ -148,7 +147,7 @@ def draw_frames(
             f"the twin has {twin.poses.shape[0]} frames of {twin.poses.shape[1]} numbers, the "
             f"motion {frames.poses.shape[0]} of {frames.poses.shape[1]}"
         )
-    poses = frames.poses[:: max(1, len(frames.poses) // _POSES), : model.nq]
+    poses = poses_of(model, frames)
     view = offscreen.find_camera(model, camera, poses)
     size = panel = width, height
     if frames.cables and width < height:
@@ -158,7 +157,7 @@ def draw_frames(
         panel = 2 * round(0.5 * _PANEL * width), height
         size = width - panel[0], height
     theme = style.DARK if dark else style.LIGHT
-    return _FramePainter(model, frames, view, size, panel, twin, theme).pictures()
+    return _FramePainter(model, frames, view, poses, size, panel, twin, theme).pictures()
 
 
 def check_size(width: int, height: int) -> None:
@@ -178,6 +177,7 @@ class _FramePainter:
         model: mujoco.MjModel,
         frames: Frames,
         camera: mujoco.MjvCamera,
+        poses: FloatArray,
         size: tuple[int, int],
         panel: tuple[int, int],
         twin: Frames | None,
@@ -205,7 +205,7 @@ class _FramePainter:
         self._arrow = length / self._largest if self._largest > 0.0 else 0.0  # [m/N]
         self._legend_row: float | None = None
         sky = "" if theme is style.LIGHT else theme.background
-        self._offscreen = offscreen.Offscreen(self._model, *size, sky)
+        self._offscreen = offscreen.Offscreen(self._model, *size, sky, poses=poses)
         self._ghost = (
             offscreen.Ghost(self._model, self._offscreen, camera) if twin is not None else None
         )
@@ -308,7 +308,7 @@ class _FramePainter:
         x, radius = 1.4 * size, 0.35 * size
         lines = []
         if any(cable.points.shape[1] > _ENDS for cable in self._frames.cables.values()):
-            lines.append(("guide, on which the tendon rubs", offscreen.GUIDE_COLOUR, ""))
+            lines.append(("guide that the tendon rubs on", offscreen.GUIDE_COLOUR, ""))
         if self._twin is not None:
             lines.append(("the same motion, no friction", self._theme.ghost, self._theme.ink))
         if not lines:

@@ -55,7 +55,7 @@ COLOURS = colormaps["viridis"]
 GUIDE_COLOUR = "#52575F"
 _GUIDE = np.array(to_rgba(GUIDE_COLOUR), np.float32)
 _THICKNESS = 0.006  # radius of a cable over the model's extent
-_THINNEST = 0.0025  # likewise in a crowd, over the size of all cables: a pixel or two
+_THINNEST = 0.0012  # likewise in a crowd, over the size of all cables: a pixel or two
 _BEAD = 1.3  # radius of a guide over that of its cable
 _EYE = np.eye(3).ravel()
 # The colour is a reading: lit from within alone, whatever the scene's lights and shadows.
@@ -133,7 +133,7 @@ def find_camera(
 class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
     """Offscreen buffer to draw a model on, to be closed after use (it is a context manager).
 
-    A model without a floor gets one, unless ``ground`` is False.
+    A model without a floor gets one below (k, nq) ``poses``, unless ``ground`` is False.
     """
 
     def __init__(
@@ -144,8 +144,9 @@ class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
         background: str = "",
         *,
         ground: bool = True,
+        poses: FloatArray | None = None,
     ) -> None:
-        self._model, self._floor = copy.copy(model), floor(model) if ground else None
+        self._model, self._floor = copy.copy(model), floor(model, poses) if ground else None
         sky = model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX
         self._has_sky = bool(sky.any())
         self._background = np.round(255.0 * np.array(to_rgb(background or "white")))
@@ -282,10 +283,12 @@ def add_cable(
     scale: Normalize,
     radius: float,
 ) -> None:
-    """Add a tendon with an (n+2, 3) path [m] and (n+1,) tensions [N] to a scene, as it has room."""
+    """Add a tendon with an (m+1, 3) path [m] and (m,) tensions [N] to a scene, as it has room."""
     capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
     colours = COLOURS(scale(tensions)).astype(np.float32)
     for start, end, colour in zip(points[:-1], points[1:], colours, strict=True):
+        if colour[3] == 0.0:  # between two branches
+            continue
         geom = _next_geom(scene, capsule, start, radius, colour)
         if geom is not None:
             mujoco.mjv_connector(geom, capsule, radius, start, end)

@@ -149,9 +149,14 @@ class Panel:
             kept = shortened(name, (0.32 if cells[0] else 0.58) * width / small.size)
             draw.text((0.05 * width, y), kept, fill=ink, font=small)
             for cell, x in zip(cells, columns, strict=True):
-                values = [cell] if isinstance(cell, str) else [f"{v[frame]:.1f}" for v in cell]
+                values = [cell] if isinstance(cell, str) else [_number(v[frame]) for v in cell]
                 text = " → ".join(values).replace("-", "−")
                 draw.text((x, y), text, fill=ink, font=small, anchor="ra")
+
+
+def _number(value: float) -> str:
+    """A reading with three digits or more: two of them have place beside two others."""
+    return f"{value:.0f}" if abs(value) >= 99.95 else f"{value:.1f}"
 
 
 def _value_rows(

@@ -11,10 +11,12 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
+from tendon_mj.lab.replay import Frames
 from tendon_mj.typing import FloatArray
 
 _PULLEY = -2  # of `mjData.wrap_obj`
 _PLANE = mujoco.mjtGeom.mjGEOM_PLANE.value
+_WRAPPED = mujoco.mjtWrap.mjWRAP_SPHERE.value, mujoco.mjtWrap.mjWRAP_CYLINDER.value
 _AMBIENT, _DIFFUSE = 0.45, 0.5  # of a headlight that is the only light; MuJoCo's own is dim
 _THINNEST = 0.004  # radius of a tendon that is seen from afar, over the size of all of them
 _BELOW = 0.15  # distance of the floor from the lowest point, over the size of the model
@@ -22,9 +24,15 @@ _FLOOR_SIZE = 20.0  # half the floor's width over the size of the model
 FLOOR_COLOUR, _GLOW = (0.90, 0.91, 0.92), 0.5  # a headlight alone leaves it dark
 _ASPECT, _MARGIN = 1.15, 1.2  # width over height that a view fits into, and the space around it
 _LEAST_SEEN = 0.5  # size of the tendons in a camera's picture over half its height
+_POSES = 20  # of a motion
 _LOST = 0.25  # share of the tendons' points that a motion takes out of a camera's picture
 _DOWN, _DOWN_MORE = 15.0, 40.0  # how far a view looks down on what stands, and on what lies [deg]
 _CORNERS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+
+
+def poses_of(model: mujoco.MjModel, frames: Frames) -> FloatArray:
+    """(k, nq) poses of a motion that are to be in the picture."""
+    return frames.poses[:: max(1, len(frames.poses) // _POSES), : model.nq]
 
 
 def to_show(model: mujoco.MjModel) -> mujoco.MjModel:
@@ -48,11 +56,11 @@ class Floor(NamedTuple):
     half_width: float  # [m]
 
 
-def floor(model: mujoco.MjModel) -> Floor | None:
-    """Floor below a model at `qpos0`; None where it has its own."""
+def floor(model: mujoco.MjModel, poses: FloatArray | None = None) -> Floor | None:
+    """Floor below a model in (k, nq) ``poses``, by default `qpos0`; None where it has its own."""
     if (model.geom_type == _PLANE).any() or model.nhfield:
         return None
-    around = _outline(model).around
+    around = _outlines(model, poses).around
     middle = 0.5 * (around.min(axis=0) + around.max(axis=0))
     middle[2] = around[:, 2].min() - _BELOW * _size(around)
     return Floor(middle, _FLOOR_SIZE * _size(around))
@@ -105,9 +113,9 @@ def framing(model: mujoco.MjModel, poses: FloatArray | None = None) -> mujoco.Mj
     It does in all (k, nq) ``poses``, by default `qpos0`. Without tendons it is the plane of the
     geoms. What neither moves nor is a tendon may be outside.
     """
-    outlines = [_outline(model, pose) for pose in (model.qpos0[None] if poses is None else poses)]
-    spread = outlines[0].paths if len(outlines[0].paths) else outlines[0].around
-    paths, moving, around = (np.concatenate(parts) for parts in zip(*outlines, strict=True))
+    paths, moving, around = _outlines(model, poses)
+    first = _outline(model, None if poses is None else poses[0])
+    spread = first.paths if len(first.paths) else first.around
     around = np.concatenate([paths, moving]) if len(paths) or len(moving) else around
     long, _, across = np.linalg.svd(spread - spread.mean(axis=0))[2]
     level = across[:2] if np.hypot(*across[:2]) > abs(across[2]) else np.array([-long[1], long[0]])
@@ -131,8 +139,14 @@ class _Outline(NamedTuple):
     """(k, 3) points of a model in a pose [m]."""
 
     paths: FloatArray  # of tendons
-    moving: FloatArray  # corners of the boxes around geoms of bodies that move
+    moving: FloatArray  # corners of the boxes around geoms that move or that a tendon wraps around
     around: FloatArray  # all of these, and those of all other geoms
+
+
+def _outlines(model: mujoco.MjModel, poses: FloatArray | None) -> _Outline:
+    """Outlines in several poses together, by default in `qpos0`."""
+    every = [_outline(model, pose) for pose in (model.qpos0[None] if poses is None else poses)]
+    return _Outline(*(np.concatenate(parts) for parts in zip(*every, strict=True)))
 
 
 def _outline(model: mujoco.MjModel, pose: FloatArray | None = None) -> _Outline:
@@ -151,7 +165,10 @@ def _outline(model: mujoco.MjModel, pose: FloatArray | None = None) -> _Outline:
         @ (middle[:, None] + half[:, None] * _CORNERS)[..., None]
     )
     corners = data.geom_xpos[geoms, None] + turned[..., 0]
-    moving = corners[model.body_weldid[model.geom_bodyid[geoms]] != 0].reshape(-1, 3)
+    wrapped = np.isin(model.wrap_type, _WRAPPED)
+    shown = model.body_weldid[model.geom_bodyid[geoms]] != 0
+    shown |= np.isin(np.flatnonzero(geoms), model.wrap_objid[wrapped])
+    moving = corners[shown].reshape(-1, 3)
     around = np.concatenate([paths, corners.reshape(-1, 3)])
     return _Outline(paths, moving, around if len(around) else np.array([model.stat.center]))
 

@@ -162,3 +162,26 @@ def test_the_frictionless_twin_loses_no_tension(model):
     assert frictionless(model).keys() == {"sheath.friction"}
     frames = record_frames(model, wind_in, duration=0.3, fps=20, parameters=frictionless(model))
     assert np.ptp(frames.cables["sheath"].tensions, axis=1).max() < 1e-9
+
+
+def test_a_drawn_cable_goes_around_its_pulley_and_leaves_gaps_between_branches():
+    spec = mujoco.MjSpec.from_string(
+        """<mujoco><worldbody>
+          <geom name="drum" type="cylinder" pos="0 0 1" euler="90 0 0" size="0.1 0.03"/>
+          <site name="a" pos="-0.1 0 0.4"/><site name="b" pos="0.1 0 0.4"/>
+          <site name="c" pos="0.5 0 0"/><site name="d" pos="0.5 0 0.4"/>
+          <site name="side" pos="0 0 1.15"/>
+        </worldbody><tendon><spatial name="rope">
+          <site site="a"/><geom geom="drum" sidesite="side"/><site site="b"/>
+          <pulley divisor="2"/><site site="c"/><site site="d"/>
+        </spatial></tendon></mujoco>"""
+    )
+    spec.add_actuator(name="pull", trntype=mujoco.mjtTrn.mjTRN_TENDON, target="rope").set_to_motor()
+    add_friction(spec, "rope", friction=0.2)
+    frames = record_frames(spec.compile(), lambda _: [-20.0], duration=0.1, fps=10)
+    (cable,) = frames.cables.values()
+    spans = np.linalg.norm(np.diff(cable.points[-1], axis=0), axis=1)
+    gap = np.isnan(cable.tensions[-1])
+    assert spans[~gap] == pytest.approx([0.6, 0.2, 0.6, 0.4], abs=1e-9)
+    assert gap.sum() == 1
+    assert (cable.points[-1][[1, 2], 2] > 0.99).all()
