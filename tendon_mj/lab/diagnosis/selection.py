@@ -49,6 +49,7 @@ _LEAST = 0.03, 0.3  # likewise, where none of those explains enough; on a sensor
 _EVENT = 0.1  # of the excess, that an event explains by its scan, to be located
 _EXPLAINS = 0.75  # of the excess may be left by an effect, for no others to be looked at
 _LITTLE = 0.1  # of the initial excess: where more remains, other choices do not help either
+_HALFWAY, _MOST_POLISHED = 0.5, 3  # of the smallest gain, for a fit to be continued; fits
 _ROUNDS = 2  # in which the second-best choice is tried too
 _MOST_EFFECTS = 3
 
@@ -193,6 +194,17 @@ class SelectionContext:
             fitted.effects, fitted.values, model.candidate, near=fitted, evaluations=CONVERGED
         )
 
+    def converged(
+        self, model: FittedCandidate, ranked: Sequence[FittedCandidate]
+    ) -> list[FittedCandidate]:
+        """Extensions of a model, best first, of which the promising ones are fits to convergence.
+
+        A fit that was stopped on its way may leave more than another effect, or than is worth it.
+        """
+        promising = [m for m in ranked if model.excess - m.excess > _HALFWAY * self.smallest_gain]
+        ended = [self.polish(m) for m in promising[:_MOST_POLISHED]]
+        return sorted([*ended, *ranked[len(ended) :]], key=lambda m: m.excess)
+
     def optimise(self, model: FittedCandidate) -> FittedCandidate:
         """Continue a fit to convergence, and to the global minimum for a non-smooth last effect."""
         best = self.polish(model)
@@ -320,6 +332,8 @@ def select_forward(
         seen.add(labels)
         candidates = context.extend(model)
         first, ranked = first or candidates, list(candidates.fitted)
+        if not any(context.improves(model, other) for other in ranked):
+            ranked = context.converged(model, ranked)
         improving = [other for other in ranked if context.improves(model, other)]
         if not improving:
             break

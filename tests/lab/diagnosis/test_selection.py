@@ -131,6 +131,18 @@ def test_a_simpler_effect_that_ties_but_is_not_worth_adding_hides_no_other() -> 
     assert chosen.rivals == (parameter,)
 
 
+def test_a_promising_fit_that_was_stopped_on_its_way_is_continued_before_selection_ends() -> None:
+    """With no more than its start, a leaves 9 of 25; b explains nothing."""
+    given = context({"a": {"a": 1.0}, "b": {"b": 1.0}}, {"a": 5.0}, [A, B])
+    model = given.fit_model((), ())
+    stopped = given.fit_model((A,), (2.0,), A, evaluations=1)
+    useless = given.fit_model((B,), (0.0,), B, evaluations=1)
+    assert stopped.excess > 8.0
+    first, second = given.converged(model, [stopped, useless])
+    assert first.excess == pytest.approx(0.0, abs=1e-3)
+    assert second is useless
+
+
 def test_a_parameter_of_the_model_is_no_further_candidate() -> None:
     """Held at 0.05, a leaves 25, which the same with a wider range would explain."""
     narrow, wide = effect("a", most=0.05), replace(A, where="another")
