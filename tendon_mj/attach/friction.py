@@ -127,7 +127,7 @@ def add_friction(
     sheaths, left_out = Designer(spec, request).design_all(choose_tendons(spec, tendon))
     if not sheaths:
         raise InvalidValueError(
-            f"none of the tendons that {listed(tendon)} means can be given a sheath:"
+            f"none of the tendons matching {listed(tendon)} can be given a sheath:"
             f" {listed_reasons(left_out)}"
         )
     side_sites = side_site_warnings(spec, sheaths)
@@ -349,7 +349,7 @@ def warnings_of(
     for sheath in sheaths:
         if sheath.idle:
             idle.setdefault(sheath.idle, []).append(sheath.name)
-    messages += [f"friction can do nothing on {listed(on)}, {why}" for why, on in idle.items()]
+    messages += [f"friction has no effect on {listed(on)}, {why}" for why, on in idle.items()]
     messages += [s.spool.warning for s in sheaths if s.spool and s.spool.warning]
     messages += [f"tendon {s.name!r}: {s.passing}" for s in sheaths if s.passing]
     return messages + _joint_warnings(spec, driven) + _push_warnings(driven, pulling)

@@ -254,7 +254,7 @@ def fleet(
     scheduler: str | None = None,
     again: bool = False,
 ) -> dict[str, object]:
-    """Find which rig of many changed, in what and since when, and which differs from the others.
+    """Find which rigs of a fleet changed, what changed and since when, and which differ.
 
     Args:
         folder: Folder with a folder for each rig, which holds recordings named after their day,

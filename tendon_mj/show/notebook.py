@@ -132,7 +132,7 @@ def sweep(
 
 
 def fleet(folder: str | Path, out: str | Path) -> FleetResult:
-    """Find which rig of many changed, and which differs from the others.
+    """Find which rigs of a fleet changed, and which differ from the others.
 
     Args:
         folder: folder with a folder of dated recordings for each rig.

@@ -13,7 +13,7 @@ from tendon_mj.plugin.sheath_plugin.state import view
 from tests.plugin.test_names import PLAIN, SPOOL
 from tests.rigs import hands_on_plugin_states, restore, simulated, snapshot
 
-pytestmark = pytest.mark.filterwarnings("ignore:add_friction. friction can do nothing")
+pytestmark = pytest.mark.filterwarnings("ignore:add_friction. friction has no effect")
 
 
 def hand(**more):

@@ -35,6 +35,7 @@ _MOST = 2  # jumps of a column: more are how the rig moves
 _LONG = 100  # samples before and after a jump, over which it stays
 _AROUND = 3  # samples, within which something else explains it
 _MOVES, _STEP = 90.0, 3.0  # percentile of the drive's changes, times which it steps
+_CORNER = 0.1  # of these changes, by which one more at least is a start, a stop or a turn
 _SHARED = 0.3  # of a jump, which the model makes too
 _WRAPS = 0.6  # of its range, by which a counter jumps at least
 _NEARLY = 1.1  # times the period of a counter, that its range and its jumps are at most
@@ -312,7 +313,7 @@ def _stays(off: FloatArray, jump: _Jump) -> bool:
 
 
 def _explained(recording: Recording, shown: FloatArray, column: str, jump: _Jump) -> bool:
-    """Whether rows are missing there, a drive steps, the model jumps too, or another reading."""
+    """Whether rows are missing, a drive steps or starts, the model jumps or another reading."""
     intervals = np.diff(recording.time)
     if intervals[jump.row - 1] > _STEP * np.median(intervals):
         return True  # a gap, which is reported
@@ -320,6 +321,12 @@ def _explained(recording: Recording, shown: FloatArray, column: str, jump: _Jump
     for driven in recording.drive:
         changes = np.abs(np.diff(recording.columns[driven]))
         if changes[near].max() > _STEP * np.percentile(changes, _MOVES):
+            return True
+        corners = np.abs(np.diff(recording.columns[driven], 2))  # where it starts, stops, turns
+        least = max(
+            _STEP * np.percentile(corners, _MOVES), _CORNER * np.percentile(changes, _MOVES)
+        )
+        if corners[near].max(initial=0.0) > least:
             return True
     changes = np.diff(shown)
     if np.abs((changes - median_around(changes, _SIDE))[near]).max() > _SHARED * abs(jump.size):

@@ -255,7 +255,7 @@ def _describe(bins: Sequence[Bin], residual: FloatArray, frequency: float) -> st
             reported.append(b.regime)
             share = min(b.excess, 1.0)  # more, where another bin is below the noise
             place = (
-                f"those of the signal {column_name(b.label)}"
+                f"those of {column_name(b.label)}"
                 if b.regime == "signal"
                 else f"where {b.regime} is {b.label}"
             )

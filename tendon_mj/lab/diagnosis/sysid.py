@@ -235,8 +235,8 @@ def _note(train: Sequence[Recording], values: Mapping[str, object]) -> str:
     if not values:
         return f"the recordings of {train[0].model!r} call nothing uncertain: nothing was fitted"
     note = (
-        "structure of the model as it is; intervals as sysid states them, which take every sample"
-        " for independent news and the model for right"
+        "structure of the model as it is; intervals as sysid states them, which treat every sample"
+        " as independent and the model as correct"
     )
     if any(recording.session for recording in train):
         note += "; values set anew for each recording are those that [session] states"

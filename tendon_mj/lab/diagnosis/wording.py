@@ -267,7 +267,7 @@ def reason(evidence: Evidence, verdict: Verdict | None) -> str:
             return f"{removed}; {100.0 * CLOSED:.1f} % is required."
         return f"{remains}, which is below the detection limit of {limit}."
     if verdict == "partly":
-        required = "two thirds are required for a part of it"
+        required = 'two thirds are required for the verdict "partly"'
         return f"{removed}, and {required}; {remains}, which is not explained."
     if closed < PART:
         return f"{removed}, and two thirds are required; {remains}."

@@ -103,7 +103,7 @@ def _measured(model: mujoco.MjModel, columns: set[str]) -> Iterator[str]:
         if not name:
             yield f"# sensor {k} has no name: give it one in the model to compare with it"
         elif size != 1:
-            yield f"# sensor {name!r} reads {size} numbers, and a column is one"
+            yield f"# sensor {name!r} reads {size} numbers, but a column holds one"
         elif ending_of(unit):
             column = _quoted_key(column_of(name, unit, columns))
             yield f"{column} = {{ sensor = {_quoted(name)} }}  # [{unit}]"

@@ -296,7 +296,7 @@ def _sensor_addresses(recording: Recording, model: mujoco.MjModel) -> dict[str, 
         if model.sensor_dim[sensor] != 1:
             raise RecordingError(
                 f"recording {recording.name!r}, [measured] {written!r}: sensor {measured.sensor!r}"
-                f" reads {model.sensor_dim[sensor]} numbers, and a column is one"
+                f" reads {model.sensor_dim[sensor]} numbers, but a column holds one"
             )
         unit = reading_unit(model, sensor)
         if unit != column_unit(column) and name_in(unit, column):

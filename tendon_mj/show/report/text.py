@@ -95,7 +95,7 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
         advice = advise(diagnosis.closest, diagnosis.catalogue)
         return [first, *(advice or [_record_more(diagnosis)])]
     use = [
-        "Use model.xml, which has the findings; tendon-mj replay RECORDING --model model.xml"
+        "Use model.xml, which includes the findings; tendon-mj replay RECORDING --model model.xml"
         " shows how it follows a recording, with the --description of this diagnosis if it had one."
     ]
     if diagnosis.verdict == "partly":
