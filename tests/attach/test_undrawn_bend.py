@@ -144,7 +144,7 @@ IDLE = [
 
 @pytest.mark.parametrize(("path", "given"), IDLE)
 def test_a_driven_tendon_on_which_nothing_rubs_is_warned_of(path, given):
-    with pytest.warns(TendonWarning, match=r"nothing on 't'.*give extra_bend"):
+    with pytest.warns(TendonWarning, match=r"no effect on 't'.*give extra_bend"):
         add_friction(rig(path=path), "t", friction=MU, **given).compile()
 
 
@@ -152,7 +152,7 @@ def test_a_driven_tendon_on_which_nothing_rubs_is_warned_of(path, given):
 def test_a_tendon_held_at_its_only_guide_is_said_to_be_idle(more):
     given = {"axial_stiffness": 1e4, "pretension": 5.0, "extra_bend": BEND}
     for end in ("first", "last"):
-        with pytest.warns(TendonWarning, match=rf"nothing on 't'.*its {end} site.*reel"):
+        with pytest.warns(TendonWarning, match=rf"no effect on 't'.*its {end} site.*reel"):
             add_friction(rig(""), "t", friction=MU, input_end=end, **given, **more).compile()
     with silent():
         add_friction(rig(""), "t", friction=MU, **given, reel="reel").compile()

@@ -54,7 +54,7 @@ BROKEN = FINGER.format(more="").replace('site="f"', 'site="nowhere"')
     [
         (None, "flexr", "did you mean 'flexor'"),
         (None, "limp", "'limp' has no stiffness to take over"),
-        (None, "lim*", "none of the tendons that 'lim*' means"),
+        (None, "lim*", "none of the tendons matching 'lim*'"),
         (BROKEN, "flexor", "nowhere"),
         ("<mujoco><nothing/></mujoco>", "flexor", "Schema violation"),
         ("no XML", "flexor", "XML"),
