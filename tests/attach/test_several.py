@@ -134,7 +134,7 @@ def test_tendons_without_a_name_are_given_a_free_one_and_it_is_said():
 
 @pytest.mark.parametrize("tendon", ["short", ["short"], "sh*"])
 def test_a_tendon_without_bend_is_said_to_be_one_with_the_remedy(tendon):
-    with pytest.warns(TendonWarning, match=r"no effect on 'short'.*extra_bend \[rad\], or route it"):
+    with pytest.warns(TendonWarning, match=r"no effect on 'short'.*extra_bend \[rad\], or route"):
         add_friction(finger(SHORT), tendon, friction=0.1)
     with silent():
         add_friction(finger(SHORT), tendon, friction=0.1, extra_bend=1.0)
