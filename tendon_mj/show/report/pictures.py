@@ -226,6 +226,13 @@ def _by_bin(located: Located) -> Mapping[tuple[str, str], float]:
     return {(b.regime, b.label): b.rms for b in located.bins}
 
 
+def _row_name(shown: Bin) -> str:
+    """Label of a row, in which numbers have minus signs."""
+    if shown.regime == "signal":
+        return replay.column_name(shown.label)
+    return shown.label.replace("-", "−")
+
+
 def _by_regime(located: Located, bars: Sequence[_Bars], title: str, label: str) -> Figure:
     """Two columns of panels, one for each regime, with a group of bars for each of its bins."""
     regimes: dict[str, list[Bin]] = {}
@@ -265,9 +272,7 @@ def _draw_regime(axes: Axes, bins: Sequence[Bin], bars: Sequence[_Bars]) -> None
             hatch=_HATCHES.get(one.kind, ""),
             label=one.label,
         )
-    axes.set_yticks(
-        rows, [replay.column_name(b.label) if b.regime == "signal" else b.label for b in bins]
-    )
+    axes.set_yticks(rows, [_row_name(b) for b in bins])
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
     axes.axvline(0.0, color=style.GREY, linewidth=0.8)
