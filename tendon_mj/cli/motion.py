@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import mujoco
+import numpy as np
 import tyro
 
 from tendon_mj.cli.options import given_files
@@ -103,10 +104,8 @@ def render(
     result: dict[str, object] = {"clip": path.name, "duration_s": shown}
     output.result(result)
     moved = "" if (frames.poses != frames.poses[0]).any() else ", in which nothing moves"
-    tensions = [tension for cable in frames.cables.values() for tension in cable.tensions.flat]
-    span = (
-        f"tensions from {min(tensions):.1f} to {max(tensions):.1f} N" if tensions else "no sheath"
-    )
+    ends = [f(cable.tensions) for cable in frames.cables.values() for f in (np.nanmin, np.nanmax)]
+    span = f"tensions from {min(ends):.1f} to {max(ends):.1f} N" if ends else "no sheath"
     output.close(
         f"{path.name} shows {shown:.3g} s of {name}{moved}, with {span}, at {fps:g} frames/s, "
         f"{width} x {height}."

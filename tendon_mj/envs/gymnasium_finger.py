@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.envs import tasks
 from tendon_mj.envs.scene import build_scene
-from tendon_mj.envs.window import Window
+from tendon_mj.envs.window import INSTEAD, Window
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.models import TENDONS, Finger
 from tendon_mj.show import Image, Offscreen, find_camera
@@ -105,7 +105,7 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
                 f"render_mode = {render_mode!r} must be None, 'human' or 'rgb_array'"
             )
         if render_mode == "human":
-            check_screen("render_mode = 'rgb_array' draws pictures without one")
+            check_screen(INSTEAD)
         self.render_mode = render_mode
         self._size = width, height
         self._view: Offscreen | Window | None = None

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-import importlib
-import threading
 import time
 from collections.abc import Callable
 
 import mujoco
 
-_CLOSING = 10.0  # longest wait for the viewer to end [s]
+from tendon_mj.show.live import Viewer
+
+INSTEAD = "render_mode = 'rgb_array' draws pictures without one"
 
 
 class Window:
     """MuJoCo's viewer of models that differ in nothing but their geometry."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        viewer = importlib.import_module("mujoco.viewer")  # which looks for a screen on import
-        others = set(threading.enumerate())
         self._data = mujoco.MjData(model)
-        self._handle = viewer.launch_passive(
-            model, self._data, show_left_ui=False, show_right_ui=False
-        )
-        self._threads = set(threading.enumerate()) - others
+        self._viewer = Viewer(model, self._data, INSTEAD)
+        self._handle = self._viewer.handle
         with self._handle.lock():
             mujoco.mjv_defaultFreeCamera(model, self._handle.cam)
         self._shown = self._clock = 0.0  # time of the simulation, and when it was shown [s]
@@ -46,6 +42,4 @@ class Window:
 
     def close(self) -> None:
         """Close the window."""
-        self._handle.close()
-        for thread in self._threads:  # the viewer's, which still draws
-            thread.join(_CLOSING)
+        self._viewer.close()

@@ -29,5 +29,8 @@ from tendon_mj.plugin.sheath_plugin.names import prefix_and_suffix as prefix_and
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS as PARAMETERS
 from tendon_mj.plugin.sheath_plugin.validate import NAME as NAME
 from tendon_mj.plugin.sheath_plugin.validate_tendon import unused_parameters as unused_parameters
+from tendon_mj.plugin.sheath_plugin.visualize import MARK as MARK
+from tendon_mj.plugin.sheath_plugin.visualize import SLIPPING as SLIPPING
 from tendon_mj.plugin.sheath_plugin.visualize import TENSION_SCALE as TENSION_SCALE
+from tendon_mj.plugin.sheath_plugin.visualize import THICKER as THICKER
 from tendon_mj.plugin.sheath_plugin.visualize import check_limits as check_limits

@@ -332,9 +332,10 @@ def select_forward(
         seen.add(labels)
         candidates = context.extend(model)
         first, ranked = first or candidates, list(candidates.fitted)
-        if not any(context.improves(model, other) for other in ranked):
-            ranked = context.converged(model, ranked)
         improving = [other for other in ranked if context.improves(model, other)]
+        if not improving:
+            ranked = context.converged(model, ranked)
+            improving = [other for other in ranked if context.improves(model, other)]
         if not improving:
             break
         rounds.append(ranked)

@@ -119,7 +119,7 @@ def check_limits(*limits: float) -> None:
 
 
 THICKER = 1.25  # radius of a span over that of MuJoCo's own tendon, which it covers
-_MARK = 1.3 * THICKER  # radius of a mark over that of MuJoCo's own tendon: it hides no span
+MARK = 1.3  # radius of a mark over that of a span, which it does not hide
 
 _ends = LocalDoubles(6)
 _TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
@@ -221,7 +221,7 @@ def _draw_sheath(
     segments, guides, _ = unpack(address)
     ea = state.law.axial_stiffness
     width = double(pointer(m + LAYOUT.m_tendon_width), tendon)
-    radius, mark = THICKER * width, _MARK * width
+    radius, mark = THICKER * width, MARK * THICKER * width
     path = pointer(d + LAYOUT.d_wrap_xpos)
     path += _POINT * integer(pointer(d + LAYOUT.d_ten_wrapadr), tendon)
     spans = integer(pointer(d + LAYOUT.d_ten_wrapnum), tendon) - 1

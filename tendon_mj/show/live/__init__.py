@@ -6,5 +6,6 @@ from tendon_mj.show.live.session import Prepared as Prepared
 from tendon_mj.show.live.session import RealTime as RealTime
 from tendon_mj.show.live.session import prepare as prepare
 from tendon_mj.show.live.web import serve as serve
+from tendon_mj.show.live.window import Viewer as Viewer
 from tendon_mj.show.live.window import check_screen as check_screen
 from tendon_mj.show.live.window import open_window as open_window

@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from tendon_mj.lab.replay import control_limits, control_unit, engineering_unit
-from tendon_mj.plugin import PARAMETERS
+from tendon_mj.plugin import PARAMETERS, SLIPPING
 from tendon_mj.show.figures.style import labelled
 from tendon_mj.show.render.offscreen import COLOURS
 from tendon_mj.show.render.panel import tendon_colours
@@ -30,7 +30,6 @@ MOST_TENDONS = 6  # tendons that have curves
 MOST_JOINTS = 12  # of a kind whose positions are numbers
 _ASPECT = 1.15  # width over height of the narrowest window that needs no step back
 _RAISED = 0.22  # over the height of a narrower one
-SLIPPING = (0.90, 0.00, 0.48)  # magenta, as the plugin draws it
 _INCH = 100
 _FONT = 8  # [points]
 _NAME_COLUMNS = 2  # of names: input and output of a tendon
@@ -141,7 +140,6 @@ def drawn_tendons(
     drawn = [geom for geom in scene.geoms[: scene.ngeom] if geom.objtype == _TENDON]
     coloured = {geom.objid for geom in drawn if geom.emission > 1.0}  # by the plugin
     for geom in drawn:
-        shown = geom.emission if geom.emission > 1.0 else 1.0
         if geom.objid in coloured and geom.emission <= 1.0:
             continue
         if geom.type == _MARK_GEOM:
@@ -149,7 +147,7 @@ def drawn_tendons(
         elif geom.type == _SPAN_GEOM:
             along = geom.size[2] * geom.mat[:, 2]
             ends.append([geom.pos - along, geom.pos + along])
-            colours.append(shown * geom.rgba[:3])
+            colours.append(max(geom.emission, 1.0) * geom.rgba[:3])
     return (
         np.array(ends, float).reshape(-1, 2, 3),
         np.round(255.0 * np.clip(np.array(colours).reshape(-1, 3), 0.0, 1.0)).astype(np.uint8),

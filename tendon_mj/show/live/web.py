@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, MissingPackageError, TendonError
+from tendon_mj.plugin import MARK, SLIPPING, THICKER
 from tendon_mj.show.live.scene import (
     FIRST,
     MOST_TENDONS,
-    SLIPPING,
     Viewpoint,
     colour_bar,
     control_slider,
@@ -35,8 +35,6 @@ HOST = "localhost"  # no other machine's browser: the page is not protected
 _LAST_PORT = 65535
 _FLOOR, _THIN = 3.0, 1e-3  # half a plane's width and height over the model's extent
 _SCENE_EVERY, _RARELY = 4, 8  # frames of the simulation between new scenes, and between new curves
-_THICKER = 1.25  # than MuJoCo's own tendon, as the plugin draws it
-_MARK = 1.3  # size of a slipping guide over that of the tendon: it hides no tendon
 _POINT_SPACING = 0.5  # distance of two points over the radius that is drawn
 _MOST_DOTS, _MOST_GEOMS = 8000, 20000  # of all tendons together
 _HEIGHT, _WIDTH = 230, 380  # of the curves, and of the panels [pixels]
@@ -147,7 +145,7 @@ class _Cable:
         self._simulation = simulation
         self._scene = mujoco.MjvScene(simulation.model, _MOST_GEOMS)
         shown = to_show(simulation.model).tendon_width.max(initial=1e-6)
-        width = _THICKER * float(shown)
+        width = THICKER * float(shown)
         self._spacing = _POINT_SPACING * width
         self._spans, self._marks = (
             server.scene.add_point_cloud(
@@ -160,7 +158,7 @@ class _Cable:
                 precision="float32",
                 visible=False,
             )
-            for name, size in (("/tendons", 1.0), ("/slipping", _MARK))
+            for name, size in (("/tendons", 1.0), ("/slipping", MARK))
         )
 
     def draw(self) -> None:

@@ -7,6 +7,7 @@ import os
 import platform
 import threading
 import warnings
+from collections.abc import Callable
 from typing import Any
 
 import mujoco
@@ -44,28 +45,16 @@ def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
 
     The space bar halts it.
     """
-    check_screen(_INSTEAD)
-    viewer = importlib.import_module("mujoco.viewer")  # which looks for a screen on import
     simulation = prepared.simulation
 
     def on_key(key: int) -> None:
         if key == _SPACE:
             simulation.paused = not simulation.paused
 
-    others, shown = set(threading.enumerate()), to_show(simulation.model)
-    try:
-        with kept_state(simulation.model, simulation.data):  # the viewer evaluates the model
-            window = viewer.launch_passive(
-                shown,
-                simulation.data,
-                key_callback=on_key,
-                show_left_ui=False,
-                show_right_ui=False,
-            )
-    except (RuntimeError, mujoco.FatalError) as error:
-        raise EngineError(
-            f"MuJoCo's viewer could not open a window: {error}; {_INSTEAD}"
-        ) from error
+    shown = to_show(simulation.model)
+    with kept_state(simulation.model, simulation.data):  # the viewer evaluates the model
+        viewer = Viewer(shown, simulation.data, _INSTEAD, on_key)
+    window = viewer.handle
     try:
         with window.lock():
             look_from(window.cam, shown, prepared.view)
@@ -73,8 +62,45 @@ def open_window(prepared: Prepared, seconds: float | None = None) -> RealTime:
             window.opt.tendongroup[:] = 1
         return run_in_real_time(simulation, _Overlay(prepared, window).show, seconds)
     finally:
-        window.close()
-        for thread in set(threading.enumerate()) - others:  # the viewer's, which still draws
+        viewer.close()
+
+
+class Viewer:
+    """MuJoCo's viewer beside a program, without its panels.
+
+    Args:
+        model, data: to show.
+        instead: what to do where there is no screen, the end of a message.
+        on_key: called with the number of a key that is pressed.
+
+    Raises:
+        EngineError: no window can be opened.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        instead: str,
+        on_key: Callable[[int], None] | None = None,
+    ) -> None:
+        check_screen(instead)
+        viewer = importlib.import_module("mujoco.viewer")  # which looks for a screen on import
+        others = set(threading.enumerate())
+        try:
+            self.handle = viewer.launch_passive(
+                model, data, key_callback=on_key, show_left_ui=False, show_right_ui=False
+            )
+        except (RuntimeError, mujoco.FatalError) as error:
+            raise EngineError(
+                f"MuJoCo's viewer could not open a window: {error}; {instead}"
+            ) from error
+        self._threads = set(threading.enumerate()) - others
+
+    def close(self) -> None:
+        """Close the window."""
+        self.handle.close()
+        for thread in self._threads:  # the viewer's, which still draws
             thread.join(_CLOSING)
 
 

@@ -29,7 +29,7 @@ from scipy.ndimage import binary_dilation
 
 from tendon_mj.errors import EngineError, UnknownNameError
 from tendon_mj.lab.replay import POSE, Cable
-from tendon_mj.plugin import sheaths
+from tendon_mj.plugin import MARK, sheaths
 from tendon_mj.show.render.surroundings import add_floor, first_camera, floor, framing
 from tendon_mj.typing import FloatArray
 
@@ -56,7 +56,6 @@ GUIDE_COLOUR = "#52575F"
 _GUIDE = np.array(to_rgba(GUIDE_COLOUR), np.float32)
 _THICKNESS = 0.006  # radius of a cable over the model's extent
 _THINNEST = 0.0012  # likewise in a crowd, over the size of all cables: a pixel or two
-_BEAD = 1.3  # radius of a guide over that of its cable
 _EYE = np.eye(3).ravel()
 # The colour is a reading: lit from within alone, whatever the scene's lights and shadows.
 _SHADED = 1e-3  # of the colour that lights see
@@ -293,7 +292,7 @@ def add_cable(
         if geom is not None:
             mujoco.mjv_connector(geom, capsule, radius, start, end)
     for guide in points[1:-1]:
-        _next_geom(scene, mujoco.mjtGeom.mjGEOM_SPHERE, guide, _BEAD * radius, _GUIDE)
+        _next_geom(scene, mujoco.mjtGeom.mjGEOM_SPHERE, guide, MARK * radius, _GUIDE)
 
 
 def _next_geom(

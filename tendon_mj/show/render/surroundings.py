@@ -6,6 +6,7 @@ They are added to what is drawn, and never to the model that is simulated.
 from __future__ import annotations
 
 import copy
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import mujoco
@@ -42,7 +43,7 @@ def to_show(model: mujoco.MjModel) -> mujoco.MjModel:
         shown.vis.headlight.ambient[:] = _AMBIENT
         shown.vis.headlight.diffuse[:] = _DIFFUSE
         shown.vis.headlight.specular[:] = 0.0
-    paths = _outline(model).paths
+    paths = _outlines(model, None)[1].paths
     if len(paths):
         thinnest = _THINNEST * _size(paths)
         shown.tendon_width[:] = np.maximum(model.tendon_width, thinnest)
@@ -60,7 +61,7 @@ def floor(model: mujoco.MjModel, poses: FloatArray | None = None) -> Floor | Non
     """Floor below a model in (k, nq) ``poses``, by default `qpos0`; None where it has its own."""
     if (model.geom_type == _PLANE).any() or model.nhfield:
         return None
-    around = _outlines(model, poses).around
+    around = _outlines(model, poses)[1].around
     middle = 0.5 * (around.min(axis=0) + around.max(axis=0))
     middle[2] = around[:, 2].min() - _BELOW * _size(around)
     return Floor(middle, _FLOOR_SIZE * _size(around))
@@ -83,13 +84,11 @@ def first_camera(model: mujoco.MjModel, poses: FloatArray | None = None) -> int:
 
     It does in the first of (k, nq) ``poses``, by default `qpos0`, and goes on in the others.
     """
-    data, shown = mujoco.MjData(model), dict.fromkeys(range(model.ncam), 0.0)
-    for number, pose in enumerate(model.qpos0[None] if poses is None else poses):
-        paths = _outline(model, pose).paths
+    shown = dict.fromkeys(range(model.ncam), 0.0)
+    for number, data in enumerate(_posed(model, poses)):
+        paths = _outline(model, data).paths
         if not len(paths):
             return min(0, int(model.ncam) - 1)
-        data.qpos[:] = pose
-        mujoco.mj_fwdPosition(model, data)
         for k in [*shown]:
             seen = (paths - data.cam_xpos[k]) @ data.cam_xmat[k].reshape(3, 3)
             half_view = np.tan(0.5 * np.radians(model.cam_fovy[k]))
@@ -113,8 +112,7 @@ def framing(model: mujoco.MjModel, poses: FloatArray | None = None) -> mujoco.Mj
     It does in all (k, nq) ``poses``, by default `qpos0`. Without tendons it is the plane of the
     geoms. What neither moves nor is a tendon may be outside.
     """
-    paths, moving, around = _outlines(model, poses)
-    first = _outline(model, None if poses is None else poses[0])
+    first, (paths, moving, around) = _outlines(model, poses)
     spread = first.paths if len(first.paths) else first.around
     around = np.concatenate([paths, moving]) if len(paths) or len(moving) else around
     long, _, across = np.linalg.svd(spread - spread.mean(axis=0))[2]
@@ -143,18 +141,23 @@ class _Outline(NamedTuple):
     around: FloatArray  # all of these, and those of all other geoms
 
 
-def _outlines(model: mujoco.MjModel, poses: FloatArray | None) -> _Outline:
-    """Outlines in several poses together, by default in `qpos0`."""
-    every = [_outline(model, pose) for pose in (model.qpos0[None] if poses is None else poses)]
-    return _Outline(*(np.concatenate(parts) for parts in zip(*every, strict=True)))
-
-
-def _outline(model: mujoco.MjModel, pose: FloatArray | None = None) -> _Outline:
-    """Outline in a pose, by default `qpos0`."""
+def _posed(model: mujoco.MjModel, poses: FloatArray | None) -> Iterator[mujoco.MjData]:
+    """The same data in one of (k, nq) poses after the other, by default in `qpos0`."""
     data = mujoco.MjData(model)
-    if pose is not None:
+    for pose in model.qpos0[None] if poses is None else poses:
         data.qpos[:] = pose
-    mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdPosition(model, data)
+        yield data
+
+
+def _outlines(model: mujoco.MjModel, poses: FloatArray | None) -> tuple[_Outline, _Outline]:
+    """Outline in the first of several poses, and in all of them together."""
+    every = [_outline(model, data) for data in _posed(model, poses)]
+    return every[0], _Outline(*(np.concatenate(parts) for parts in zip(*every, strict=True)))
+
+
+def _outline(model: mujoco.MjModel, data: mujoco.MjData) -> _Outline:
+    """Outline of a model in the pose of its data."""
     count = int(data.ten_wrapnum.sum())
     paths = data.wrap_xpos.reshape(-1, 3)[:count][data.wrap_obj.ravel()[:count] != _PULLEY]
     ground = np.isin(model.geom_type, [_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD.value])
