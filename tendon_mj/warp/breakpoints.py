@@ -36,7 +36,7 @@ def lowest(t: Tendons, s: Sheath, i: int, right: wp.float64) -> wp.float64:
     constant = t.constant[row, w]
     # the rounding of a difference must not make a slack segment taut
     if right > constant * (_ONE + TOUCHING):
-        return (right - constant) / t.output_ratio[row, w]
+        return (right - constant) * t.output_inverse[row, w]
     return _ZERO
 
 
@@ -125,9 +125,9 @@ def _search(
             if side * (inner - bound) < -TOUCHING * wp.abs(near.shift):
                 at, bend, jump = inner, t.bend[row, w] * near.inverse, wp.float64(t.jump[row, w])
                 left = near.count - 1
-        root = tau - value / slope
-        if side * (root - at) < _ZERO:
-            return root, wp.vec2d(slope, _ZERO), wp.vec2d(slope, _ZERO), near, far
+        if side * value < -slope * side * (at - tau):  # a root before it
+            before = wp.vec2d(slope, _ZERO)
+            return tau - value / slope, before, before, near, far
         near.count = left
         value += slope * (at - tau)
         if not side * (value + jump) > _ZERO:
@@ -156,7 +156,7 @@ def _walk_forward(t: Tendons, s: Sheath) -> None:
         if j > 0:
             ratio, back = t.input_ratio[guide, w], t.output_ratio[guide, w]
             constant = t.constant[guide, w]
-            inverse, inverse_back = _ONE / ratio, _ONE / back
+            inverse, inverse_back = t.input_inverse[guide, w], t.output_inverse[guide, w]
             left = _mapped(t, s, left, inverse, ratio, -constant * inverse)
             right = _mapped(t, s, right, back, inverse_back, constant)
             least = wp.max(_ZERO, least - constant) * inverse
@@ -175,20 +175,24 @@ def _walk_forward(t: Tendons, s: Sheath) -> None:
                 right.count = 0
         tau = wp.float64(t.tension[row, w])
         tau = wp.where(tau >= _ZERO and tau <= _HUGE, tau, _ZERO)
-        holds, slope = held(t, s, j, tau)
+        holds, slope, _ = held(t, s, j, tau)
         value = holds - t.kept[row, w]
         root = tau - value / slope
         before, beyond = wp.vec2d(slope, _ZERO), wp.vec2d(slope, _ZERO)
-        if root < low:
-            value += slope * (low - tau)
-            root, beyond, before, left, right = _search(
-                t, s, -_ONE, least, low, value, slope, left, right
+        if root < low or root > high:
+            side = wp.where(root > high, _ONE, -_ONE)
+            start = wp.clamp(root, low, high)
+            bound, near, far = least, left, right
+            if side > _ZERO:
+                bound, near, far = most, right, left
+            value += slope * (start - tau)
+            root, inner, outer, near, far = _search(
+                t, s, side, bound, start, value, slope, near, far
             )
-        elif root > high:
-            value += slope * (high - tau)
-            root, before, beyond, right, left = _search(
-                t, s, _ONE, most, high, value, slope, right, left
-            )
+            if side > _ZERO:
+                before, beyond, left, right = inner, outer, far, near
+            else:
+                before, beyond, left, right = outer, inner, near, far
         t.prefix[row, w] = root
 
 
@@ -228,7 +232,7 @@ def _lacking(t: Tendons, s: Sheath, j: int, first: int) -> wp.float64:
         k = j - back
         if t.slip[s.guide + k, w] == 0:
             break
-        holds, _ = held(t, s, k, t.tension[s.segment + k, w])
+        holds, _, _ = held(t, s, k, t.tension[s.segment + k, w])
         total += holds - t.kept[s.segment + k, w]
     return total
 
@@ -267,7 +271,7 @@ def set_flows(t: Tendons, s: Sheath) -> bool:
         if j > 0:
             slip = t.slip[guide, w]
         tau = t.tension[row, w]
-        holds, slope = held(t, s, j, tau)
+        holds, slope, _ = held(t, s, j, tau)
         passed = t.kept[row, w] + beyond - holds
         if tau == _ZERO:
             needed = wp.float64(0.0)

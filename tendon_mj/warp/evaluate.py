@@ -3,6 +3,10 @@
 An evaluation starts from the committed state. It leaves its result on trial, which the next
 evaluation commits once time has gone on: stepping needs no separate call for that, and evaluating
 twice in a step does no harm. Where time has gone back the world was reset, and so is the tendon.
+
+What is done for each segment by itself is done by a thread for each: `commit`, then `trace` for
+each sheath, `prepare` for each segment, `solve` for each sheath, and `apply` for each degree of
+freedom.
 """
 
 import warp as wp
@@ -19,7 +23,7 @@ from tendon_mj.warp.motion import (
 )
 from tendon_mj.warp.path import Scene, trace_path
 from tendon_mj.warp.solver import solve_flow
-from tendon_mj.warp.tendons import Sheath, Tendons, held, sheath_at
+from tendon_mj.warp.tendons import Sheath, Tendons, held, set_alone, set_guide, sheath_at
 
 wp.set_module_options({"enable_backward": False})
 
@@ -33,12 +37,43 @@ _STIFF, _SOFTEST = wp.constant(wp.float64(1e6)), wp.constant(wp.float64(1e2))  #
 
 
 @wp.func
-def _commit(t: Tendons, s: Sheath, now: wp.float32) -> None:
-    """Make a step on trial that has ended the committed state."""
-    k, w = s.index, s.world
-    if not (t.has_trial[k, w] and now > t.trial_time[k, w]):
+def _has_ended(t: Tendons, k: int, w: int, now: wp.float32) -> bool:
+    """Whether a step is on trial that has ended."""
+    return t.has_trial[k, w] and now > t.trial_time[k, w]
+
+
+@wp.kernel
+def commit(time: wp.array[wp.float32], t: Tendons, driven: bool) -> None:
+    """Make what ended steps left in segments the committed state; threads (segments, worlds)."""
+    row, w = wp.tid()
+    k = t.sheath[row]
+    if t.driven[k] != driven or not _has_ended(t, k, w, time[w]):
         return
-    last = s.segment + s.guides
+    j = row - t.first_segment[k]
+    guide, last = t.first_guide[k] + j, t.guides[k]
+    tension = wp.float64(t.tension[row, w])
+    stored = wp.float64(t.stored[row, w])
+    if j == 0:
+        stored -= t.trial_wound_in[k, w] - t.wound_in[k, w]
+    if j == last:
+        stored -= t.trial_wound_out[k, w] - t.wound_out[k, w]
+    if j == 0:
+        stored += t.trial_spring_length[k, w] - t.spring_length[k, w]
+    if j > 0:
+        stored -= t.flow[guide - 1, w] + t.shift[guide - 1, w]
+    if j < last:
+        flow = wp.float64(t.flow[guide, w])
+        stored += flow + t.shift[guide, w]
+        t.previous_slip[guide, w] = wp.where(flow != _ZERO, t.slip[guide, w], 0)
+    if j == 0 and driven:  # the input's tension sets its length
+        stored, _, _ = held(t, sheath_at(t, k, w), 0, tension)
+    t.stored[row, w] = stored
+    t.before[row, w] = tension
+
+
+@wp.func
+def _commit_ends(t: Tendons, k: int, w: int) -> None:
+    """Make what an ended step left at the ends and on the geoms the committed state."""
     arc = int(t.first_arc[k])
     behind = wp.where(k + 1 < t.first_arc.shape[0], t.first_arc[k + 1], t.touched.shape[0])
     while arc < behind:
@@ -46,25 +81,10 @@ def _commit(t: Tendons, s: Sheath, now: wp.float32) -> None:
         t.near_tangent[arc, w] = t.trial_near[arc, w]
         t.far_tangent[arc, w] = t.trial_far[arc, w]
         arc += 1
-    t.stored[s.segment, w] -= t.trial_wound_in[k, w] - t.wound_in[k, w]
-    t.stored[last, w] -= t.trial_wound_out[k, w] - t.wound_out[k, w]
-    t.stored[s.segment, w] += t.trial_spring_length[k, w] - t.spring_length[k, w]
     t.spring_length[k, w] = t.trial_spring_length[k, w]
     t.constraint_force[k, w] += _FOLLOWS * (t.solved_force[k, w] - t.constraint_force[k, w])
     t.wound_in[k, w] = t.trial_wound_in[k, w]
     t.wound_out[k, w] = t.trial_wound_out[k, w]
-    for i in range(s.guides):
-        guide = s.guide + i
-        flow = t.flow[guide, w]
-        passed = flow + t.shift[guide, w]
-        t.stored[s.segment + i, w] += passed
-        t.stored[s.segment + i + 1, w] -= passed
-        t.previous_slip[guide, w] = wp.where(flow != _ZERO, t.slip[guide, w], 0)
-    for j in range(s.guides + 1):
-        t.before[s.segment + j, w] = t.tension[s.segment + j, w]
-    if s.given:  # the input's tension sets its length
-        holds, _ = held(t, s, 0, t.tension[s.segment, w])
-        t.stored[s.segment, w] = holds
     t.has_trial[k, w] = False
 
 
@@ -157,7 +177,7 @@ def _lay(
         strain = total / unstretched - _ONE
     for j in range(s.guides + 1):
         row = s.segment + j
-        holds, _ = held(t, s, j, strain)
+        holds, _, _ = held(t, s, j, strain)
         if not s.given:
             holds = t.length[row, w] * unstretched / total
         t.stored[row, w] = holds
@@ -165,25 +185,6 @@ def _lay(
     for i in range(s.guides):
         t.previous_slip[s.guide + i, w] = 0
     t.started[k, w] = True
-
-
-@wp.func
-def _update_ratios(t: Tendons, s: Sheath, ea: wp.float64) -> None:
-    """Bring the ratios that the guides can hold up to date."""
-    k, w = s.index, s.world
-    sliding = wp.float64(t.friction[w, k])
-    static = wp.max(sliding, wp.float64(t.static_friction[w, k]))
-    more = wp.float64(t.extra_bend[w, k]) / t.sharing[k]
-    constant = wp.float64(t.constant_friction[w, k]) / (t.sharing[k] * ea)
-    for i in range(s.guides):
-        row = s.guide + i
-        bend = t.angle[row, w]
-        t.constant[row, w] = wp.float64(0.0)
-        if not t.is_on_arc[row, w]:
-            bend = wp.max(_ZERO, bend + more)
-            t.constant[row, w] = constant
-        t.dynamic_ratio[row, w] = wp.exp(wp.min(sliding * bend, _HOLDS_ANYTHING))
-        t.static_ratio[row, w] = wp.exp(wp.min(static * bend, _HOLDS_ANYTHING))
 
 
 @wp.func
@@ -214,9 +215,10 @@ def reset_worlds(t: Tendons, worlds: wp.array[wp.bool]) -> None:
 
 @wp.kernel
 def finish(time: wp.array[wp.float32], t: Tendons) -> None:
-    """Commit the result of a finished step; threads (sheaths, worlds)."""
+    """Commit what `commit` does not; threads (sheaths, worlds)."""
     k, w = wp.tid()
-    _commit(t, sheath_at(t, k, w), time[w])
+    if _has_ended(t, k, w, time[w]):
+        _commit_ends(t, k, w)
 
 
 @wp.func
@@ -230,69 +232,19 @@ def _hold_none(t: Tendons, s: Sheath, now: wp.float32) -> None:
     _pull_nothing(t, s, now)
 
 
-@wp.func
-def _keep(
-    t: Tendons,
-    s: Sheath,
-    tau: wp.float64,
-    rest: wp.float64,
-    wound_in: wp.float64,
-    wound_out: wp.float64,
-) -> None:
-    """Set the unstretched lengths before anything flows, and guess the tensions."""
-    k, w = s.index, s.world
-    for j in range(s.guides + 1):
-        t.kept[s.segment + j, w] = t.stored[s.segment + j, w]
-        t.tension[s.segment + j, w] = t.before[s.segment + j, w]
-    for i in range(s.guides):
-        t.kept[s.segment + i, w] += t.shift[s.guide + i, w]
-        t.kept[s.segment + i + 1, w] -= t.shift[s.guide + i, w]
-    if s.given:
-        t.tension[s.segment, w] = tau
-    else:
-        t.kept[s.segment, w] -= wound_in - t.wound_in[k, w]
-        t.kept[s.segment, w] += rest - t.spring_length[k, w]
-        t.kept[s.segment + s.guides, w] -= wound_out - t.wound_out[k, w]
-
-
-@wp.func
-def _publish(t: Tendons, s: Sheath, ea: wp.float64) -> bool:
-    """Write the tensions for users; return whether all are finite."""
-    k, w = s.index, s.world
-    bounded = bool(True)
-    for j in range(s.guides + 1):
-        tension = t.tension[s.segment + j, w]
-        t.tension_out[w, s.segment + j] = wp.float32(ea * tension)
-        bounded = bounded and wp.isfinite(tension)
-    t.input_tension[w, k] = t.tension_out[w, s.segment]
-    t.output_tension[w, k] = t.tension_out[w, s.segment + s.guides]
-    return bounded
-
-
-@wp.func
-def _set_forces(t: Tendons, s: Sheath, ea: wp.float64, counted: wp.float64) -> None:
-    """Set the forces of the spans and the torques of the spools; MuJoCo has ``counted`` EA."""
-    k, w = s.index, s.world
-    for j in range(s.guides + 1):
-        row = s.segment + j
-        t.pull[row, w] = ea * (t.tension[row, w] - counted)
-    first, final = t.tension[s.segment, w], t.tension[s.segment + s.guides, w]
-    half = wp.float64(0.5)
-    t.reel_torque[k, w] = t.reel_radius[k] * ea * first * (_ONE + half * first)
-    t.output_torque[k, w] = t.output_radius[k] * ea * final * (_ONE + half * final)
-
-
 @wp.kernel
-def solve(m: Scene, b: Dynamics, t: Tendons, driven: bool) -> None:
-    """Tensions of the sheaths that are driven, or of the others; threads (sheaths, worlds)."""
+def trace(m: Scene, b: Dynamics, t: Tendons, driven: bool) -> None:
+    """Paths of the sheaths that are driven, or of the others; threads (sheaths, worlds)."""
     k, w = wp.tid()
     if t.driven[k] != driven:
         return
     s = sheath_at(t, k, w)
     now = b.time[w]
+    t.active[k, w] = False
     if t.started[k, w] and now < t.trial_time[k, w]:
         _reset(t, s)
-    _commit(t, s, now)
+    elif _has_ended(t, k, w, now):
+        _commit_ends(t, k, w)
     trace_path(m, t, s)
     rest = wp.float64(0.0)
     pulls = bool(True)
@@ -315,29 +267,99 @@ def solve(m: Scene, b: Dynamics, t: Tendons, driven: bool) -> None:
     if not pulls:
         _hold_none(t, s, now)
         return
-    _update_ratios(t, s, ea)
     wound_in = wound(b, t.reel_joint[k], t.reel_radius[k], w) + reeled(b, t.reel[k], w)
     wound_out = wound(b, t.output_joint[k], t.output_radius[k], w)
-    _keep(t, s, tau, rest, wound_in, wound_out)
-    bounded = wp.isfinite(wound_in + wound_out)
-    solved = bool(False)
-    if bounded:
-        solved = solve_flow(t, s)
-    if not solved:
+    if not wp.isfinite(wound_in + wound_out):
         t.unsolved[w, k] += 1
-    bounded = _publish(t, s, ea) and bounded
-    if not bounded:
         _pull_nothing(t, s, now)
         return
-    counted = wp.float64(tau)
-    if t.own_spring[k]:
-        counted = _counted(b, t, s) / ea
-    _set_forces(t, s, ea, counted)
+    t.given_tension[k, w] = tau
     t.trial_wound_in[k, w] = wound_in
     t.trial_wound_out[k, w] = wound_out
     t.trial_spring_length[k, w] = rest
     t.trial_time[k, w] = now
-    t.has_trial[k, w] = True
+    t.active[k, w] = True
+
+
+@wp.kernel
+def prepare(t: Tendons, driven: bool) -> None:
+    """Lengths before anything flows, a guess of the tensions, and ratios that the guides can hold.
+
+    Threads (segments, worlds).
+    """
+    row, w = wp.tid()
+    k = t.sheath[row]
+    if t.driven[k] != driven or not t.active[k, w]:
+        return
+    j = row - t.first_segment[k]
+    guide, last = t.first_guide[k] + j, t.guides[k]
+    kept, tau = wp.float64(t.stored[row, w]), wp.float64(t.before[row, w])
+    if j < last:
+        kept += t.shift[guide, w]
+    if j > 0:
+        kept -= t.shift[guide - 1, w]
+    if j == 0:
+        kept -= t.trial_wound_in[k, w] - t.wound_in[k, w]
+        kept += t.trial_spring_length[k, w] - t.spring_length[k, w]
+        tau = wp.where(driven, t.given_tension[k, w], tau)
+    if j == last:
+        kept -= t.trial_wound_out[k, w] - t.wound_out[k, w]
+    t.kept[row, w] = kept
+    t.tension[row, w] = tau
+    set_alone(t, row, w)
+    if j == last:
+        return
+    sliding = wp.float64(t.friction[w, k])
+    static = wp.max(sliding, wp.float64(t.static_friction[w, k]))
+    bend, constant = wp.float64(t.angle[guide, w]), wp.float64(0.0)
+    if not t.is_on_arc[guide, w]:
+        bend = wp.max(_ZERO, bend + wp.float64(t.extra_bend[w, k]) / t.sharing[k])
+        constant = wp.float64(t.constant_friction[w, k])
+        constant /= t.sharing[k] * wp.float64(t.axial_stiffness[w, k])
+    dynamic = wp.exp(wp.min(sliding * bend, _HOLDS_ANYTHING))
+    highest = wp.float64(dynamic)
+    if static != sliding:
+        highest = wp.exp(wp.min(static * bend, _HOLDS_ANYTHING))
+    set_guide(t, guide, w, dynamic, highest, constant)
+
+
+@wp.func
+def _publish(t: Tendons, s: Sheath, ea: wp.float64, counted: wp.float64) -> bool:
+    """Write tensions, and forces of which MuJoCo has ``counted``; whether all are finite."""
+    k, w = s.index, s.world
+    bounded = bool(True)
+    for j in range(s.guides + 1):
+        row = s.segment + j
+        tension = ea * t.tension[row, w]
+        t.tension_out[w, row] = wp.float32(tension)
+        t.pull[row, w] = tension - counted
+        bounded = bounded and wp.isfinite(tension)
+    first, final = t.tension[s.segment, w], t.tension[s.segment + s.guides, w]
+    t.input_tension[w, k] = wp.float32(ea * first)
+    t.output_tension[w, k] = wp.float32(ea * final)
+    half = wp.float64(0.5)
+    t.reel_torque[k, w] = t.reel_radius[k] * ea * first * (_ONE + half * first)
+    t.output_torque[k, w] = t.output_radius[k] * ea * final * (_ONE + half * final)
+    return bounded
+
+
+@wp.kernel(module="unique", module_options={"max_unroll": 0}, enable_backward=False)
+def solve(b: Dynamics, t: Tendons, driven: bool) -> None:
+    """Tensions of the sheaths that are driven, or of the others; threads (sheaths, worlds)."""
+    k, w = wp.tid()
+    if t.driven[k] != driven or not t.active[k, w]:
+        return
+    s = sheath_at(t, k, w)
+    if not solve_flow(t, s):
+        t.unsolved[w, k] += 1
+    ea = wp.float64(t.axial_stiffness[w, k])
+    counted = ea * t.given_tension[k, w]
+    if t.own_spring[k]:
+        counted = _counted(b, t, s)
+    if _publish(t, s, ea, counted):
+        t.has_trial[k, w] = True
+    else:
+        _pull_nothing(t, s, b.time[w])
 
 
 @wp.kernel

@@ -17,10 +17,19 @@ import mujoco
 import mujoco_warp as mjw
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.plugin import offset, sheaths, unused_parameters
-from tendon_mj.warp.evaluate import apply, finish, reset_worlds, solve
+from tendon_mj.warp.evaluate import (
+    apply,
+    commit,
+    finish,
+    prepare,
+    reset_worlds,
+    solve,
+    trace,
+)
 from tendon_mj.warp.motion import Dynamics
 from tendon_mj.warp.path import Scene
 from tendon_mj.warp.reactions import (
@@ -98,10 +107,19 @@ def _evaluate(m: Any, d: Any, layout: SheathLayouts, driven: bool) -> None:
     motion.spring = 0.0 if m.opt.disableflags & _SPRING_OFF else 1.0
     motion.damper = 0.0 if m.opt.disableflags & _DAMPER_OFF else 1.0
     device = d.qpos.device
-    inputs = [scene, motion, batch.tendons, driven]
-    wp.launch(solve, dim=(len(batch.names), d.nworld), inputs=inputs, device=device)
-    inputs = [motion, batch.tendons, driven, d.qfrc_passive]
-    wp.launch(apply, dim=(m.nv, d.nworld), inputs=inputs, device=device)
+    tendons = batch.tendons
+    of_segments = (tendons.sheath.shape[0], d.nworld)
+    of_sheaths = (len(batch.names), d.nworld)
+    for kernel, dim, inputs in (
+        (commit, of_segments, [d.time, tendons, driven]),
+        (trace, of_sheaths, [scene, motion, tendons, driven]),
+        (prepare, of_segments, [tendons, driven]),
+        (solve, of_sheaths, [motion, tendons, driven]),
+        (apply, (m.nv, d.nworld), [motion, tendons, driven, d.qfrc_passive]),
+    ):
+        # blocks of 32: few long threads, which so are spread over all of the GPU
+        block = 32 if kernel in (trace, solve) else 256
+        wp.launch(kernel, dim=dim, inputs=inputs, device=device, block_dim=block)
 
 
 def note(m: Any, d: Any, layout: SheathLayouts) -> None:
@@ -122,7 +140,7 @@ def react(m: Any, d: Any, layout: SheathLayouts, behind: Any, cells: Any) -> Non
         cells: numbers of the sensors of force and torque.
     """
     batch, device = sheaths_laid_out(d, layout), d.qpos.device
-    inputs = [batch.tendons, behind, m.body_rootid, d.subtree_com, d.wrap_xpos, *batch.written]
+    inputs = [batch.tendons, behind, m.body_rootid, d.subtree_com, *batch.written]
     inputs += [d.cfrc_ext, d.cfrc_int]
     wp.launch(add_reactions, dim=d.cfrc_int.shape[::-1], inputs=inputs, device=device)
     inputs = [cells, _filled(Cells, m, d), d.sensordata]
@@ -195,7 +213,8 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
 
     put.callback.passive, put.callback.act_bias = passive, act_bias
     shown = shown_numbers(model, simulated)
-    behind, cells = _bodies_behind(model), force_sensors(model)
+    behind = wp.array(_bodies_behind(model), dtype=wp.int32)
+    cells = force_sensors(model)
 
     def sensor(m: Any, d: Any, stage: int) -> None:
         if stage != _LAST:
@@ -267,9 +286,12 @@ def get_data_into(
     if not simulated:
         return
     sheaths = sheaths_laid_out(data, layout_of(simulated))
-    dim = (len(sheaths.names), data.nworld)
-    inputs = [data.time, sheaths.tendons]
-    wp.launch(finish, dim=dim, inputs=inputs, device=data.qpos.device)
+    inputs, device = [data.time, sheaths.tendons], data.qpos.device
+    segments = sheaths.tendons.sheath.shape[0]
+    for driven in (False, True):
+        dim = (segments, data.nworld)
+        wp.launch(commit, dim=dim, inputs=[*inputs, driven], device=device)
+    wp.launch(finish, dim=(len(sheaths.names), data.nworld), inputs=inputs, device=device)
     read_back(simulated, sheaths.tendons, world_id, result.time - model.opt.timestep)
 
 
@@ -336,7 +358,13 @@ def _with_sheaths(put: Any, model: mujoco.MjModel, simulated: dict[str, Simulate
                 unused[name] |= dict.fromkeys(("pretension", "slack"), _OF_SPRING)
         with wp.ScopedDevice(put.qpos.device):
             put.tendon_mj = Sheaths(
-                simulated, unused, addresses, _beyond_spring(model), model.nbody, put.nworld
+                simulated,
+                unused,
+                addresses,
+                _beyond_spring(model),
+                _moved(model, simulated),
+                model.nbody,
+                put.nworld,
             )
     return put
 
@@ -355,12 +383,34 @@ def _beyond_spring(model: mujoco.MjModel) -> list[float]:
     return beyond
 
 
-def _bodies_behind(model: mujoco.MjModel) -> Any:
+def _moved(model: mujoco.MjModel, simulated: dict[str, Simulated]) -> NDArray[np.bool_]:
+    """(sheaths, dofs), whether a degree of freedom moves some bodies of a path and not others."""
+    first = model.dof_bodyid[:, None]
+    behind = _bodies_behind(model)[model.dof_bodyid][:, None]
+    rows = []
+    for sheath in simulated.values():
+        tendon = int(sheath.state["tendon"])
+        begin = model.tendon_adr[tendon]
+        path = slice(begin, begin + model.tendon_num[tendon])
+        objects = model.wrap_objid[path]
+        is_site = model.wrap_type[path] == mujoco.mjtWrap.mjWRAP_SITE.value
+        bodies = np.array(
+            [
+                (model.site_bodyid if site else model.geom_bodyid)[which]
+                for site, which in zip(is_site, objects, strict=True)
+            ]
+        )
+        carried = (first <= bodies) & (bodies < behind)
+        rows.append(carried.any(axis=1) & ~carried.all(axis=1))
+    return np.array(rows).reshape(len(simulated), model.nv)
+
+
+def _bodies_behind(model: mujoco.MjModel) -> NDArray[np.int32]:
     """Number of the first body after those that each body carries; these follow it in a row."""
     sizes = np.ones(model.nbody, int)
     for body in range(model.nbody - 1, 0, -1):
         sizes[model.body_parentid[body]] += sizes[body]
-    return wp.array(np.arange(model.nbody) + sizes, dtype=wp.int32)
+    return (np.arange(model.nbody) + sizes).astype(np.int32)
 
 
 def _without_plugins(model: mujoco.MjModel, simulated: dict[str, Simulated]) -> mujoco.MjModel:

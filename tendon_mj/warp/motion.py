@@ -2,7 +2,6 @@
 
 import warp as wp
 
-from tendon_mj.warp.path import point_at
 from tendon_mj.warp.tendons import Tendons
 
 wp.set_module_options({"enable_backward": False})
@@ -44,24 +43,18 @@ class Dynamics:
     actuator_force: wp.array2d[wp.float32]
     subtree_com: wp.array2d[wp.vec3]
     cdof: wp.array2d[wp.spatial_vector]
-    wrap_xpos: wp.array2d[wp.spatial_vector]
 
 
 @wp.func
 def span_jacobian(b: Dynamics, t: Tendons, row: int, w: int, dof: int) -> float:
     """∂ℓ/∂q of a segment's straight span, 0 for a dof that moves both its ends or neither."""
-    at = t.point[row, w]
-    if at < 0:
-        return 0.0
-    near, far = t.near_body[row, w], t.far_body[row, w]
+    near, far = int(t.near_body[row, w]), int(t.far_body[row, w])
     moves_near, moves_far = b.body_isdofancestor[near, dof], b.body_isdofancestor[far, dof]
     if moves_near == moves_far:
         return 0.0
-    p, q = point_at(b.wrap_xpos, w, at), point_at(b.wrap_xpos, w, at + 1)
-    u = wp.normalize(q - p)
-    end = wp.where(moves_far != 0, q, p)
+    u = t.along[row, w]
     body = wp.where(moves_far != 0, far, near)
-    r = end - b.subtree_com[w, b.body_rootid[body]]
+    r = t.start[row, w] - b.subtree_com[w, b.body_rootid[body]]
     motion = b.cdof[w, dof]
     turns, moves = wp.spatial_top(motion), wp.spatial_bottom(motion)
     value = wp.dot(turns, wp.cross(r, u)) + wp.dot(moves, u)

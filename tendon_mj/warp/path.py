@@ -45,17 +45,12 @@ class Scene:
 
 
 @wp.func
-def point_at(wrap_xpos: wp.array2d[wp.spatial_vector], world: int, at: int) -> wp.vec3:
-    """A point of MuJoCo's path, two of which it keeps in a row."""
-    pair = wrap_xpos[world, at // 2]
-    if at % 2 == 0:
-        return wp.spatial_top(pair)
-    return wp.spatial_bottom(pair)
-
-
-@wp.func
 def _tangent(m: Scene, w: int, at: int) -> wp.vec3d:
-    return wp.vec3d(point_at(m.wrap_xpos, w, at))
+    """A point of MuJoCo's path, two of which it keeps in a row."""
+    pair = m.wrap_xpos[w, at // 2]
+    if at % 2 == 0:
+        return wp.vec3d(wp.spatial_top(pair))
+    return wp.vec3d(wp.spatial_bottom(pair))
 
 
 @wp.func
@@ -119,50 +114,71 @@ def _is_flipped(t: Tendons, arc: int, w: int, p: wp.vec3d, q: wp.vec3d) -> bool:
 
 @wp.func
 def _set_span(
-    t: Tendons, s: Sheath, j: int, length: wp.float64, at: int, step: int, near: int, far: int
+    t: Tendons,
+    s: Sheath,
+    j: int,
+    rest: wp.float64,
+    start: wp.vec3d,
+    goes: wp.vec3d,
+    near: int,
+    far: int,
 ) -> None:
-    """Set the length of segment j, and its straight span from point ``at`` to ``at`` + ``step``."""
+    """Set segment j: a straight span from ``start`` by the vector ``goes``, and ``rest`` beside it.
+
+    It pulls the bodies ``near`` and ``far`` together.
+    """
     row, w = s.segment + j, s.world
-    t.length[row, w] = wp.max(_SHORTEST, length)
-    t.point[row, w] = wp.where(step > 0, at, at - 1)
-    t.near_body[row, w] = wp.where(step > 0, near, far)
-    t.far_body[row, w] = wp.where(step > 0, far, near)
+    t.length[row, w] = wp.max(_SHORTEST, wp.length(goes) + rest)
+    t.start[row, w] = wp.vec3(start)
+    t.along[row, w] = wp.vec3(wp.normalize(goes))
+    t.near_body[row, w] = near
+    t.far_body[row, w] = far
 
 
 @wp.func
 def _set_no_span(t: Tendons, s: Sheath, j: int, length: wp.float64) -> None:
     """Set the length of segment j, which pulls no two bodies together."""
     t.length[s.segment + j, s.world] = wp.max(_SHORTEST, length)
-    t.point[s.segment + j, s.world] = -1
+    t.near_body[s.segment + j, s.world] = 0
+    t.far_body[s.segment + j, s.world] = 0
 
 
 @wp.func
 def _wrap(
-    m: Scene, t: Tendons, s: Sheath, element: int, at: int, arc: int, j: int
+    m: Scene,
+    t: Tendons,
+    s: Sheath,
+    element: int,
+    here: wp.vec3d,
+    first: wp.vec3d,
+    second: wp.vec3d,
+    ahead: wp.vec3d,
+    arc: int,
+    j: int,
 ) -> tuple[wp.float64, bool]:
-    """Fill in guides and inner segments on a geom behind a site, from segment j on.
+    """Fill in guides and inner segments on a geom that is a path's ``element``, from segment j on.
+
+    Points are the site before it, both tangent points, and the site behind it.
 
     Returns:
         Length of the arc before the first guide [m], and behind the last; whether the guides are
         where they have not slid to.
     """
     w = s.world
-    step = t.step[s.index]
     count = t.arc_guides[s.index]
-    geom = m.wrap_objid[element + step]
+    geom = m.wrap_objid[element]
     into = wp.transpose(wp.mat33d(m.geom_xmat[w, geom]))
     centre = _place(m, w, m.geom_bodyid[geom], m.geom_pos[w % m.geom_pos.shape[0], geom])
     radius = wp.float64(m.geom_size[w % m.geom_size.shape[0], geom][0])
-    first, second = _tangent(m, w, at + step), _tangent(m, w, at + 2 * step)
     p, q = into * (first - centre), into * (second - centre)
-    u = into * (first - _site(m, w, element))
-    v = into * (_site(m, w, element + 2 * step) - second)
+    u = into * (first - here)
+    v = into * (ahead - second)
     length = wp.float64(0.0)
     turn = wp.float64(0.0)
     if wp.length(q - p) <= wp.float64(1e-6) * radius:
         turn = _angle(u, v)  # inside the geom, or just touching
     else:
-        length, turn = _arc(m.wrap_type[element + step], radius, p, q, u)
+        length, turn = _arc(m.wrap_type[element], radius, p, q, u)
     there = wp.float64(0.0)
     back = wp.float64(0.0)
     jumped = not t.touched[arc, w]
@@ -231,6 +247,7 @@ def trace_path(m: Scene, t: Tendons, s: Sheath) -> None:
     arc = int(t.first_arc[s.index])
     bends = bool(False)  # whether the site at hand is a guide: guide j − 1
     came = wp.vec3d()  # direction of the last span that has one
+    here = _site(m, w, element)
     for _ in range(t.inner_guides[s.index]):
         _set_no_span(t, s, j, _ZERO)
         t.angle[s.guide + j, w] = wp.float64(0.0)
@@ -243,15 +260,16 @@ def trace_path(m: Scene, t: Tendons, s: Sheath) -> None:
         geom = m.wrap_objid[element + step]
         touches = not over_site and m.wrap_obj[w, (at + step) // 2][(at + step) % 2] == geom
         ahead = _site(m, w, behind)
+        first = wp.vec3d(ahead)
         if touches:
-            ahead = _tangent(m, w, at + step)
-        goes = ahead - _site(m, w, element)
+            first = _tangent(m, w, at + step)
+        goes = first - here
         if bends:
             t.angle[s.guide + j - 1, w] = _angle(came, goes)
         if wp.length(goes) > _ZERO:
             came = goes
         if over_site:
-            _set_span(t, s, j, wp.length(goes), at, step, near, far)
+            _set_span(t, s, j, _ZERO, here, goes, near, far)
             at += step
         else:
             count = t.arc_guides[s.index]
@@ -259,13 +277,13 @@ def trace_path(m: Scene, t: Tendons, s: Sheath) -> None:
             jumped = bool(False)
             if touches:
                 drum = m.geom_bodyid[geom]
-                half, moved = _wrap(m, t, s, element, at, arc, j)
+                second = _tangent(m, w, at + 2 * step)
+                half, moved = _wrap(m, t, s, element + step, here, first, second, ahead, arc, j)
                 jumped = moved
-                _set_span(t, s, j, wp.length(goes) + half, at, step, near, drum)
+                _set_span(t, s, j, half, here, goes, near, drum)
                 j += count
-                leaves = at + 2 * step
-                left = _site(m, w, behind) - _tangent(m, w, leaves)
-                _set_span(t, s, j, wp.length(left) + half, leaves, step, drum, far)
+                left = ahead - second
+                _set_span(t, s, j, half, second, left, drum, far)
                 if wp.length(left) > _ZERO:
                     came = left
                 at += 3 * step
@@ -273,7 +291,7 @@ def trace_path(m: Scene, t: Tendons, s: Sheath) -> None:
                 jumped = t.touched[arc, w]
                 _pass_by(t, s, arc, j)
                 straight = wp.float64(0.5) * wp.length(goes)
-                _set_span(t, s, j, straight, at, step, near, far)
+                _set_span(t, s, j, -straight, here, goes, near, far)
                 j += count
                 _set_no_span(t, s, j, straight)
                 at += step
@@ -281,6 +299,7 @@ def trace_path(m: Scene, t: Tendons, s: Sheath) -> None:
                 _hand_over(t, s, begins)
             arc += 1
         element = int(behind)
+        here = wp.vec3d(ahead)
         bends = element != end
         if bends:
             j += 1

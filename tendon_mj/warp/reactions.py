@@ -8,7 +8,6 @@ so the written numbers are kept: numbers that are the same have their wrench.
 import mujoco_warp as mjw
 import warp as wp
 
-from tendon_mj.warp.path import point_at
 from tendon_mj.warp.tendons import Tendons
 
 wp.set_module_options({"enable_backward": False})
@@ -121,7 +120,6 @@ def add_reactions(
     behind: wp.array[wp.int32],
     rootid: wp.array[wp.int32],
     subtree_com: wp.array2d[wp.vec3],
-    wrap_xpos: wp.array2d[wp.spatial_vector],
     written_ext: wp.array2d[wp.spatial_vector],
     written_int: wp.array2d[wp.spatial_vector],
     cfrc_ext: wp.array2d[wp.spatial_vector],
@@ -135,14 +133,13 @@ def add_reactions(
     body, w = wp.tid()
     outer = wp.spatial_vector()
     inner = wp.spatial_vector()
-    for row in range(t.point.shape[0]):
-        at, pull = t.point[row, w], wp.float32(t.pull[row, w])
+    for row in range(t.sheath.shape[0]):
+        pull = wp.float32(t.pull[row, w])
         near, far = t.near_body[row, w], t.far_body[row, w]
-        if at >= 0 and near != far and pull != 0.0:
-            p, q = point_at(wrap_xpos, w, at), point_at(wrap_xpos, w, at + 1)
-            force = pull * wp.normalize(q - p)
-            on_near = _wrench(p, subtree_com[w, rootid[near]], force)
-            on_far = _wrench(q, subtree_com[w, rootid[far]], -force)
+        if near != far and pull != 0.0:
+            start, force = t.start[row, w], pull * t.along[row, w]
+            on_near = _wrench(start, subtree_com[w, rootid[near]], force)
+            on_far = _wrench(start, subtree_com[w, rootid[far]], -force)
             carries_near = _carries(behind, body, near)
             carries_far = _carries(behind, body, far)
             if not (carries_near and carries_far and rootid[near] == rootid[far]):

@@ -3,6 +3,11 @@
 Where the guides slide as they did in the last step, each run of them is one scalar equation; where
 they do not, `breakpoints` solves the whole tendon. The same as in `tendon_mj.sheath`, without drag,
 where the method is explained; the tests hold one against the other.
+
+A GPU runs 32 threads in step, here 32 worlds, and takes as long for them as for the way of each one
+after the other where they differ. So every loop goes over all segments, whatever the guides do: the
+equations of all runs advance together. Each function is called from one place, as all of them
+become one kernel, which is slower the longer it is.
 """
 
 import warp as wp
@@ -15,104 +20,22 @@ from tendon_mj.warp.breakpoints import (
     lies_slack,
     set_flows,
 )
-from tendon_mj.warp.tendons import Sheath, Tendons, held, tension_of
+from tendon_mj.warp.tendons import Sheath, Tendons, held
 
 wp.set_module_options({"enable_backward": False})
 
 _STEPS = wp.constant(4)
 _NEAR = wp.constant(wp.float64(1e-6))  # error of a tension, see `tendon_mj.sheath`
+_LARGEST = wp.constant(wp.float64(1e300))
+_ZERO = wp.constant(wp.float64(0.0))
+_ONE = wp.constant(wp.float64(1.0))
 
 
 @wp.func
 def _is_frictionless(t: Tendons, s: Sheath, i: int) -> bool:
     row, w = s.guide + i, s.world
-    one = wp.float64(1.0)
-    free = t.input_ratio[row, w] == one and t.output_ratio[row, w] == one
-    return free and t.constant[row, w] == wp.float64(0.0)
-
-
-@wp.func
-def _gain(t: Tendons, s: Sheath, i: int) -> wp.float64:
-    """Growth of τ behind guide i, which slides, per growth before it."""
-    row, w = s.guide + i, s.world
-    if t.slip[row, w] > 0:
-        return wp.float64(1.0) / t.input_ratio[row, w]
-    return t.output_ratio[row, w]
-
-
-@wp.func
-def _behind(t: Tendons, s: Sheath, i: int, tau: wp.float64) -> wp.float64:
-    """τ behind guide i, which slides, from τ before it."""
-    row, w = s.guide + i, s.world
-    if t.slip[row, w] > 0:
-        return (tau - t.constant[row, w]) * _gain(t, s, i)
-    return _gain(t, s, i) * tau + t.constant[row, w]
-
-
-@wp.func
-def _finish_run(t: Tendons, s: Sheath, first: int, last: int, head: wp.float64) -> bool:
-    """Tensions and flows of the run once the tension of its first segment is known."""
-    w = s.world
-    passed = wp.float64(0.0)
-    tau = wp.float64(head)
-    for k in range(first, last + 1):
-        if not tau > wp.float64(0.0):
-            return False
-        t.tension[s.segment + k, w] = tau
-        if k < last:
-            holds, _ = held(t, s, k, tau)
-            passed += holds - t.kept[s.segment + k, w]
-            t.flow[s.guide + k, w] = passed
-            tau = _behind(t, s, k, tau)
-    return True
-
-
-@wp.func
-def _solve_run(t: Tendons, s: Sheath, first: int, last: int) -> bool:
-    """Tensions and flows of a run of sliding guides, from segment ``first`` to segment ``last``."""
-    head = wp.float64(t.tension[s.segment + first, s.world])
-    if not head > wp.float64(0.0):
-        head = wp.float64(1e-6)
-    for _ in range(_STEPS):
-        missing, slope, curvature = wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)
-        tau, gain, most = wp.float64(head), wp.float64(1.0), wp.float64(1.0)
-        for k in range(first, last + 1):
-            holds, falls = held(t, s, k, tau)
-            missing += holds - t.kept[s.segment + k, s.world]
-            slope += gain * falls
-            curvature -= gain * gain * wp.float64(2.0) * falls / (wp.float64(1.0) + tau)
-            if k < last:
-                tau = _behind(t, s, k, tau)
-                gain *= _gain(t, s, k)
-                most = wp.max(most, gain)
-        step = -missing / slope
-        step /= wp.float64(1.0) + wp.float64(0.5) * step * curvature / slope
-        head += step
-        # the largest tension's error is of the order of the cube of its step
-        most *= wp.abs(step)
-        if most * most * most <= wp.float64(1e-17):
-            return _finish_run(t, s, first, last, head)
-    return False
-
-
-@wp.func
-def _follow_input(t: Tendons, s: Sheath, last: int) -> bool:
-    """Tensions and flows of the run from the input, whose tension is given, to segment ``last``."""
-    w = s.world
-    tau = wp.float64(t.tension[s.segment, w])
-    for k in range(last):
-        tau = _behind(t, s, k, tau)
-        if not tau >= wp.float64(0.0):
-            return False
-        t.tension[s.segment + k + 1, w] = tau
-    passed = wp.float64(0.0)
-    for back in range(last):
-        k = last - 1 - back
-        row = s.segment + k + 1
-        holds, _ = held(t, s, k + 1, t.tension[row, w])
-        passed += t.kept[row, w] - holds
-        t.flow[s.guide + k, w] = passed
-    return True
+    free = t.input_ratio[row, w] == _ONE and t.output_ratio[row, w] == _ONE
+    return free and t.constant[row, w] == _ZERO
 
 
 @wp.func
@@ -124,77 +47,169 @@ def _guess_from_motion(t: Tendons, s: Sheath) -> None:
         k = s.guides - 1 - back
         row, guide = s.segment + k + 1, s.guide + k
         tau = t.tension[row, w]
-        holds, _ = held(t, s, k + 1, tau)
+        holds, _, _ = held(t, s, k + 1, tau)
         passed += t.kept[row, w] - holds
         ratio = wp.max(t.input_ratio[guide, w], t.output_ratio[guide, w])
         yields = t.length[row, w] + t.give[row, w]
-        if wp.abs(passed) > wp.float64(4.0) * (ratio - wp.float64(1.0)) * tau * yields:
-            t.slip[guide, w] = wp.where(passed > wp.float64(0.0), 1, -1)
+        if wp.abs(passed) > wp.float64(4.0) * (ratio - _ONE) * tau * yields:
+            t.slip[guide, w] = wp.where(passed > _ZERO, 1, -1)
 
 
 @wp.func
-def _agrees(t: Tendons, s: Sheath) -> bool:
-    """Whether the solution agrees, to rounding, with the slip from which it follows."""
+def _slides(t: Tendons, s: Sheath, i: int) -> bool:
+    """Whether guide i slides; the ends of the tendon do not."""
+    if i < 0 or i >= s.guides:
+        return False
+    return t.slip[s.guide + i, s.world] != 0
+
+
+@wp.func
+def _over(t: Tendons, s: Sheath, i: int, tau: wp.float64) -> tuple[wp.float64, wp.float64]:
+    """τ behind guide i, which slides, from τ before it; its growth per growth before it."""
+    row, w = s.guide + i, s.world
+    constant = t.constant[row, w]
+    if t.slip[row, w] > 0:
+        gain = t.input_inverse[row, w]
+        return (tau - constant) * gain, wp.float64(gain)
+    ratio = t.output_ratio[row, w]
+    return ratio * tau + constant, wp.float64(ratio)
+
+
+@wp.func
+def _advance_heads(t: Tendons, s: Sheath) -> bool:
+    """One step of every run's equation for its first tension; whether that is the last one."""
     w = s.world
-    for i in range(s.guides):
-        row, segment = s.guide + i, s.segment + i
-        slip, flow = t.slip[row, w], t.flow[row, w]
+    solved = bool(True)
+    first = int(0)
+    head, tau = wp.float64(0.0), wp.float64(0.0)
+    gain, most = wp.float64(1.0), wp.float64(1.0)
+    missing, slope, curvature = wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)
+    goes_on = bool(False)
+    for k in range(s.guides + 1):
+        came = bool(goes_on)
+        goes_on = _slides(t, s, k)
+        if came:
+            tau, growth = _over(t, s, k - 1, tau)
+            gain *= growth
+            most = wp.max(most, gain)
+        else:
+            first = int(k)
+            tau = wp.float64(t.tension[s.segment + k, w])
+            if goes_on and not tau > _ZERO:
+                tau = wp.float64(1e-6)
+            head = wp.float64(tau)
+            gain, most = wp.float64(1.0), wp.float64(1.0)
+            missing, slope, curvature = wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)
+        is_known = (first == k and not goes_on) or (first == 0 and s.given)
+        if not is_known:
+            holds, falls, inverse = held(t, s, k, tau)
+            missing += holds - t.kept[s.segment + k, w]
+            slope += gain * falls
+            curvature -= gain * gain * wp.float64(2.0) * falls * inverse
+        if not (goes_on or is_known):
+            change = -missing / slope
+            change /= _ONE + wp.float64(0.5) * change * curvature / slope
+            t.tension[s.segment + first, w] = head + change
+            # the largest tension's error is of the order of the cube of its step
+            most *= wp.abs(change)
+            solved = solved and most * most * most <= wp.float64(1e-17)
+    return solved
+
+
+@wp.func
+def _follow_heads(t: Tendons, s: Sheath) -> bool:
+    """Tensions of all segments from the first of each run; whether all are in range."""
+    w = s.world
+    in_range = bool(True)
+    may_be_slack = bool(False)
+    tau = wp.float64(0.0)
+    for k in range(s.guides + 1):
+        row = s.segment + k
+        if _slides(t, s, k - 1):
+            tau, _ = _over(t, s, k - 1, tau)
+        else:
+            # a slack segment between guides that hold is right where the input is given
+            may_be_slack = s.given and (k == 0 or not _slides(t, s, k))
+            tau = wp.float64(t.tension[row, w])
+        t.tension[row, w] = tau
+        taut = tau > _ZERO and tau < _LARGEST
+        in_range = in_range and (taut or (may_be_slack and tau == _ZERO))
+    return in_range
+
+
+@wp.func
+def _set_flows(t: Tendons, s: Sheath) -> bool:
+    """Flows that the tensions need; whether they agree, to rounding, with the guides' slip."""
+    w = s.world
+    agrees = bool(True)
+    passed = wp.float64(0.0)
+    for back in range(s.guides):
+        k = s.guides - back
+        row, segment = s.guide + k - 1, s.segment + k
+        slip = int(t.slip[row, w])
+        left, right = wp.float64(t.tension[segment - 1, w]), wp.float64(t.tension[segment, w])
+        flow = wp.float64(0.0)
         if slip == 0:
-            t.flow[row, w] = wp.float64(0.0)
-            left, right = t.tension[segment, w], t.tension[segment + 1, w]
-            if left > highest(t, s, i, right) + TOLERANCE:
-                return False
-            if right > t.output_ratio[row, w] * left + t.constant[row, w] + TOLERANCE:
-                return False
-        elif flow * wp.float64(slip) < wp.float64(0.0):
-            if _is_frictionless(t, s, i):
-                t.slip[row, w] = -slip  # nothing rubs: either direction will do
-            elif wp.abs(flow) < TOLERANCE * t.length[segment, w]:
-                t.flow[row, w] = wp.float64(0.0)
-            else:
-                return False
-    return True
+            passed = wp.float64(0.0)
+            holds_left = left <= highest(t, s, k - 1, right) + TOLERANCE
+            most = t.output_ratio[row, w] * left + t.constant[row, w] + TOLERANCE
+            agrees = agrees and holds_left and right <= most
+        else:
+            holds, _, _ = held(t, s, k, right)
+            passed += t.kept[segment, w] - holds
+            flow = passed
+            if flow * wp.float64(slip) < _ZERO:
+                if _is_frictionless(t, s, k - 1):
+                    t.slip[row, w] = -slip  # nothing rubs: either direction will do
+                elif wp.abs(flow) < TOLERANCE * t.length[segment - 1, w]:
+                    flow = wp.float64(0.0)
+                else:
+                    agrees = False
+        t.flow[row, w] = flow
+    return agrees
 
 
 @wp.func
 def _follow_pattern(t: Tendons, s: Sheath) -> bool:
     """Tensions and flows for the guides' slip; whether they are the solution."""
-    w = s.world
-    first = int(0)
-    while first <= s.guides:
-        last = int(first)
-        while last < s.guides:
-            if t.slip[s.guide + last, w] == 0:
-                break
-            last += 1
-        if s.given and first == 0:
-            if not _follow_input(t, s, last):
-                return False
-        elif last == first:
-            t.tension[s.segment + first, w] = tension_of(t, s, first)
-        elif not _solve_run(t, s, first, last):
-            return False
-        tau = t.tension[s.segment + last, w]
-        # a slack segment between guides that hold is right where the input is given
-        slack = s.given and tau == wp.float64(0.0)
-        if not ((wp.float64(0.0) < tau and tau < wp.float64(1e300)) or slack):
-            return False
-        first = last + 1
-    return _agrees(t, s)
+    for k in range(s.guides + 1):
+        given = s.given and k == 0
+        if not (given or _slides(t, s, k - 1) or _slides(t, s, k)):
+            t.tension[s.segment + k, s.world] = t.alone[s.segment + k, s.world]
+    step = int(0)
+    solved = bool(False)
+    while step < _STEPS and not solved:
+        solved = _advance_heads(t, s)
+        step += 1
+    if not solved:
+        return False
+    if not _follow_heads(t, s):
+        return False
+    return _set_flows(t, s)
 
 
 @wp.func
-def _balance(t: Tendons, s: Sheath) -> bool:
-    """Equilibrium for given holding ratios: the slip of the last step, or what breakpoints find."""
-    if _follow_pattern(t, s):
-        return True
-    if not s.given and lies_slack(t, s):
-        return True
-    if not find_slip(t, s, _NEAR):
-        return False
-    if _follow_pattern(t, s):
-        return True
-    return find_slip(t, s, SETTLED) and set_flows(t, s)
+def _balance(t: Tendons, s: Sheath, rubs_slack: bool) -> bool:
+    """Equilibrium for given holding ratios: the slip of the last step, or what breakpoints find.
+
+    Only constant friction (``rubs_slack``) leaves a part taut of a tendon longer than its path.
+    """
+    within = wp.float64(_NEAR)
+    slack_at = wp.where(rubs_slack, 1, 0)
+    attempt = int(0)
+    while attempt < 3:
+        if attempt == slack_at and not s.given:
+            if lies_slack(t, s):
+                return True
+        if attempt > 0:
+            if not find_slip(t, s, within):
+                return False
+            within = wp.float64(SETTLED)
+        if attempt < 2:
+            if _follow_pattern(t, s):
+                return True
+        attempt += 1
+    return set_flows(t, s)
 
 
 @wp.func
@@ -204,12 +219,14 @@ def _release(t: Tendons, s: Sheath) -> bool:
     released = bool(False)
     for i in range(s.guides):
         row = s.guide + i
-        dynamic = t.dynamic_ratio[row, w]
-        if t.slip[row, w] > 0 and t.input_ratio[row, w] > dynamic:
+        dynamic, slip = t.dynamic_ratio[row, w], t.slip[row, w]
+        if slip > 0 and t.input_ratio[row, w] > dynamic:
             t.input_ratio[row, w] = dynamic
+            t.input_inverse[row, w] = _ONE / dynamic
             released = True
-        elif t.slip[row, w] < 0 and t.output_ratio[row, w] > dynamic:
+        elif slip < 0 and t.output_ratio[row, w] > dynamic:
             t.output_ratio[row, w] = dynamic
+            t.output_inverse[row, w] = _ONE / dynamic
             released = True
     return released
 
@@ -225,7 +242,7 @@ def _is_bounded(t: Tendons, s: Sheath) -> bool:
             bounded = False
     if not bounded:
         for i in range(s.guides):
-            t.flow[s.guide + i, w] = wp.float64(0.0)
+            t.flow[s.guide + i, w] = _ZERO
             t.slip[s.guide + i, w] = t.previous_slip[s.guide + i, w]
     return bounded
 
@@ -234,32 +251,27 @@ def _is_bounded(t: Tendons, s: Sheath) -> bool:
 def solve_flow(t: Tendons, s: Sheath) -> bool:
     """Solve for tensions and flows such that every guide either holds or slides by its law.
 
-    ``tension`` holds a guess on entry; it, ``flow`` and ``slip`` receive the result.
+    ``tension`` holds a guess on entry, ``slip`` that of the last step; they and ``flow`` receive
+    the result.
 
     Returns:
         False where the result is not the solution. The flow is then the best that was found, or 0
         where there is none.
     """
-    w = s.world
-    stiction = bool(False)
+    rubs_slack = bool(False)
     for i in range(s.guides):
-        row = s.guide + i
-        slip = t.previous_slip[row, w]
-        static, dynamic = t.static_ratio[row, w], t.dynamic_ratio[row, w]
-        t.input_ratio[row, w] = wp.where(slip > 0, dynamic, static)
-        t.output_ratio[row, w] = wp.where(slip < 0, dynamic, static)
-        free = t.constant[row, w] == wp.float64(0.0) and static == wp.float64(1.0)
-        t.slip[row, w] = wp.where(free, 1, slip)
-        t.flow[row, w] = wp.float64(0.0)
-        if static != dynamic:
-            stiction = True
+        t.flow[s.guide + i, s.world] = _ZERO
+        rubs_slack = rubs_slack or t.constant[s.guide + i, s.world] > _ZERO
     if s.given:
         _guess_from_motion(t, s)
     solved = bool(False)
-    for _ in range(1 + 2 * s.guides):
-        solved = _balance(t, s)
-        if not (stiction and solved):
-            break
-        if not _release(t, s):
-            break
+    tries = 1 + 2 * s.guides
+    while tries > 0:
+        solved = _balance(t, s, rubs_slack)
+        tries -= 1
+        released = bool(False)
+        if solved:
+            released = _release(t, s)
+        if not released:
+            tries = 0
     return _is_bounded(t, s) and solved

@@ -23,6 +23,7 @@ class Tendons:
     # description of each sheath, (sheaths,); −1: none
     tendon: wp.array[wp.int32]
     first_segment: wp.array[wp.int32]
+    sheath: wp.array[wp.int32]  # (segments,), that of a segment
     first_guide: wp.array[wp.int32]
     guides: wp.array[wp.int32]
     first_arc: wp.array[wp.int32]
@@ -39,6 +40,7 @@ class Tendons:
     reel_radius: wp.array[wp.float64]  # [m]
     output_joint: wp.array[wp.int32]
     output_radius: wp.array[wp.float64]  # [m]
+    moved: wp.array2d[wp.bool]  # (sheaths, dofs), whether a dof moves part of the tendon's path
     # parameters, (worlds, sheaths)
     axial_stiffness: wp.array2d[wp.float32]  # EA [N]
     friction: wp.array2d[wp.float32]  # μ_d [-]
@@ -79,20 +81,26 @@ class Tendons:
     give: wp.array2d[wp.float64]  # g, by which guides yield to a segment per unit τ [m]
     angle: wp.array2d[wp.float64]  # φ [rad]
     is_on_arc: wp.array2d[wp.bool]  # of a guide
-    point: wp.array2d[wp.int32]  # of MuJoCo's path, where a segment's span begins; −1 without one
+    start: wp.array2d[wp.vec3]  # where the straight span of a segment begins [m]
+    along: wp.array2d[wp.vec3]  # its direction
     near_body: wp.array2d[wp.int32]
-    far_body: wp.array2d[wp.int32]
+    far_body: wp.array2d[wp.int32]  # the same where a segment has no span
+    # flow problem
+    active: wp.array2d[wp.bool]  # (sheaths, worlds), whether there is one
+    given_tension: wp.array2d[wp.float64]  # τ of the first segment of a driven tendon
+    kept: wp.array2d[wp.float64]  # s before the flow of this step, after winding and shifts [m]
+    alone: wp.array2d[wp.float64]  # τ of a segment whose guides hold
+    dynamic_ratio: wp.array2d[wp.float64]  # e^{μ_d φ}
+    input_ratio: wp.array2d[wp.float64]  # largest τ_i/τ_{i+1} that holds now
+    input_inverse: wp.array2d[wp.float64]
+    output_ratio: wp.array2d[wp.float64]  # largest τ_{i+1}/τ_i
+    output_inverse: wp.array2d[wp.float64]
+    constant: wp.array2d[wp.float64]  # F_c of a guide over EA
     # work space of the solver
+    prefix: wp.array2d[wp.float64]  # τ* of the tendon cut behind a segment
     breakpoint: wp.array2d[wp.float64]  # (2 guides, worlds), τ before the map of its stack
     bend: wp.array2d[wp.float64]  # slope of G_j beyond it less slope before it [m]
     jump: wp.array2d[wp.float64]  # G_j beyond it less G_j before it [m]
-    kept: wp.array2d[wp.float64]  # s before the flow of this step, after winding and shifts
-    prefix: wp.array2d[wp.float64]  # τ* of the tendon cut behind a segment
-    static_ratio: wp.array2d[wp.float64]  # e^{μ_s φ}
-    dynamic_ratio: wp.array2d[wp.float64]  # e^{μ_d φ}
-    input_ratio: wp.array2d[wp.float64]  # largest τ_i/τ_{i+1} that holds now
-    output_ratio: wp.array2d[wp.float64]  # largest τ_{i+1}/τ_i
-    constant: wp.array2d[wp.float64]  # F_c of a guide over EA
     # results
     pull: wp.array2d[wp.float64]  # (segments, worlds), force that a span adds to MuJoCo's [N]
     reel_torque: wp.array2d[wp.float64]  # (sheaths, worlds) [N m]
@@ -129,19 +137,38 @@ def sheath_at(t: Tendons, index: int, world: int) -> Sheath:
 
 
 @wp.func
-def held(t: Tendons, s: Sheath, j: int, tau: wp.float64) -> tuple[wp.float64, wp.float64]:
-    """Unstretched length s_j(τ) [m] and its slope ds/dτ < 0."""
+def held(
+    t: Tendons, s: Sheath, j: int, tau: wp.float64
+) -> tuple[wp.float64, wp.float64, wp.float64]:
+    """Unstretched length s_j(τ) [m], its slope ds/dτ < 0, and 1/(1+τ)."""
     row, w = s.segment + j, s.world
     inverse = wp.float64(1.0) / (wp.float64(1.0) + tau)
     length = (t.length[row, w] - t.give[row, w] * tau) * inverse
-    return length, -(t.give[row, w] + length) * inverse
+    return length, -(t.give[row, w] + length) * inverse, inverse
 
 
 @wp.func
-def tension_of(t: Tendons, s: Sheath, j: int) -> wp.float64:
-    """τ of a segment at its present length s; 0 when slack, inf where nothing can yield."""
-    row, w = s.segment + j, s.world
+def set_alone(t: Tendons, row: int, w: int) -> None:
+    """Set the τ that a segment has at its length s: 0 when slack, inf where nothing can yield."""
     softness = t.kept[row, w] + t.give[row, w]
-    if softness <= wp.float64(0.0):
-        return wp.float64(wp.inf)
-    return wp.max(wp.float64(0.0), (t.length[row, w] - t.kept[row, w]) / softness)
+    tau = wp.float64(wp.inf)
+    if softness > wp.float64(0.0):
+        tau = wp.max(wp.float64(0.0), (t.length[row, w] - t.kept[row, w]) / softness)
+    t.alone[row, w] = tau
+
+
+@wp.func
+def set_guide(
+    t: Tendons, row: int, w: int, dynamic: wp.float64, static: wp.float64, constant: wp.float64
+) -> None:
+    """Set the ratios that a guide can hold, which slides as it did in the last step."""
+    slip = int(t.previous_slip[row, w])
+    one = wp.float64(1.0)
+    ahead, back = wp.where(slip > 0, dynamic, static), wp.where(slip < 0, dynamic, static)
+    t.dynamic_ratio[row, w] = dynamic
+    t.input_ratio[row, w] = ahead
+    t.input_inverse[row, w] = one / ahead
+    t.output_ratio[row, w] = back
+    t.output_inverse[row, w] = one / back
+    t.constant[row, w] = constant
+    t.slip[row, w] = wp.where(constant == wp.float64(0.0) and static == one, 1, slip)

@@ -25,15 +25,16 @@ _STIFF = 1e6  # EA of a driven tendon where none is given [N]
 
 # (rows, type, names) of arrays with a column for each world
 _BY_WORLD = (
-    ("sheaths", wp.bool, "started has_trial"),
+    ("sheaths", wp.bool, "started has_trial active"),
     ("sheaths", wp.float32, "trial_time"),
     ("sheaths", wp.float64, "wound_in wound_out trial_wound_in trial_wound_out"),
     ("sheaths", wp.float64, "reel_torque output_torque spring_length spring_product"),
-    ("sheaths", wp.float64, "trial_spring_length constraint_force solved_force"),
-    ("segments", wp.float64, "stored before tension length give kept prefix pull"),
-    ("segments", wp.int32, "point near_body far_body"),
-    ("guides", wp.float64, "shift flow angle constant static_ratio dynamic_ratio"),
-    ("guides", wp.float64, "input_ratio output_ratio"),
+    ("sheaths", wp.float64, "trial_spring_length constraint_force solved_force given_tension"),
+    ("segments", wp.float64, "stored before tension length give kept alone prefix pull"),
+    ("segments", wp.vec3, "start along"),
+    ("segments", wp.int32, "near_body far_body"),
+    ("guides", wp.float64, "shift flow angle constant dynamic_ratio"),
+    ("guides", wp.float64, "input_ratio input_inverse output_ratio output_inverse"),
     ("guides", wp.int32, "previous_slip slip"),
     ("guides", wp.bool, "is_on_arc"),
     ("breakpoints", wp.float64, "breakpoint bend jump"),
@@ -50,7 +51,11 @@ _NUMPY = {wp.bool: np.bool_, wp.int32: np.int32, wp.float32: np.float32}
 
 
 def allocate(
-    simulated: dict[str, Simulated], reels: Sequence[int], beyond: ArrayLike, nworld: int
+    simulated: dict[str, Simulated],
+    reels: Sequence[int],
+    beyond: ArrayLike,
+    moved: ArrayLike,
+    nworld: int,
 ) -> Any:
     """Sheaths of all worlds, each as it is in the simulation.
 
@@ -58,11 +63,13 @@ def allocate(
         simulated: each sheath by name.
         reels: address of the control of each one's reel, −1 without one.
         beyond: by how much each one's length exceeds the rest length of its own spring [m].
+        moved: (sheaths, dofs), whether a degree of freedom moves part of the path.
         nworld: number of worlds.
     """
     tendons = Tendons()
     _describe(tendons, simulated, reels)
     tendons.beyond_spring = _array(beyond, wp.float64)
+    tendons.moved = _array(moved, wp.bool)
     counts = {
         "segments": sum(len(sheath.segments) for sheath in simulated.values()),
         "guides": sum(len(sheath.guides) for sheath in simulated.values()),
@@ -94,6 +101,7 @@ def _describe(tendons: Any, simulated: dict[str, Simulated], reels: Sequence[int
         ("guides", wp.int32, guides),
         ("first_guide", wp.int32, np.cumsum(guides) - guides),
         ("first_segment", wp.int32, np.cumsum(guides + 1) - guides - 1),
+        ("sheath", wp.int32, np.repeat(np.arange(len(guides)), guides + 1)),
         ("first_arc", wp.int32, np.cumsum(arcs) - arcs),
         ("arc_guides", wp.int32, arc_guides),
         ("inner_guides", wp.int32, state_field(simulated, "inner_guides")),

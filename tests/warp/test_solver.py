@@ -16,7 +16,6 @@ from tests.warp.solver_kernel import solve_all  # noqa: E402
 CASES = 300
 GUIDES = (1, 2, 5, 12)
 SEGMENT = {"length": "length", "give": "support_compliance", "kept": "stored"}
-GUIDE = {"static_ratio": "static_ratio", "dynamic_ratio": "dynamic_ratio"}
 
 
 def tendon(n, given, rng):
@@ -41,7 +40,7 @@ def tendon(n, given, rng):
 
 
 def on_device(cases, given):
-    """(worlds,) cases of one number of guides as Warp has them."""
+    """(worlds,) cases of one number of guides as Warp has them, and their ratios."""
     t, count = Tendons(), len(cases)
     n = len(cases[0][1])
 
@@ -50,19 +49,24 @@ def on_device(cases, given):
 
     for name, field in (SEGMENT | {"tension": "tension"}).items():
         setattr(t, name, columns([s[field] for s, _ in cases], wp.float64))
-    for name, field in (GUIDE | {"constant": "constant_friction"}).items():
-        setattr(t, name, columns([g[field] for _, g in cases], wp.float64))
+    t.constant = columns([g["constant_friction"] for _, g in cases], wp.float64)
     t.previous_slip = columns([g["previous_slip"].astype(np.int32) for _, g in cases], wp.int32)
-    for name in ("input_ratio", "output_ratio", "flow"):
+    ratios = [f"{side}_{kind}" for side in ("input", "output") for kind in ("ratio", "inverse")]
+    for name in (*ratios, "dynamic_ratio", "flow"):
         setattr(t, name, wp.zeros((n, count), dtype=wp.float64))
-    t.prefix = wp.zeros((n + 1, count), dtype=wp.float64)
+    for name in ("alone", "prefix"):
+        setattr(t, name, wp.zeros((n + 1, count), dtype=wp.float64))
     for name in ("breakpoint", "bend", "jump"):
         setattr(t, name, wp.zeros((2 * n, count), dtype=wp.float64))
     t.slip = wp.zeros((n, count), dtype=wp.int32)
     t.first_segment = t.first_guide = wp.zeros(1, dtype=wp.int32)
     t.guides = wp.array([n], dtype=wp.int32)
     t.driven = wp.array([given], dtype=wp.bool)
-    return t
+    given_ratios = [
+        columns([g[field] for _, g in cases], wp.float64)
+        for field in ("dynamic_ratio", "static_ratio")
+    ]
+    return t, given_ratios
 
 
 @pytest.mark.parametrize("given", [False, True], ids=["length", "tension"])
@@ -70,9 +74,9 @@ def on_device(cases, given):
 def test_tensions_and_flows_are_those_of_the_plugin(n, given):
     rng = np.random.default_rng(n)
     cases = [tendon(n, given, rng) for _ in range(CASES)]
-    t = on_device(cases, given)
+    t, ratios = on_device(cases, given)
     solved = wp.zeros((1, CASES), dtype=wp.bool)
-    wp.launch(solve_all, dim=(1, CASES), inputs=[t, solved])
+    wp.launch(solve_all, dim=(1, CASES), inputs=[t, *ratios, solved])
     assert all(solve_flow(s, g, False, given) for s, g in cases)
     assert solved.numpy().all()
     tension, flow = t.tension.numpy().T, t.flow.numpy().T
@@ -85,8 +89,9 @@ def test_tensions_and_flows_are_those_of_the_plugin(n, given):
 def test_a_tendon_wound_up_altogether_has_no_solution(stored):
     segments, guides = tendon(5, False, np.random.default_rng(0))
     segments["stored"] = stored
-    t, solved = on_device([(segments, guides)], False), wp.zeros((1, 1), dtype=wp.bool)
-    wp.launch(solve_all, dim=(1, 1), inputs=[t, solved])
+    t, ratios = on_device([(segments, guides)], False)
+    solved = wp.zeros((1, 1), dtype=wp.bool)
+    wp.launch(solve_all, dim=(1, 1), inputs=[t, *ratios, solved])
     assert not solved.numpy().any()
     assert np.isinf(t.tension.numpy()).all()
     assert not t.flow.numpy().any()
