@@ -23,7 +23,13 @@ from rich.table import Table
 from rich.text import Text
 
 from tendon_mj.cli.output import console, typed_command
-from tendon_mj.errors import MissingPackageError, RecordingError, TendonError, UnknownNameError
+from tendon_mj.errors import (
+    INTERRUPTED,
+    MissingPackageError,
+    RecordingError,
+    TendonError,
+    UnknownNameError,
+)
 
 CommandFunction = Callable[..., object]
 
@@ -62,18 +68,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with _short_warnings():
             _run_command(given)
     except KeyboardInterrupt:
-        print(
-            "tendon-mj: interrupted; the files written so far are whole, the others are missing",
-            file=sys.stderr,
-        )
-        return _INTERRUPTED
-    except (TendonError, OSError, UnicodeError) as error:
+        return _say_interrupted()
+    except (TendonError, OSError, ValueError) as error:
+        if INTERRUPTED in str(error):
+            return _say_interrupted()
+        if not isinstance(error, TendonError | OSError | UnicodeError):
+            raise
         # a recording has a line for each fault; MuJoCo's messages have several lines
         text = str(error)
         text = text if isinstance(error, RecordingError) else "; ".join(text.splitlines())
         print(f"tendon-mj: {text}", file=sys.stderr)
         return 2
     return 0
+
+
+def _say_interrupted() -> int:
+    print(
+        "tendon-mj: interrupted; the files written so far are whole, the others are missing",
+        file=sys.stderr,
+    )
+    return _INTERRUPTED
 
 
 def _run_command(given: Sequence[str]) -> None:

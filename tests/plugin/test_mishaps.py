@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction
+from tendon_mj.errors import INTERRUPTED
+from tendon_mj.plugin.sheath_plugin import validate
 from tests.plugin.test_refusals import LAW as FLEXOR
 from tests.plugin.test_refusals import compiled
 from tests.refusals import refusing, silent
@@ -211,3 +213,15 @@ def test_each_thread_is_told_of_its_own_model():
     finally:
         sys.setswitchinterval(interval)
     assert done == list(range(THREADS))
+
+
+def test_ctrl_c_while_a_model_compiles_refuses_it_in_one_line(monkeypatch, capfd):
+    def press(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(validate, "size_of", press)
+    with pytest.raises(ValueError, match=INTERRUPTED):
+        fixed_sheaths([LAW])
+    assert capfd.readouterr().err == ""
+    monkeypatch.undo()
+    fixed_sheaths([LAW])

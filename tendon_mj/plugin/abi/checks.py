@@ -21,7 +21,7 @@ from typing import Any, Final
 
 import mujoco
 
-from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
+from tendon_mj.errors import INTERRUPTED, InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.native import Called, LocalDoubles, Shared, Text, compiled
 from tendon_mj.plugin.abi.layout import mirror
 from tendon_mj.plugin.abi.library import C, mju_error
@@ -164,7 +164,7 @@ _SIZE = 2048  # of a message, with the zero that ends it
 _HEAD = 8  # bytes before it, for the count
 _REFUSED, _SILENT = -1, -2  # counts
 _reply = LocalDoubles((_HEAD + _SIZE) // 8)
-_interrupted = Text("tendon_mj: interrupted while the model was compiled")
+_interrupted = Text(f"tendon_mj: {INTERRUPTED}")
 CHECKS: Final = ("sheath_nstate", "sheath_nsensordata", "sheath_init", "servo_nstate", "servo_init")
 SHEATH_NSTATE, SHEATH_NSENSORDATA, SHEATH_INIT, SERVO_NSTATE, SERVO_INIT = range(len(CHECKS))
 _checks = Shared("tendon_mj_checks", len(CHECKS))  # addresses of the functions that ask Python
@@ -176,6 +176,8 @@ def _replying(plugin: str, function: Callable[..., int]) -> Callable[..., None]:
     def reply(address: int, *arguments: int) -> None:
         try:
             count = function(*arguments)
+        except KeyboardInterrupt:
+            return  # ctypes would print it; the count says that there was no reply
         except Exception as error:
             text = str(error) if isinstance(error, TendonError) else f"{plugin}: {error!r}"
             fits = text.encode()[: (_SIZE - 1) // 2].decode(errors="ignore")
@@ -194,7 +196,7 @@ def _with_data(function: Callable[[int, int], int]) -> Callable[[int, int, int],
     def check(m: int, d: int, instance: int) -> int:
         try:
             return function(m, instance)
-        except Exception:
+        except BaseException:
             mirror("mjData").from_address(d).nplugin = instance  # only those before it have begun
             C.mj_deleteData(d)
             raise
