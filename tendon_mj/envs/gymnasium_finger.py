@@ -8,6 +8,7 @@ from typing import Any, ClassVar, cast
 
 import gymnasium
 import mujoco
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,7 +17,7 @@ from tendon_mj.envs.scene import build_scene
 from tendon_mj.envs.window import INSTEAD, Window
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.models import TENDONS, Finger
-from tendon_mj.show import Image, Offscreen, find_camera
+from tendon_mj.show import Image, Offscreen
 from tendon_mj.show.live import check_screen
 from tendon_mj.typing import FloatArray
 
@@ -188,7 +189,9 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
         if isinstance(self._view, Window):
             self._view.show(model, data, add)
             return None
-        return self._view.draw(data, find_camera(model, None), add, model=model)
+        camera = mujoco.MjvCamera()  # of which `build_scene` sets the view
+        mujoco.mjv_defaultFreeCamera(model, camera)
+        return self._view.draw(data, camera, add, model=model)
 
     def close(self) -> None:
         """Free the graphics memory, or close the window."""

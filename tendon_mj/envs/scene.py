@@ -10,7 +10,7 @@ from tendon_mj.models import JOINTS, Finger, build_finger
 from tendon_mj.typing import FloatArray
 
 _HIGHEST_TENSION = 30.0  # of the colours [N]
-_CENTRE, _EXTENT = [-0.025, 0.0, -0.04], 0.175  # that the free camera looks at [m]
+_CENTRE, _EXTENT = [0.05, 0.0, -0.03], 0.1  # that the free camera looks at [m]
 _AZIMUTH, _ELEVATION = 90.0, -9.0  # of that camera [deg]
 _RADIUS = 0.0009  # of a tendon as drawn [m]
 _FLOOR = -0.137  # its height [m]
