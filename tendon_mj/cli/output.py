@@ -150,10 +150,13 @@ def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """
     columns = list(zip(head, *rows, strict=True))
     widths = [max(len(word) for cell in column for word in cell.split()) for column in columns]
-    if sum(widths) + 3 * len(widths) < console.width:  # with the lines between
+    left = console.width - sum(widths) - 3 * len(widths) - 1  # beside the lines between
+    if left >= 0:
         table = Table()
-        for title, width in zip(head, widths, strict=True):
-            table.add_column(title, min_width=width)
+        for title, width, column in zip(head, widths, columns, strict=True):
+            more = min(left, max(map(len, column)) - width)
+            table.add_column(title, width=width + more)
+            left -= more
         for row in rows:
             table.add_row(*row)
         console.print(table, soft_wrap=False)
