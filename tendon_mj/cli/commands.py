@@ -121,9 +121,24 @@ def _show_help(command: CommandFunction, call: Callable[[], object]) -> None:
             call()
     finally:
         shown.seek(0)
-        for line in shown.read().splitlines():
-            console.print(Text.from_ansi(line), soft_wrap=False)
+        lines = [Text.from_ansi(line) for line in shown.read().splitlines()]
+        for line in lines:
+            if line.plain.startswith("usage: "):
+                print(_wrapped_usage(line.plain))
+            else:
+                console.print(line, soft_wrap=False)
         print(f"example:\n  {example(command)}")
+
+
+def _wrapped_usage(usage: str) -> str:
+    """The line of all arguments, wrapped between them."""
+    first, *others = re.findall(r"\[[^]]*\]|\S+", usage)
+    lines = [first]
+    for argument in others:
+        if len(lines[-1]) + 1 + len(argument) > console.width:
+            lines.append(" " * len(first))
+        lines[-1] += f" {argument}"
+    return "\n".join(lines)
 
 
 def load_command(name: str) -> CommandFunction:

@@ -63,6 +63,8 @@ def test_the_help_ends_with_an_example_that_the_command_takes(command, width, ca
     assert max(map(len, lines)) <= width
     assert "None" not in "\n".join(lines)
     assert "STR" not in "\n".join(lines)
+    usage = lines[: lines.index("")]
+    assert all(line.count("[") == line.count("]") for line in usage)  # wrapped between arguments
     assert lines[-2] == "example:"
     assert lines[-1].startswith(f"  tendon-mj {command}")
     options = set(re.findall(r"--[a-z-]+", lines[-1]))
