@@ -8,7 +8,6 @@ from typing import Any, ClassVar, cast
 
 import gymnasium
 import mujoco
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
