@@ -22,7 +22,7 @@ from tendon_mj.lab.replay import (
 )
 
 MEANING: Final[dict[Verdict, str]] = {
-    "named": "An effect is missing from the model; held-out data prove it.",
+    "named": "An effect is missing, or the model has too little of it; held-out data prove it.",
     "parameter": "A parameter of the model is wrong; held-out data prove it.",
     "partly": "A part of the error is explained; the rest is not.",
     "nothing missing": "The model explains the recordings down to their noise.",
