@@ -127,7 +127,7 @@ def test_the_table_says_how_many_tendons_it_leaves_out(count, more):
 def test_the_table_has_both_ends_of_a_tendon_with_friction_and_without(pressed):
     model, frames, twin = pressed
     panel = Panel(model, frames, colour_limits(frames.cables), 436, 720, twin)
-    assert panel._rows[0][2] == ("with friction", "without")
+    assert panel._rows[0][2] == ("with friction", "no friction")
     (cells,) = [cells for name, _, cells in panel._rows if name.strip() == "flexor"]
     pulled, free = ([end[-1] for end in cell] for cell in cells)
     assert pulled[1] < 0.7 * pulled[0]

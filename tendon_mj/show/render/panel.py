@@ -165,14 +165,14 @@ def _value_rows(
     """Rows of the table: name, colour, and two cells."""
     rows: list[tuple[str, str, tuple[_Cell, _Cell]]] = []
     if twin:
-        rows.append(("", style.GREY, ("with friction", "without")))
+        rows.append(("", style.GREY, ("with friction", "no friction")))
     forces = touch_forces(model, frames, twin)
     if len(forces) == 1:
         ((name, values),) = forces.items()
         label = f"{name.replace('_', ' ')} [N]"
         other = touch_forces(model, twin, frames)[name] if twin else None
         rows.append((label, INK, ("", (values,)) if other is None else ((values,), (other,))))
-    ends = "in → out"
+    ends = "input → output"
     rows.append(("tension [N]", style.GREY, (ends if twin else "", ends)))
     colours, cables = tendon_colours(model), list(frames.cables.items())
     # one row more in place of "and 1 more"
