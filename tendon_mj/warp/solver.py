@@ -189,13 +189,13 @@ def _follow_pattern(t: Tendons, s: Sheath) -> bool:
 
 
 @wp.func
-def _balance(t: Tendons, s: Sheath, rubs_slack: bool) -> bool:
+def _balance(t: Tendons, s: Sheath, rubs_when_slack: bool) -> bool:
     """Equilibrium for given holding ratios: the slip of the last step, or what breakpoints find.
 
-    Only constant friction (``rubs_slack``) leaves a part taut of a tendon longer than its path.
+    Only constant friction (``rubs_when_slack``) leaves a part taut of a tendon longer than its path.
     """
     within = wp.float64(_NEAR)
-    slack_at = wp.where(rubs_slack, 1, 0)
+    slack_at = wp.where(rubs_when_slack, 1, 0)
     attempt = int(0)
     while attempt < 3:
         if attempt == slack_at and not s.given:
@@ -258,16 +258,16 @@ def solve_flow(t: Tendons, s: Sheath) -> bool:
         False where the result is not the solution. The flow is then the best that was found, or 0
         where there is none.
     """
-    rubs_slack = bool(False)
+    rubs_when_slack = bool(False)
     for i in range(s.guides):
         t.flow[s.guide + i, s.world] = _ZERO
-        rubs_slack = rubs_slack or t.constant[s.guide + i, s.world] > _ZERO
+        rubs_when_slack = rubs_when_slack or t.constant[s.guide + i, s.world] > _ZERO
     if s.given:
         _guess_from_motion(t, s)
     solved = bool(False)
     tries = 1 + 2 * s.guides
     while tries > 0:
-        solved = _balance(t, s, rubs_slack)
+        solved = _balance(t, s, rubs_when_slack)
         tries -= 1
         released = bool(False)
         if solved:
