@@ -94,15 +94,18 @@ class TendonWarning(UserWarning):
 
 
 def unknown(kind: str, name: str, valid: Iterable[str]) -> str:
-    """Message that a ``kind`` of this name does not exist, with the name that is meant if one is.
+    """Message that a ``kind`` of this name does not exist, with a `suggestion`."""
+    return f"unknown {kind} {name!r}{suggestion(kind, name, valid)}"
 
-    It lists the five valid names that are most alike, and how to list all.
-    """
+
+def suggestion(kind: str, name: str, valid: Iterable[str]) -> str:
+    """End of a message: the name that is meant if one is, five that are alike, how to list all."""
     names = sorted(n for n in valid if n)
     front, dot, last = name.rpartition(".")
     meant = front + dot + _SYMBOLS.get(last.casefold(), last)
-    ranked = sorted(names, key=lambda valid: -sum(_likeness(meant, valid)))
-    near = next((n for n in ranked if min(_likeness(meant, n)) >= _ALIKE), "")
+    ranked = sorted(names, key=lambda v: (not _begins(meant, v), -sum(_likeness(meant, v))))
+    alike = (n for n in ranked if _begins(meant, n) or min(_likeness(meant, n)) >= _ALIKE)
+    near = next(alike, "")
     hint = f"; did you mean {near!r}?" if near else ""
     listed, more = names, ""
     if len(names) > _SHOWN:
@@ -110,7 +113,12 @@ def unknown(kind: str, name: str, valid: Iterable[str]) -> str:
         more += f"; {_LISTS[kind]} lists all" if kind in _LISTS else ""
     shown = ", ".join(map(repr, listed)) + more
     verb = "is" if len(names) == 1 else "are"
-    return f"unknown {kind} {name!r}{hint} (there {verb}: {shown or 'none'})"
+    return f"{hint} (there {verb}: {shown or 'none'})"
+
+
+def _begins(name: str, valid: str) -> bool:
+    """Whether a name is the beginning of a valid one, three letters of it at least."""
+    return len(name) >= 3 and valid.casefold().startswith(name.casefold())
 
 
 def _likeness(name: str, valid: str) -> list[float]:

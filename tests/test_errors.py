@@ -40,3 +40,9 @@ def test_of_many_names_the_five_most_alike_are_listed_and_how_to_list_all():
     assert listed.count("'") == 2 * 5
     assert "'flexor_sheath.creep'" in listed
     assert "tendon-mj parameters" in listed
+
+
+def test_a_name_that_begins_so_is_meant_before_one_that_sounds_alike():
+    assert "did you mean 'biceps cable'?" in unknown(
+        "tendon", "biceps", ["triceps", "biceps cable"]
+    )

@@ -281,12 +281,15 @@ def _set_flows(segments: Segments, guides: Guides, given: bool) -> bool:
 @compiled
 def _lie_slack(segments: Segments, guides: Guides, slack: float) -> None:
     """Spread a tendon evenly along its path, of which it has ``slack`` times the length."""
-    passed = 0.0
+    passed, total = 0.0, 0.0
+    for k in range(len(segments)):
+        total += segments[k].stored
     segments[len(guides)].tension = 0.0
     for k in range(len(guides)):
         length = segments[k].length / (1.0 + segments[k].strain_offset)
         passed += slack * length - segments[k].stored
-        segments[k].tension, guides[k].flow, guides[k].slip = 0.0, passed, np.sign(passed)
+        flow = passed if abs(passed) > TOLERANCE * total else 0.0
+        segments[k].tension, guides[k].flow, guides[k].slip = 0.0, flow, np.sign(flow)
 
 
 @apart

@@ -117,13 +117,15 @@ def _agrees(segments: Segments, guides: Guides) -> bool:
     """Whether the solution agrees, to rounding, with the slip from which it follows."""
     for i in range(len(guides)):
         guide = guides[i]
+        left, right = segments[i].tension, segments[i + 1].tension
         if guide.slip == 0.0:
             guide.flow = 0.0
-            left, right = segments[i].tension, segments[i + 1].tension
             if left > highest(guides, i, right) + TOLERANCE:
                 return False
             if right > guide.output_ratio * left + guide.constant_friction + TOLERANCE:
                 return False
+        elif left + right == 0.0 and abs(guide.flow) < TOLERANCE * segments[i].length:
+            guide.flow = 0.0  # a slack tendon that rounding would move
         elif guide.flow * guide.slip < 0.0:
             if is_frictionless(guide):
                 guide.slip = -guide.slip  # nothing rubs: either direction will do

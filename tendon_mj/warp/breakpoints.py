@@ -296,14 +296,17 @@ def set_flows(t: Tendons, s: Sheath) -> bool:
 def _lie_slack(t: Tendons, s: Sheath, slack: wp.float64) -> None:
     """Spread a tendon evenly along its path, of which it has ``slack`` times the length."""
     w = s.world
-    passed = wp.float64(0.0)
+    passed, total = wp.float64(0.0), wp.float64(0.0)
+    for k in range(s.guides + 1):
+        total += t.kept[s.segment + k, w]
     t.tension[s.segment + s.guides, w] = _ZERO
     for k in range(s.guides):
         row, guide = s.segment + k, s.guide + k
         passed += slack * t.length[row, w] - t.kept[row, w]
         t.tension[row, w] = _ZERO
-        t.flow[guide, w] = passed
-        t.slip[guide, w] = wp.where(passed > _ZERO, 1, wp.where(passed < _ZERO, -1, 0))
+        flow = wp.where(wp.abs(passed) > TOLERANCE * total, passed, _ZERO)
+        t.flow[guide, w] = flow
+        t.slip[guide, w] = wp.where(flow > _ZERO, 1, wp.where(flow < _ZERO, -1, 0))
 
 
 @wp.func

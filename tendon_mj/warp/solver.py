@@ -157,11 +157,14 @@ def _set_flows(t: Tendons, s: Sheath) -> bool:
         else:
             holds, _, _ = held(t, s, k, right)
             passed += t.kept[segment, w] - holds
-            flow = passed
-            if flow * wp.float64(slip) < _ZERO:
+            flow = wp.float64(passed)
+            is_small = wp.abs(flow) < TOLERANCE * t.length[segment - 1, w]
+            if left + right == _ZERO and is_small:
+                flow = wp.float64(0.0)  # a slack tendon that rounding would move
+            elif flow * wp.float64(slip) < _ZERO:
                 if _is_frictionless(t, s, k - 1):
                     t.slip[row, w] = -slip  # nothing rubs: either direction will do
-                elif wp.abs(flow) < TOLERANCE * t.length[segment - 1, w]:
+                elif is_small:
                     flow = wp.float64(0.0)
                 else:
                     agrees = False
@@ -192,7 +195,7 @@ def _follow_pattern(t: Tendons, s: Sheath) -> bool:
 def _balance(t: Tendons, s: Sheath, rubs_when_slack: bool) -> bool:
     """Equilibrium for given holding ratios: the slip of the last step, or what breakpoints find.
 
-    Only constant friction (``rubs_when_slack``) leaves a part taut of a tendon longer than its path.
+    A tendon longer than its path has taut parts only by constant friction (``rubs_when_slack``).
     """
     within = wp.float64(_NEAR)
     slack_at = wp.where(rubs_when_slack, 1, 0)

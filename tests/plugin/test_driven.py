@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from tendon_mj import add_friction, view_sheath
 from tests.refusals import refusing
 from tests.rigs import GIVEN, compiled, sheath_view, sheathed, simulated, stock, two_links
 
@@ -185,3 +186,25 @@ def test_without_friction_models_of_others_move_as_they_do(name):
     expected, actual = run(plain, inputs)[0], run(model, inputs)[0]
     assert np.isfinite(actual).all()
     np.testing.assert_array_equal(actual, expected)
+
+
+def test_a_slack_tendon_at_rest_does_not_slip():
+    spec = mujoco.MjSpec.from_string(
+        """<mujoco><worldbody><site name="a" pos="0 0 .1"/><site name="b" pos=".07 0 -.05"/>
+        <body pos=".02 0 -.1"><joint name="j" axis="0 1 0" damping=".5" stiffness="1"/>
+        <geom size=".02" pos="0 0 -.2" mass="1"/><site name="c" pos=".05 0 -.02"/>
+        <site name="d" pos=".03 0 -.1"/><site name="e" pos="0 0 -.15"/></body></worldbody>
+        <tendon><spatial name="t"><site site="a"/><site site="b"/><site site="c"/><site site="d"/>
+        <site site="e"/></spatial></tendon>
+        <actuator><motor tendon="t" ctrlrange="-50 0"/></actuator></mujoco>"""
+    )
+    model = add_friction(spec, "t", friction=0.2).compile()
+    data = mujoco.MjData(model)
+    data.ctrl[:] = -20.0
+    mujoco.mj_step(model, data, 500)
+    data.ctrl[:] = 0.0
+    mujoco.mj_step(model, data, 60)
+    assert view_sheath(model, data, "t").slip.any()  # it still moves
+    mujoco.mj_step(model, data, 20000)
+    assert abs(data.qvel[0]) < 1e-9
+    assert not view_sheath(model, data, "t").slip.any()

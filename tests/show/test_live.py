@@ -275,3 +275,9 @@ def test_it_ends_when_the_time_is_up():
     done = run_in_real_time(pulled().simulation, lambda: True, seconds=0.05)
     assert done.frames > 0
     assert done.elapsed >= 0.05
+
+
+def test_the_time_of_a_view_goes_on_while_it_is_paused():
+    simulation = pulled().simulation
+    simulation.paused = True
+    assert run_in_real_time(simulation, lambda: True, seconds=0.05).simulated == 0.0

@@ -12,7 +12,7 @@ from tendon_mj.lab.finger import lasting, press, simulate_finger
 from tendon_mj.lab.replay import FrameRecorder, control_unit, record_frames
 from tendon_mj.models import TENDON_COLOUR, load_model
 from tendon_mj.show import BLUE, VERMILLION
-from tendon_mj.show.render.offscreen import colour_limits
+from tendon_mj.show.render.offscreen import colour_limits, without_spikes
 from tendon_mj.show.render.panel import (
     TENDON_PALETTE,
     Panel,
@@ -225,3 +225,11 @@ def test_a_controls_unit_is_that_of_its_actuator(actuator, unit):
     )
     model = compiled(text)
     assert control_unit(model, 0) == unit
+
+
+def test_a_scale_leaves_a_spike_out_and_keeps_a_peak():
+    tensions = np.full(1000, 80.0)
+    tensions[500:520] = 120.0
+    assert without_spikes(tensions) == 120.0
+    tensions[:3] = 508.0
+    assert without_spikes(tensions) == 120.0

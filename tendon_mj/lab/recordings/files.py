@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from tendon_mj.errors import RecordingError, unknown
+from tendon_mj.errors import RecordingError, suggestion
 
 FORMATS = (".csv", ".parquet", ".mcap")  # in the order in which a stem is sought
 _AS_CSV = (".txt", ".tsv", ".dat", ".log")  # read as CSV where a path names them
@@ -140,8 +140,7 @@ def table_beside(path: Path, formats: Sequence[str] = FORMATS) -> tuple[Path, Pa
 def check_file(path: Path, hint: str = "") -> None:
     """Raise `RecordingError` unless there is a file that can be opened.
 
-    ``hint`` is appended to the message of a missing file, which names the nearest of the same kind,
-    or of any where there is none.
+    ``hint`` is appended to the message of a missing file, which names the nearest of the same kind.
     """
     try:
         path.open("rb").close()
@@ -150,8 +149,9 @@ def check_file(path: Path, hint: str = "") -> None:
             message = f"no such file, nor a folder {str(path.parent)!r}"
         else:
             files = [p.name for p in path.parent.iterdir() if p.is_file()]
-            alike = [name for name in files if name.endswith(path.suffix)]
-            message = f"no such file: {unknown('file', path.name, alike or files)}"
+            begins = path.name if not path.suffix else ""
+            alike = [n for n in files if n.startswith(begins) and n.endswith(path.suffix)]
+            message = "no such file" + (suggestion("file", path.name, alike) if alike else "")
         raise RecordingError(f"{path}: {message}{hint}") from None
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {error.strerror}") from error

@@ -341,7 +341,7 @@ class _Panel:
         for k, (handle, factor) in enumerate(self._controls):
             now = float(np.clip(factor * self._simulation.data.ctrl[k], handle.min, handle.max))
             if k != but and abs(now - handle.value) > 0.5 * handle.step:
-                handle.value = now
+                handle.value = float(f"{now:.3g}")  # as wide as its box
 
     def _add_sliders(self) -> None:
         simulation, names = self._simulation, tuple(self._simulation.tendons)

@@ -160,7 +160,7 @@ class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
         self._model.vis.global_.offheight = height
         self._gl = make_context(width, height)
         try:
-            self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
+            self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_150)
         except mujoco.FatalError as error:
             self._gl.free()
             raise EngineError(f"MuJoCo cannot draw with this OpenGL: {error}") from error
@@ -240,11 +240,19 @@ def project(scene: mujoco.MjvScene, points: FloatArray, width: int, height: int)
     return np.stack([columns, rows], axis=1)
 
 
+def without_spikes(values: FloatArray) -> float:
+    """Largest of the values, or of 99 % of them where the others are more than twice as large."""
+    largest, of_most = float(values.max()), float(np.quantile(values, 0.99))
+    return of_most if largest > 2.0 * of_most > 0.0 else largest
+
+
 def colour_limits(cables: dict[str, Cable]) -> Normalize:
-    """Round limits [N] around all finite tensions, for colours."""
+    """Round limits [N] around all finite tensions but those of `without_spikes`, for colours."""
     tensions = np.concatenate([cable.tensions.ravel() for cable in cables.values()])
     tensions = tensions[np.isfinite(tensions)]
-    low, high = (float(tensions.min()), float(tensions.max())) if tensions.size else (0.0, 1.0)
+    low, high = 0.0, 1.0
+    if tensions.size:
+        low, high = float(tensions.min()), without_spikes(tensions)
     ticks = MaxNLocator(6, min_n_ticks=2).tick_values(low, max(high, low + 1e-3))
     return Normalize(max(0.0, float(ticks[0])), float(ticks[-1]))
 

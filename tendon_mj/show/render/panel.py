@@ -22,7 +22,7 @@ from PIL import ImageDraw, ImageFont
 from tendon_mj.lab.replay import Cable, Frames, control_unit, engineering_unit
 from tendon_mj.plugin import sheaths
 from tendon_mj.show.figures import style
-from tendon_mj.show.render.offscreen import COLOURS, Image
+from tendon_mj.show.render.offscreen import COLOURS, Image, without_spikes
 from tendon_mj.typing import FloatArray
 
 _DPI, _LEGIBLE = 100.0, 84.0  # at 720 pixels of height; the least that is read with ease
@@ -102,6 +102,11 @@ class Panel:
                 for line in (*chart.twin, *chart.lines):
                     colour = style.on_theme(line.colour, theme)
                     axes.plot(frames.time, line.values, color=colour, linestyle=line.style)
+                values = np.concatenate([line.values for line in (*chart.twin, *chart.lines)])
+                values = values[np.isfinite(values)]
+                if values.size and without_spikes(values) < values.max():
+                    margin = 0.1 * (without_spikes(values) - values.min())
+                    axes.set_ylim(values.min() - margin, without_spikes(values) + margin)
                 names, entries = _entries(chart, theme)
                 Legend(names, _LEGEND * width / dpi).draw(axes, entries, left=-0.12)
                 axes.set_ylabel(chart.label)
