@@ -6,9 +6,7 @@ import difflib
 from collections.abc import Iterable
 from typing import Final
 
-INTERRUPTED: Final = (
-    "interrupted while the model was compiled"  # by Ctrl-C; MuJoCo's ValueError says so
-)
+INTERRUPTED: Final = "interrupted while the model was compiled"  # text of MuJoCo's ValueError
 _ALIKE = 0.6  # least similarity of a name that is suggested
 _SHOWN = 5  # names that a message lists
 _SYMBOLS: Final = {  # symbol of a quantity → its name in a model

@@ -121,8 +121,7 @@ def _show_help(command: CommandFunction, call: Callable[[], object]) -> None:
             call()
     finally:
         shown.seek(0)
-        lines = [Text.from_ansi(line) for line in shown.read().splitlines()]
-        for line in lines:
+        for line in map(Text.from_ansi, shown.read().splitlines()):
             if line.plain.startswith("usage: "):
                 print(_wrapped_usage(line.plain))
             else:

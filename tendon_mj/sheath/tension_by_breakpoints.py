@@ -279,11 +279,9 @@ def _set_flows(segments: Segments, guides: Guides, given: bool) -> bool:
 
 
 @compiled
-def _lie_slack(segments: Segments, guides: Guides, slack: float) -> None:
-    """Spread a tendon evenly along its path, of which it has ``slack`` times the length."""
-    passed, total = 0.0, 0.0
-    for k in range(len(segments)):
-        total += segments[k].stored
+def _lie_slack(segments: Segments, guides: Guides, total: float, slack: float) -> None:
+    """Spread a tendon of a length evenly along its path, whose length it has ``slack`` times."""
+    passed = 0.0
     segments[len(guides)].tension = 0.0
     for k in range(len(guides)):
         length = segments[k].length / (1.0 + segments[k].strain_offset)
@@ -301,7 +299,7 @@ def lies_slack(segments: Segments, guides: Guides) -> bool:
         total += segments[k].stored
     if total < path:
         return False
-    _lie_slack(segments, guides, total / path)
+    _lie_slack(segments, guides, total, total / path)
     return True
 
 

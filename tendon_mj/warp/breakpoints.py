@@ -293,12 +293,10 @@ def set_flows(t: Tendons, s: Sheath) -> bool:
 
 
 @wp.func
-def _lie_slack(t: Tendons, s: Sheath, slack: wp.float64) -> None:
-    """Spread a tendon evenly along its path, of which it has ``slack`` times the length."""
+def _lie_slack(t: Tendons, s: Sheath, total: wp.float64, slack: wp.float64) -> None:
+    """Spread a tendon of a length evenly along its path, whose length it has ``slack`` times."""
     w = s.world
-    passed, total = wp.float64(0.0), wp.float64(0.0)
-    for k in range(s.guides + 1):
-        total += t.kept[s.segment + k, w]
+    passed = wp.float64(0.0)
     t.tension[s.segment + s.guides, w] = _ZERO
     for k in range(s.guides):
         row, guide = s.segment + k, s.guide + k
@@ -318,7 +316,7 @@ def lies_slack(t: Tendons, s: Sheath) -> bool:
         total += t.kept[s.segment + j, s.world]
     if total < path:
         return False
-    _lie_slack(t, s, total / path)
+    _lie_slack(t, s, total, total / path)
     return True
 
 

@@ -287,9 +287,8 @@ def get_data_into(
         return
     sheaths = sheaths_laid_out(data, layout_of(simulated))
     inputs, device = [data.time, sheaths.tendons], data.qpos.device
-    segments = sheaths.tendons.sheath.shape[0]
+    dim = (sheaths.tendons.sheath.shape[0], data.nworld)
     for driven in (False, True):
-        dim = (segments, data.nworld)
         wp.launch(commit, dim=dim, inputs=[*inputs, driven], device=device)
     wp.launch(finish, dim=(len(sheaths.names), data.nworld), inputs=inputs, device=device)
     read_back(simulated, sheaths.tendons, world_id, result.time - model.opt.timestep)

@@ -312,15 +312,13 @@ def run_in_real_time(
     Ctrl-C ends it like closing the window.
     """
     simulated, elapsed, owed, frames = 0.0, 0.0, 0.0, 0
-    shown = 0.0  # time on the clock, pauses too [s]
     with suppress(KeyboardInterrupt):
         watched = show()  # opens the window or page, which does not count for the pace
-        last = time.perf_counter()
-        while watched and (seconds is None or shown < seconds):
+        begin = last = time.perf_counter()
+        while watched and (seconds is None or last - begin < seconds):
             time.sleep(max(0.0, last + 1.0 / _LIVE_FPS - time.perf_counter()))
             now = time.perf_counter()
             passed, last = now - last, now
-            shown += passed
             if not simulation.paused:
                 elapsed += passed
                 owed = min(owed + passed, _LAG)

@@ -104,9 +104,9 @@ class Panel:
                     axes.plot(frames.time, line.values, color=colour, linestyle=line.style)
                 values = np.concatenate([line.values for line in (*chart.twin, *chart.lines)])
                 values = values[np.isfinite(values)]
-                if values.size and without_spikes(values) < values.max():
-                    margin = 0.1 * (without_spikes(values) - values.min())
-                    axes.set_ylim(values.min() - margin, without_spikes(values) + margin)
+                if values.size and (top := without_spikes(values)) < values.max():
+                    margin = 0.1 * (top - values.min())
+                    axes.set_ylim(values.min() - margin, top + margin)
                 names, entries = _entries(chart, theme)
                 Legend(names, _LEGEND * width / dpi).draw(axes, entries, left=-0.12)
                 axes.set_ylabel(chart.label)
