@@ -43,18 +43,19 @@ links = some.builds(
 
 
 def gain(model, angle, friction=0.0):
-    """How far the energy rises above that at the start, over it, and the most of h² a k e^{μφ}."""
+    """How far the energy rises above any before, over that at the start; most of h² a k e^{μφ}."""
     data = mujoco.MjData(model)
     data.qpos[0] = angle
     mujoco.mj_forward(model, data)
-    start, rises, carried = data.energy.sum(), 0.0, 0.0
+    start = least = data.energy.sum()
+    rises = carried = 0.0
     stiffness = model.opt.timestep**2 * model.tendon_stiffness[0] / model.dof_M0[0]
     for _ in range(int(0.3 / model.opt.timestep)):
         bend = view_sheath(model, data, "t").bend_angle.sum() if friction else 0.0
         magnified = stiffness * data.ten_J.ravel()[0] ** 2 * np.exp(friction * bend)
         carried = max(carried, magnified)
         mujoco.mj_step(model, data)
-        rises = max(rises, data.energy.sum() - start)
+        rises, least = max(rises, data.energy.sum() - least), min(least, data.energy.sum())
     return rises / start, carried
 
 

@@ -86,9 +86,12 @@ def test_a_tendon_between_fixed_ends_is_solved(guides, **tendon):
 
 
 @thorough
-@given(guides=some.integers(1, 64), drag=drags, **tendons)
+@given(guides=some.integers(1, 64), drag=drags, **{**tendons, "loss": some.floats(0.0, 15.0)})
 def test_a_viscous_or_heavy_tendon_between_fixed_ends_is_solved(guides, drag, **tendon):
-    """The same to 64 guides where sliding itself takes tension."""
+    """λ to 15 and to 64 guides where sliding itself takes tension.
+
+    Beyond λ = 15 tensions that friction holds apart may differ by less than they are rounded by.
+    """
     stay_solved(guides=guides, **tendon, **drag)
 
 
