@@ -27,7 +27,8 @@ from tendon_mj.show.live.scene import (
     tension_table,
 )
 from tendon_mj.show.live.session import LiveSimulation, Prepared, RealTime, run_in_real_time
-from tendon_mj.show.render.offscreen import without_tendons
+from tendon_mj.show.render.offscreen import GREY, without_tendons
+from tendon_mj.show.render.see_through import colour_of
 from tendon_mj.show.render.surroundings import FLOOR_COLOUR, Floor, floor, to_show
 from tendon_mj.typing import FloatArray
 
@@ -39,7 +40,6 @@ _POINT_SPACING = 0.5  # distance of two points over the radius that is drawn
 _MOST_DOTS, _MOST_GEOMS = 8000, 20000  # of all tendons together
 _HEIGHT, _WIDTH = 230, 380  # of the curves, and of the panels [pixels]
 _CORNER, _BUTTONS = 15, 240  # place and width of the buttons on a wide screen [pixels]
-_GHOST = (150, 153, 160)
 _SHOWN_GROUPS = 3  # of geoms
 _PER_CURVE = 400  # of a curve
 _MOST_CONTROLS = 12  # whose sliders follow a motion
@@ -71,24 +71,29 @@ def serve(
     try:
         simulation, frames = prepared.simulation, 0
         drawn = simulation.model
-        scene = mjviser.ViserMujocoScene(server, _drawable(drawn), num_envs=1)
+        shown = _drawable(drawn)
+        translucent = _translucent(server.scene, mjviser, shown)
+        scene = mjviser.ViserMujocoScene(server, shown, num_envs=1)
         scene.camera_tracking_enabled = False
         _add_floor(server.scene, floor(drawn, prepared.poses))
         server.on_client_connect(lambda client: _look(client.camera, prepared.view))
-        cable, ghost = _Cable(server, simulation), _Ghost(server.scene, mjviser, simulation)
+        cable, ghost = _Cable(server, simulation), _ghost(server.scene, mjviser, drawn)
         panel = _Panel(server.gui, viser.uplot, prepared)
 
         def show() -> bool:
-            nonlocal frames, drawn
+            nonlocal frames, drawn, translucent
             if drawn is not simulation.model:  # in another motion, which needs other colours
                 drawn = simulation.model
+                translucent.remove()
                 scene.mj_model = _drawable(drawn)
+                translucent = _translucent(server.scene, mjviser, scene.mj_model)
                 scene.rebuild_visual_handles()
             if frames % _SCENE_EVERY == 0:
                 with simulation.lock:
                     scene.update_from_mjdata(simulation.data)
+                    translucent.draw(simulation.data)
+                    ghost.draw(simulation.twin)
                 cable.draw()
-                ghost.draw()
             if frames % _RARELY == 0:
                 panel.draw()
             frames += 1
@@ -107,7 +112,7 @@ def _drawable(model: mujoco.MjModel) -> mujoco.MjModel:
     Planes become flat boxes: it would draw them without end, and as a veil before all the rest.
     Invisible sites and those on tendons go to a group that is not shown: it would draw them grey.
     """
-    drawn = without_tendons(model)
+    drawn = without_tendons(to_show(model))
     drawn.site_group[drawn.site_rgba[:, 3] == 0.0] = mujoco.mjNGROUP - 1
     for geom in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE):
         width, depth = (size or _FLOOR * model.stat.extent for size in model.geom_size[geom, :2])
@@ -176,35 +181,58 @@ class _Cable:
                 handle.points, handle.colors = points.astype(np.float32), shown
 
 
-class _Ghost:
-    """The moving bodies of the twin without friction, in grey."""
+class _Meshes:
+    """Geoms that are drawn here, each set of them on its body and in one colour."""
 
-    def __init__(self, scene: Any, mjviser: Any, simulation: LiveSimulation) -> None:
-        self._simulation, model = simulation, simulation.model
-        shown = (model.body_weldid[model.geom_bodyid] != 0) & (model.geom_rgba[:, 3] > 0.0)
-        shown &= model.geom_group < _SHOWN_GROUPS
-        self._bodies = []
-        for body in np.unique(model.geom_bodyid[shown]):
-            geoms = np.flatnonzero(shown & (model.geom_bodyid == body)).tolist()
-            mesh = mjviser.conversions.merge_geoms(model, geoms)
-            handle = scene.add_mesh_simple(
-                f"/ghost/{body}",
-                np.array(mesh.vertices),
-                np.array(mesh.faces),
-                color=_GHOST,
-                opacity=0.5,
-                visible=False,
-            )
-            self._bodies.append((body, handle))
+    def __init__(self, scene: Any, mjviser: Any, model: mujoco.MjModel, name: str) -> None:
+        self._scene, self._merge, self._model = scene, mjviser.conversions.merge_geoms, model
+        self._name, self._handles = name, list[tuple[int, Any]]()
 
-    def draw(self) -> None:
-        """Draw the twin as it is now, if there is one."""
-        with self._simulation.lock:
-            twin = self._simulation.twin
-            for body, handle in self._bodies:
-                handle.visible = twin is not None
-                if twin is not None:
-                    handle.position, handle.wxyz = twin.xpos[body].copy(), twin.xquat[body].copy()
+    def add(self, geoms: Sequence[int], colour: Sequence[float], opacity: float) -> None:
+        """Add geoms of one body, in red, green and blue from 0 to 1."""
+        mesh = self._merge(self._model, list(geoms))
+        handle = self._scene.add_mesh_simple(
+            f"/{self._name}/{geoms[0]}",
+            np.array(mesh.vertices),
+            np.array(mesh.faces),
+            color=tuple(round(255.0 * part) for part in colour),
+            opacity=opacity,
+            visible=False,
+        )
+        self._handles.append((int(self._model.geom_bodyid[geoms[0]]), handle))
+
+    def draw(self, data: mujoco.MjData | None) -> None:
+        """Draw them where their bodies are, or not at all."""
+        for body, handle in self._handles:
+            handle.visible = data is not None
+            if data is not None:
+                handle.position, handle.wxyz = data.xpos[body].copy(), data.xquat[body].copy()
+
+    def remove(self) -> None:
+        """Take them out of the scene."""
+        for _, handle in self._handles:
+            handle.remove()
+
+
+def _ghost(scene: Any, mjviser: Any, model: mujoco.MjModel) -> _Meshes:
+    """Moving bodies in grey, for a twin without friction."""
+    shown = (model.body_weldid[model.geom_bodyid] != 0) & (model.geom_rgba[:, 3] > 0.0)
+    shown &= model.geom_group < _SHOWN_GROUPS
+    ghost = _Meshes(scene, mjviser, model, "ghost")
+    for body in np.unique(model.geom_bodyid[shown]):
+        ghost.add(np.flatnonzero(shown & (model.geom_bodyid == body)).tolist(), GREY, 0.5)
+    return ghost
+
+
+def _translucent(scene: Any, mjviser: Any, drawn: mujoco.MjModel) -> _Meshes:
+    """Translucent geoms, taken out of the model, which mjviser would draw opaque."""
+    glass = _Meshes(scene, mjviser, drawn, "translucent")
+    for geom in np.flatnonzero(drawn.geom_group < _SHOWN_GROUPS).tolist():
+        *colour, opacity = colour_of(drawn, geom)
+        if 0.0 < opacity < 1.0:
+            glass.add([geom], colour, opacity)
+            drawn.geom_group[geom] = mujoco.mjNGROUP - 1
+    return glass
 
 
 def row_of_points(
@@ -341,7 +369,7 @@ class _Panel:
         for k, (handle, factor) in enumerate(self._controls):
             now = float(np.clip(factor * self._simulation.data.ctrl[k], handle.min, handle.max))
             if k != but and abs(now - handle.value) > 0.5 * handle.step:
-                handle.value = float(f"{now:.3g}")  # as wide as its box
+                handle.value = float(f"{now:.3g}") + 0.0  # as wide as its box, and never −0
 
     def _add_sliders(self) -> None:
         simulation, names = self._simulation, tuple(self._simulation.tendons)

@@ -61,7 +61,7 @@ _EYE = np.eye(3).ravel()
 _SHADED = 1e-3  # of the colour that lights see
 
 Depth = NDArray[np.float32]
-_GREY = (0.5, 0.52, 0.56)
+GREY = (0.5, 0.52, 0.56)  # of a ghost
 _STRENGTH = 0.65  # of the ghost over its background
 
 
@@ -336,7 +336,7 @@ class Ghost:
         background, self._ghost = copy.copy(model), copy.copy(model)
         background.geom_rgba[moves, 3] = 0.0
         self._ghost.geom_matid[:] = -1
-        self._ghost.geom_rgba[:, :3] = _GREY
+        self._ghost.geom_rgba[:, :3] = GREY
         self._ghost.geom_rgba[~moves, 3] = 0.0
         self._ghost.site_rgba[:, 3] = self._ghost.tendon_rgba[:, 3] = 0.0
         self._data = mujoco.MjData(self._ghost)

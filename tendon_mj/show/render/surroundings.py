@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.lab.replay import Frames
+from tendon_mj.show.render.see_through import see_through
 from tendon_mj.typing import FloatArray
 
 _PULLEY = -2  # of `mjData.wrap_obj`
@@ -37,8 +38,9 @@ def poses_of(model: mujoco.MjModel, frames: Frames) -> FloatArray:
 
 
 def to_show(model: mujoco.MjModel) -> mujoco.MjModel:
-    """A copy to draw: lit where it has no light, with tendons as thick as the eye needs."""
+    """A copy to draw: lit where it has no light, tendons as thick as the eye needs, not hidden."""
     shown = copy.copy(model)
+    see_through(shown)
     if model.nlight == 0:
         shown.vis.headlight.ambient[:] = _AMBIENT
         shown.vis.headlight.diffuse[:] = _DIFFUSE
