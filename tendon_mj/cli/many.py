@@ -100,7 +100,7 @@ def sweep(
             default all.
         processes: Processes on this machine, without Dask. By default as many as it has cores.
         workers: Workers of a Dask cluster that lives as long as the run.
-        scheduler: Address of a Dask scheduler, such as tcp://10.0.0.1:8786.
+        scheduler: Address of a running Dask scheduler, such as tcp://10.0.0.1:8786.
         again: Start again in a folder that holds another sweep.
 
     Example:
@@ -264,7 +264,7 @@ def fleet(
             next run does not compute again.
         processes: Processes on this machine, without Dask. By default as many as it has cores.
         workers: Workers of a Dask cluster that lives as long as the run.
-        scheduler: Address of a Dask scheduler, such as tcp://10.0.0.1:8786.
+        scheduler: Address of a running Dask scheduler, such as tcp://10.0.0.1:8786.
         again: Compute every rig again.
 
     Raises:

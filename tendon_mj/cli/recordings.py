@@ -76,7 +76,7 @@ def check(
         values_of: Values to use where the description and the model differ. By default those of
             the description, except for values that a diagnosis fitted and wrote into the model.
         settle: Time before the first sample in which the model comes to the first drive value. By
-            default that of the description.
+            default the description's.
 
     Example:
         tendon-mj check pull.csv
@@ -132,8 +132,8 @@ def replay(
         values_of: Values to use where the description and the model differ. By default those of
             the description, except for values that a diagnosis fitted and wrote into the model.
         settle: Time before the first sample in which the model comes to the first drive value. By
-            default that of the description.
-        change: More variants to simulate, such as "*.friction=0.1,joint.stiffness=0.03".
+            default the description's.
+        change: More variants to simulate, of one change or several, such as "*.friction=0.1".
 
     Example:
         tendon-mj replay rig.csv --change "*.friction=0.1"

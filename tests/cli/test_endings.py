@@ -61,6 +61,7 @@ def test_the_help_ends_with_an_example_that_the_command_takes(command, width, ca
     assert not end.value.code
     lines = capsys.readouterr().out.rstrip().splitlines()
     assert max(map(len, lines)) <= width
+    assert not any(line.startswith("│") and not line.strip("│ ") for line in lines)  # empty rows
     assert "None" not in "\n".join(lines)
     assert "STR" not in "\n".join(lines)
     usage = lines[: lines.index("")]
