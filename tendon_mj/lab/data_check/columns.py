@@ -16,6 +16,7 @@ from tendon_mj.lab.recordings import (
     noise_levels,
     range_ends,
     resolution,
+    si_name,
     white_noise,
 )
 from tendon_mj.lab.replay import Adjustable, column_unit, expand, quantity
@@ -136,8 +137,8 @@ def turn_warnings(recording: Recording) -> Iterator[DataWarning]:
             place_of(recording, column),
             f"jumps from {quantity(before, 'rad')} to {quantity(after, 'rad')} in row"
             f" {recording.row(jumps[0])}{more(jumps.size)}: a turn",
-            "an encoder that starts again after a turn: unwrap it, by period = 360 in"
-            " [columns] or as numpy.unwrap(angle, period=360) does with degrees",
+            "an encoder that starts again after a turn: unwrap it, by period in [columns], which is"
+            " a turn in the file's own numbers (360 of degrees, 4096 of 12 bits)",
             blocks=True,
         )
 
@@ -603,8 +604,9 @@ def _one_warning(recording: Recording, column: str, shown: FloatArray) -> DataWa
             "sign",
             place,
             f"runs against sensor {sensor!r} of the model, correlation {correlation:.2f}",
-            f'if the sensor counts the other way, write "{sensor}.scale" = -1 in [known]; if all'
-            ' columns do, "<actuator>.command_scale" = -1, or turn the axis in the model',
+            f'if the sensor counts the other way, write "{sensor}.scale" = -1 in [known]; if the'
+            ' motor\'s encoder does, "<actuator>.command_scale" with the other sign; if the tendon'
+            " pulls the joint the wrong way in the model, change the sign of its radius there",
         )
     return frozen(recording, column, shown) or _start_warning(recording, column, shown, place)
 
@@ -643,9 +645,24 @@ def _start_warning(
         "start",
         place,
         start,
-        f'{cause}; or the sensor\'s zero: write "{sensor}.offset" in [known] or [uncertain]; or the'
-        " recording begins in motion: record half a second of rest before it",
+        f'{_drive_zero(recording)}{cause}; or the sensor\'s zero: write "{sensor}.offset" in'
+        " [known] or [uncertain]; or the recording begins in motion: record half a second of rest"
+        " before it",
     )
+
+
+def _drive_zero(recording: Recording) -> str:
+    """What to write where the drive's zero may not be that of the model; empty where it is."""
+    for column, _ in recording.driven:
+        series, written = recording.columns[column], recording.written(column)
+        first = float(series[0])
+        if column_unit(column) in ("rad", "m") and abs(first) > _OFF * usual_range(series):
+            return (
+                f"the drive {written!r} begins at {quantity(first, column_unit(column))}, and the"
+                " model's reference pose is at 0: if that was where the rig stood, lower its offset"
+                f" in [columns] by {first / si_name(written)[1]:.6g}; or "
+            )
+    return ""
 
 
 def _clipped(series: FloatArray) -> FloatArray:

@@ -395,9 +395,9 @@ class Adjustable:
             slots: list[tuple[str, str, float, list[_Place]]] = [
                 ("gear", "-", -math.inf, [(m.actuator_gear, (k, 0), 1.0), *ranges_of_gear(m, k)])
             ]
-            units = {"command_scale": "-", "command_offset": UNKNOWN, "command_delay": "s"}
-            least = dict(_COMMANDS)
-            if (unit := control_unit(m, k)) in _PLACES:
+            unit, least = control_unit(m, k), dict(_COMMANDS)
+            units = {"command_scale": "-", "command_offset": unit, "command_delay": "s"}
+            if unit in _PLACES:
                 units |= {"slip": unit, "slip_time": "s", "slip_duration": "s"}
                 least["slip_duration"] = 0.0
             for number, (parameter, unit) in enumerate(units.items()):

@@ -39,7 +39,7 @@ from tendon_mj.lab.replay.parameters import (
     values_for,
 )
 from tendon_mj.lab.replay.schedule import Rests, Schedule, described_values, stated_values
-from tendon_mj.lab.replay.units import column_unit, rate
+from tendon_mj.lab.replay.units import UNKNOWN, column_unit, rate
 from tendon_mj.models import load_model
 from tendon_mj.plugin import sheaths, unsolved_evaluations
 from tendon_mj.typing import FloatArray
@@ -616,7 +616,8 @@ class Simulator:
                 parameters[key] = parameters[key]._replace(unit=unit)
         for column, name in (pair for recording in self.recordings for pair in recording.driven):
             key = f"{name}.command_offset"
-            parameters[key] = parameters[key]._replace(unit=column_unit(column))
+            if parameters[key].unit == UNKNOWN:
+                parameters[key] = parameters[key]._replace(unit=column_unit(column))
         return parameters
 
     def _jobs(self, parameter_sets: Sequence[Values]) -> list[_Job]:

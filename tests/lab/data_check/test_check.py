@@ -138,6 +138,13 @@ FAULTS: dict[str, tuple[Callable[[Recording], Recording], str, tuple[str, ...]]]
         ('"output_tension.scale" = -1', "correlation -"),
     ),
     "another start": (with_output(lambda y: y + 25.0), "start", ("at 45", "the model at 20 N")),
+    "a counter with a zero of its own": (
+        lambda p: replace(
+            changed(p, reel_m=p.columns["reel_m"] + 2e-3), in_file={"reel_m": "reel_mm"}
+        ),
+        "start",
+        ("'reel_mm' begins at 2 mm", "lower its offset in [columns] by 2;"),
+    ),
     "a spike": (with_output(at(slice(100, 101), 4e3)), "spike", ("4 kN in row 102, between",)),
     "hardly moving": (with_output(lambda y: 20.0 + 1e-5 * y), "nothing_moves", ("not connected",)),
     "frozen": (with_output(at(slice(60, 110))), "frozen", ("from row 62 to 111",)),

@@ -192,6 +192,18 @@ def test_parameters_are_those_that_the_simulations_have():
     assert same(plain[0], said[0])
 
 
+def test_a_command_s_offset_is_in_the_control_s_unit_whatever_the_column_s():
+    recording = bench_recording()
+    (column, actuator), *_ = recording.driven
+    angle = replace(
+        recording,
+        columns={**recording.columns, "spool_rad": recording.columns[column] / 0.01},
+        drive={"spool_rad": actuator},
+        known={**recording.known, f"{actuator}.command_scale": 0.01},
+    )
+    assert Simulator([angle]).parameters[f"{actuator}.command_offset"].unit == "m"
+
+
 def test_it_names_what_the_model_has_and_what_the_recordings_use():
     simulator = Simulator(RECORDINGS)
     assert simulator.sheaths == ["sheath"]
