@@ -195,7 +195,7 @@ def test_parameters_are_those_that_the_simulations_have():
 def test_a_command_s_offset_is_in_the_control_s_unit_whatever_the_column_s():
     recording = bench_recording()
     (column, actuator), *_ = recording.driven
-    angle = replace(
+    angle = dataclasses.replace(
         recording,
         columns={**recording.columns, "spool_rad": recording.columns[column] / 0.01},
         drive={"spool_rad": actuator},
