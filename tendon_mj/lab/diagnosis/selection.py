@@ -109,7 +109,12 @@ class SelectionContext:
             seen=seen,
             evaluations=evaluations,
         )
-        return FittedCandidate(candidate, fitted, cross_validate(self.problem, fitted))
+
+        def simulate(values: FloatArray) -> FloatArray:
+            (row,) = self.problem.residuals([fitted.parameters(self.base, values)])
+            return np.asarray(row + fitted.correction)
+
+        return FittedCandidate(candidate, fitted, cross_validate(self.problem, fitted, simulate))
 
     def extend(
         self, model: FittedCandidate, share: float = _PROMISING, *, look_down: bool = True

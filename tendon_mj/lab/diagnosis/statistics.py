@@ -7,13 +7,14 @@ and W the weights of terms with an expected spread,
 
     Δ_b = (JᵀJ + W² − J_bᵀJ_b)⁻¹ J_bᵀ r_b,     left-out residual r_b + J_b Δ_b,
 
-with Δ_b held within the terms' ranges. A value that was set anew for a recording is determined by
-no other one: with that recording left out, its own terms are held in Δ_b, and then fitted to it.
-With an effect whose cost is non-smooth the linearisation does not hold, so no block is left out and
-the held-out data alone can refute the effect. Neighbouring residuals are correlated, as model and
-rig differ by more than white noise. Models are therefore compared block by block, never sample by
-sample, and intervals come from how the gradient varies between whole blocks of time (a clustered
-sandwich estimate):
+with Δ_b held within the terms' ranges. Where that is far more than the fit leaves of the part, as
+where a friction starts the other way round for other values, the part is simulated with Δ_b. A
+value that was set anew for a recording is determined by no other one: with that recording left out,
+its own terms are held in Δ_b, and then fitted to it. With an effect whose cost is non-smooth the
+linearisation does not hold, so no block is left out and the held-out data alone can refute the
+effect. Neighbouring residuals are correlated, as model and rig differ by more than white noise.
+Models are therefore compared block by block, never sample by sample, and intervals come from how
+the gradient varies between whole blocks of time (a clustered sandwich estimate):
 
     Cov = A⁻¹ (Σ_b g_b g_bᵀ) A⁻¹,   A = JᵀJ,   g_b = J_bᵀ r_b.
 
@@ -28,7 +29,8 @@ where recording b is left out of the fit.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,13 +39,16 @@ from scipy import stats
 
 from tendon_mj.lab.diagnosis.data import Problem, step_error
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
-from tendon_mj.lab.diagnosis.fitting import Fit
+from tendon_mj.lab.diagnosis.fitting import Fit, natural
 from tendon_mj.lab.diagnosis.verdict import STANDARD_ERRORS
 from tendon_mj.typing import FloatArray
 
 _LEVEL = 0.95
 _SINGULAR = 1e-5  # eigenvalue of JᵀJ scaled to a unit diagonal
 _LOADING = 0.1  # component of its eigenvector
+_FAR = 4.0  # left-out χ² over that in the fit, beyond which it is simulated
+_MATTERS = 0.1  # of the χ² of all parts, that it must be worth
+_MOST_SIMULATED = 3  # parts
 _CORRELATION = 0.2  # ρ, of unmodelled structure with a column of J
 
 
@@ -60,8 +65,13 @@ class CrossValidation:
         return float(self.chi2.sum()) / self.samples - 1.0
 
 
-def cross_validate(problem: Problem, fit: Fit) -> CrossValidation:
-    """Cross-validate a fit on the training data."""
+def cross_validate(
+    problem: Problem, fit: Fit, simulate: Callable[[FloatArray], FloatArray] | None = None
+) -> CrossValidation:
+    """Cross-validate a fit on the training data.
+
+    ``simulate`` maps values (p,) to the residuals there (m,); see above for where it is asked.
+    """
     used = problem.in_train
     residual, parts = fit.residual[used], problem.parts[used]
     refitted = fit.free & (not any(candidate.effect.non_smooth for candidate in fit.effects))
@@ -69,7 +79,7 @@ def cross_validate(problem: Problem, fit: Fit) -> CrossValidation:
     names, part_of = np.unique(parts, return_inverse=True)
     weights, shared = fit.weights[refitted] ** 2, fit.shared[refitted]
     normal = jacobian.T @ jacobian
-    chi2 = np.empty(names.size)
+    chi2, shifts = np.empty(names.size), np.zeros((names.size, refitted.sum()))
     room = (fit.bounds - fit.scaled)[:, refitted]
     regular = np.diag(1e-9 * np.diag(normal) + weights)
     for b in range(names.size):
@@ -86,7 +96,16 @@ def cross_validate(problem: Problem, fit: Fit) -> CrossValidation:
             alone = j[:, own].T @ j[:, own] + regular[np.ix_(own, own)]
             shift[own] = -np.linalg.solve(alone, j[:, own].T @ (j @ shift))
         r = r + j @ shift
-        chi2[b] = float(r @ r)
+        chi2[b], shifts[b] = float(r @ r), shift
+    inside = np.bincount(part_of, residual**2)
+    beyond = np.where(chi2 > _FAR * inside, chi2 - inside, 0.0)
+    for b in np.argsort(-beyond)[:_MOST_SIMULATED]:
+        if simulate is None or beyond[b] <= _MATTERS * chi2.sum():
+            break
+        scaled = fit.scaled.copy()
+        scaled[refitted] += shifts[b]
+        left_out = float(np.sum(simulate(natural(fit.terms, scaled))[used][part_of == b] ** 2))
+        chi2[b] = left_out if math.isfinite(left_out) else chi2[b]
     return CrossValidation(chi2, int(used.sum()))
 
 

@@ -191,14 +191,13 @@ def misfit_figure(located: Located, remaining: Located | None) -> Figure:
     ]
     if remaining:
         left = _by_bin(remaining)
-        label = "misfit beyond noise, after (of that before)"
-        bars.append(
-            _Bars(
-                AFTER,
-                label,
-                lambda b: unit * b.time * (left.get((b.regime, b.label), 1.0) ** 2 - 1.0),
-            )
-        )
+
+        def after(b: Bin) -> float:
+            return unit * b.time * (left.get((b.regime, b.label), 1.0) ** 2 - 1.0)
+
+        kept = max(0.0, sum(after(b) for b in located.bins if b.regime == "signal"))
+        label = f"misfit beyond noise, after ({replay.plain(kept, 2)} % of that before)"
+        bars.append(_Bars(AFTER, label, after))
     return _by_regime(located, bars, located.sentence, "share [%]")
 
 
