@@ -37,6 +37,7 @@ from tendon_mj.lab.diagnosis.verdict import (
     unexplained_excess,
 )
 from tendon_mj.lab.progress import Progress
+from tendon_mj.lab.replay import suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
 
 CONVERGED = 25  # evaluations: enough for a fit to converge
@@ -110,6 +111,7 @@ class SelectionContext:
             evaluations=evaluations,
         )
 
+        @suppress_unsolved_warnings()
         def simulate(values: FloatArray) -> FloatArray:
             (row,) = self.problem.residuals([fitted.parameters(self.base, values)])
             return np.asarray(row + fitted.correction)

@@ -104,7 +104,11 @@ def cross_validate(
             break
         scaled = fit.scaled.copy()
         scaled[refitted] += shifts[b]
-        left_out = float(np.sum(simulate(natural(fit.terms, scaled))[used][part_of == b] ** 2))
+        # at a bound, which rounding may leave
+        values = np.clip(
+            natural(fit.terms, scaled), *np.array([[t.low, t.high] for t in fit.terms]).T
+        )
+        left_out = float(np.sum(simulate(values)[used][part_of == b] ** 2))
         chi2[b] = left_out if math.isfinite(left_out) else chi2[b]
     return CrossValidation(chi2, int(used.sum()))
 
