@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from tendon_mj.models import model_digest
-from tendon_mj.show.render.surroundings import to_show
+from tendon_mj.show.render.offscreen import Offscreen
+from tendon_mj.show.render.surroundings import framing, to_show
 
 RIG = """<mujoco><asset><material name="red" rgba="1 0 0 1"/></asset><worldbody>
   <site name="a" pos="-.5 0 0"/><site name="b" pos=".5 0 {end}"/>
@@ -42,3 +43,17 @@ def test_a_translucent_body_keeps_the_colour_of_its_material():
     shown = to_show(mujoco.MjModel.from_xml_string(text))
     assert shown.geom("post").rgba[:3] == pytest.approx([1.0, 0.0, 0.0])
     assert 0.0 < shown.geom("post").rgba[3] < 1.0
+
+
+def test_a_translucent_body_is_seen_before_nothing_else():
+    model = mujoco.MjModel.from_xml_string(
+        "<mujoco><worldbody><geom size='.1' rgba='1 0 0 .5'/></worldbody></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    with Offscreen(model, 64, 64, ground=False) as offscreen:
+        picture = offscreen.draw(data, framing(model))
+    assert (picture[0, 0] == 255).all()
+    red, green, blue = picture[32, 32].astype(int)
+    assert red > green + 50 > 100
+    assert abs(green - blue) < 5

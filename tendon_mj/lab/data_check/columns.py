@@ -657,10 +657,12 @@ def _drive_zero(recording: Recording) -> str:
         series, written = recording.columns[column], recording.written(column)
         first = float(series[0])
         if column_unit(column) in ("rad", "m") and abs(first) > _OFF * usual_range(series):
+            offset = first / si_name(written)[1]
             return (
                 f"the drive {written!r} begins at {quantity(first, column_unit(column))}, and the"
                 " model's reference pose is at 0: if that was where the rig stood, lower its offset"
-                f" in [columns] by {first / si_name(written)[1]:.6g}; or "
+                f' in [columns] by {offset:.6g}, as in {written} = {{ column = "{written}",'
+                f" offset = {-offset:.6g} }}; or "
             )
     return ""
 

@@ -56,6 +56,7 @@ GUIDE_COLOUR = "#52575F"
 _GUIDE = np.array(to_rgba(GUIDE_COLOUR), np.float32)
 _THICKNESS = 0.006  # radius of a cable over the model's extent
 _THINNEST = 0.0012  # likewise in a crowd, over the size of all cables: a pixel or two
+_WALL = 0.99  # distance of the backdrop over the farthest that is drawn
 _EYE = np.eye(3).ravel()
 # The colour is a reading: lit from within alone, whatever the scene's lights and shadows.
 _SHADED = 1e-3  # of the colour that lights see
@@ -206,12 +207,29 @@ class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
         )
         add_floor(self._scene, self._floor)
         add(self._scene)
+        if not self._has_sky:  # MuJoCo's own is black, and print is not
+            self._add_backdrop()
         self._gl.make_current()
         mujoco.mjr_render(self._rect, self._scene, self._context)
         mujoco.mjr_readPixels(self._image, self._depth, self._rect, self._context)
-        if not self._has_sky:  # MuJoCo's own is black, and print is not
-            self._image[self._depth == 1.0] = self._background
         return self._image[::-1].copy()
+
+    def _add_backdrop(self) -> None:
+        """Add a wall in the background's colour behind all else, seen through what is translucent.
+
+        It is a decoration, which casts no shadow.
+        """
+        eye = self._scene.camera[0]
+        forward, up = np.array(eye.forward, float), np.array(eye.up, float)
+        far = float(eye.frustum_far)
+        middle = (
+            np.mean([self._scene.camera[k].pos for k in (0, 1)], axis=0) + _WALL * far * forward
+        )
+        colour = np.append(self._background / 255.0, 1.0).astype(np.float32)
+        wall = _next_geom(self._scene, mujoco.mjtGeom.mjGEOM_BOX, middle, far, colour)
+        if wall is not None:
+            wall.size[:] = 2.0 * far, 2.0 * far, 1e-6 * far
+            wall.mat[:] = np.stack([np.cross(forward, up), up, -forward], axis=1)
 
     def close(self) -> None:
         """Free the graphics memory."""
@@ -337,7 +355,7 @@ class Ghost:
         background.geom_rgba[moves, 3] = 0.0
         self._ghost.geom_matid[:] = -1
         self._ghost.geom_rgba[:, :3] = GREY
-        self._ghost.geom_rgba[~moves, 3] = 0.0
+        self._ghost.geom_rgba[:, 3] = (self._ghost.geom_rgba[:, 3] > 0.0) & moves
         self._ghost.site_rgba[:, 3] = self._ghost.tendon_rgba[:, 3] = 0.0
         self._data = mujoco.MjData(self._ghost)
         mujoco.mj_fwdPosition(model, self._data)

@@ -143,7 +143,7 @@ FAULTS: dict[str, tuple[Callable[[Recording], Recording], str, tuple[str, ...]]]
             changed(p, reel_m=p.columns["reel_m"] + 2e-3), in_file={"reel_m": "reel_mm"}
         ),
         "start",
-        ("'reel_mm' begins at 2 mm", "lower its offset in [columns] by 2;"),
+        ("'reel_mm' begins at 2 mm", "by 2, as in reel_mm = { column"),
     ),
     "a spike": (with_output(at(slice(100, 101), 4e3)), "spike", ("4 kN in row 102, between",)),
     "hardly moving": (with_output(lambda y: 20.0 + 1e-5 * y), "nothing_moves", ("not connected",)),
