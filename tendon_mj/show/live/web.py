@@ -349,10 +349,11 @@ class _Panel:
             def _(event: Any, actuator: int = k, factor: float = shown.factor) -> None:
                 if event.client is None:  # set by the program
                     return
+                # first of all, lest the motion set the slider again
+                simulation.hold(actuator, float(event.target.value) / factor)
                 if chosen is not None and chosen.value != _BY_HAND:
                     chosen.value = _BY_HAND
                     self._show_controls(actuator)
-                simulation.hold(actuator, float(event.target.value) / factor)
 
         if chosen is not None:
 
