@@ -122,6 +122,13 @@ def natural(terms: Sequence[Term], scaled: Sequence[float] | FloatArray) -> Floa
     return np.array([term.natural(float(z)) for term, z in zip(terms, scaled, strict=True)])
 
 
+def natural_in_range(terms: Sequence[Term], scaled: Sequence[float] | FloatArray) -> FloatArray:
+    """`natural`, within the terms' ranges, which a step or rounding may leave."""
+    low, high = [term.low for term in terms], [term.high for term in terms]
+    inside: FloatArray = np.clip(natural(terms, scaled), low, high)
+    return inside
+
+
 def written(
     terms: Sequence[Term], values: Sequence[float] | FloatArray, base: Mapping[str, float]
 ) -> dict[str, float]:

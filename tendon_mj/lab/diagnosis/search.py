@@ -27,7 +27,13 @@ from scipy.stats import qmc
 
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
-from tendon_mj.lab.diagnosis.fitting import Fit, bounded_least_squares, natural, written
+from tendon_mj.lab.diagnosis.fitting import (
+    Fit,
+    bounded_least_squares,
+    natural,
+    natural_in_range,
+    written,
+)
 from tendon_mj.lab.diagnosis.statistics import half_widths
 from tendon_mj.lab.progress import Progress
 from tendon_mj.lab.replay import suppress_unsolved_warnings
@@ -202,12 +208,7 @@ class _Screening:
         residual = fitted.residual[used]
         step = bounded_least_squares(matrix, residual, bounds)
         left = residual + matrix @ step
-        # at a bound, which rounding may leave
-        values = np.clip(
-            natural(terms, fitted.scaled + step[:-1]),
-            [t.low for t in terms],
-            [t.high for t in terms],
-        )
+        values = natural_in_range(terms, fitted.scaled + step[:-1])
         best = min(max(strength.natural(float(step[-1])), strength.low), strength.high)
         return replace(
             score,

@@ -39,7 +39,7 @@ from scipy import stats
 
 from tendon_mj.lab.diagnosis.data import Problem, step_error
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
-from tendon_mj.lab.diagnosis.fitting import Fit, natural
+from tendon_mj.lab.diagnosis.fitting import Fit, natural_in_range
 from tendon_mj.lab.diagnosis.verdict import STANDARD_ERRORS
 from tendon_mj.typing import FloatArray
 
@@ -104,10 +104,7 @@ def cross_validate(
             break
         scaled = fit.scaled.copy()
         scaled[refitted] += shifts[b]
-        # at a bound, which rounding may leave
-        values = np.clip(
-            natural(fit.terms, scaled), *np.array([[t.low, t.high] for t in fit.terms]).T
-        )
+        values = natural_in_range(fit.terms, scaled)
         left_out = float(np.sum(simulate(values)[used][part_of == b] ** 2))
         chi2[b] = left_out if math.isfinite(left_out) else chi2[b]
     return CrossValidation(chi2, int(used.sum()))

@@ -222,9 +222,7 @@ class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
         eye = self._scene.camera[0]
         forward, up = np.array(eye.forward, float), np.array(eye.up, float)
         far = float(eye.frustum_far)
-        middle = (
-            np.mean([self._scene.camera[k].pos for k in (0, 1)], axis=0) + _WALL * far * forward
-        )
+        middle = _eye(self._scene) + _WALL * far * forward
         colour = np.append(self._background / 255.0, 1.0).astype(np.float32)
         wall = _next_geom(self._scene, mujoco.mjtGeom.mjGEOM_BOX, middle, far, colour)
         if wall is not None:
@@ -247,8 +245,7 @@ def project(scene: mujoco.MjvScene, points: FloatArray, width: int, height: int)
     """
     eye = scene.camera[0]
     forward, up = np.array(eye.forward, float), np.array(eye.up, float)
-    # MuJoCo keeps two eyes and draws from between them
-    away = points - np.mean([scene.camera[k].pos for k in (0, 1)], axis=0)
+    away = points - _eye(scene)
     depth = away @ forward
     depth = np.where(depth > 0.0, depth, np.nan)
     scale = 0.5 * height * eye.frustum_near / (0.5 * (eye.frustum_top - eye.frustum_bottom))
@@ -256,6 +253,11 @@ def project(scene: mujoco.MjvScene, points: FloatArray, width: int, height: int)
     columns = 0.5 * width + scale * (away @ right) / depth
     rows = 0.5 * height - scale * (away @ up) / depth
     return np.stack([columns, rows], axis=1)
+
+
+def _eye(scene: mujoco.MjvScene) -> FloatArray:
+    """Place that a scene is drawn from [m]: MuJoCo keeps two eyes and draws from between them."""
+    return np.asarray(np.mean([scene.camera[k].pos for k in (0, 1)], axis=0))
 
 
 def without_spikes(values: FloatArray) -> float:

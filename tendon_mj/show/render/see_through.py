@@ -16,8 +16,8 @@ _SPOTS = np.array([0.125, 0.375, 0.625, 0.875])  # of a span that are looked at
 _SHOWN = np.array([1, 1, 1, 0, 0, 0], np.uint8)  # groups of geoms that MuJoCo shows by itself
 _HIDDEN = mujoco.mjNGROUP - 1
 _PLAIN = np.array([0.5, 0.5, 0.5, 1.0], np.float32)  # in its place the material's colour counts
-_PULLEY = -2  # of `mjData.wrap_obj`
-_WRAPPED = mujoco.mjtWrap.mjWRAP_SPHERE.value, mujoco.mjtWrap.mjWRAP_CYLINDER.value
+PULLEY = -2  # of `mjData.wrap_obj`
+WRAPPED = mujoco.mjtWrap.mjWRAP_SPHERE.value, mujoco.mjtWrap.mjWRAP_CYLINDER.value
 
 
 def see_through(shown: mujoco.MjModel) -> None:
@@ -26,7 +26,7 @@ def see_through(shown: mujoco.MjModel) -> None:
     They are looked for in `qpos0`, also one in another. A geom that tendons wrap around stays.
     """
     probe = copy.copy(shown)
-    probe.geom_group[shown.wrap_objid[np.isin(shown.wrap_type, _WRAPPED)]] = _HIDDEN
+    probe.geom_group[shown.wrap_objid[np.isin(shown.wrap_type, WRAPPED)]] = _HIDDEN
     data = mujoco.MjData(probe)
     mujoco.mj_fwdPosition(probe, data)
     while around := {geom for k in range(shown.ntendon) for geom in _geoms_around(probe, data, k)}:
@@ -48,7 +48,7 @@ def _geoms_around(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> li
     """Geoms that a good part of a tendon's length lies within."""
     path = slice(data.ten_wrapadr[tendon], data.ten_wrapadr[tendon] + data.ten_wrapnum[tendon])
     points = data.wrap_xpos.reshape(-1, 3)[path]
-    is_point = data.wrap_obj.ravel()[path] != _PULLEY
+    is_point = data.wrap_obj.ravel()[path] != PULLEY
     lengths, within = 0.0, dict[int, float]()
     for k in np.flatnonzero(is_point[:-1] & is_point[1:]):
         length = float(np.linalg.norm(points[k + 1] - points[k]))

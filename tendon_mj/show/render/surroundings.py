@@ -13,12 +13,10 @@ import mujoco
 import numpy as np
 
 from tendon_mj.lab.replay import Frames
-from tendon_mj.show.render.see_through import see_through
+from tendon_mj.show.render.see_through import PULLEY, WRAPPED, see_through
 from tendon_mj.typing import FloatArray
 
-_PULLEY = -2  # of `mjData.wrap_obj`
 _PLANE = mujoco.mjtGeom.mjGEOM_PLANE.value
-_WRAPPED = mujoco.mjtWrap.mjWRAP_SPHERE.value, mujoco.mjtWrap.mjWRAP_CYLINDER.value
 _AMBIENT, _DIFFUSE = 0.45, 0.5  # of a headlight that is the only light; MuJoCo's own is dim
 _THINNEST = 0.004  # radius of a tendon that is seen from afar, over the size of all of them
 _BELOW = 0.15  # distance of the floor from the lowest point, over the size of the model
@@ -161,7 +159,7 @@ def _outlines(model: mujoco.MjModel, poses: FloatArray | None) -> tuple[_Outline
 def _outline(model: mujoco.MjModel, data: mujoco.MjData) -> _Outline:
     """Outline of a model in the pose of its data."""
     count = int(data.ten_wrapnum.sum())
-    paths = data.wrap_xpos.reshape(-1, 3)[:count][data.wrap_obj.ravel()[:count] != _PULLEY]
+    paths = data.wrap_xpos.reshape(-1, 3)[:count][data.wrap_obj.ravel()[:count] != PULLEY]
     ground = np.isin(model.geom_type, [_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD.value])
     geoms = ~ground & (model.geom_rgba[:, 3] > 0.0)
     middle, half = np.split(model.geom_aabb[geoms], 2, axis=1)
@@ -170,7 +168,7 @@ def _outline(model: mujoco.MjModel, data: mujoco.MjData) -> _Outline:
         @ (middle[:, None] + half[:, None] * _CORNERS)[..., None]
     )
     corners = data.geom_xpos[geoms, None] + turned[..., 0]
-    wrapped = np.isin(model.wrap_type, _WRAPPED)
+    wrapped = np.isin(model.wrap_type, WRAPPED)
     shown = model.body_weldid[model.geom_bodyid[geoms]] != 0
     shown |= np.isin(np.flatnonzero(geoms), model.wrap_objid[wrapped])
     moving = corners[shown].reshape(-1, 3)
