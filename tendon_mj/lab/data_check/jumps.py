@@ -162,8 +162,8 @@ def _wrap_warning(
         place_of(recording, column),
         f"jumps from {before} to {after} in {row_of(recording, rows[0] + 1)}{more(rows.size)}:"
         f" {counts}",
-        "a counter that begins again: unwrap it, as numpy.unwrap(column, period="
-        f"{plain(period)}) does in {unit or 'its unit'}",
+        "a counter that begins again: unwrap it, by period in [columns], which is"
+        f" {quantity(period, unit, 6)} in the file's own numbers",
         blocks=True,
     )
 

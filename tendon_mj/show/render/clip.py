@@ -310,7 +310,9 @@ class _FramePainter:
         if any(cable.points.shape[1] > _ENDS for cable in self._frames.cables.values()):
             lines.append(("guide that the tendon rubs on", offscreen.GUIDE_COLOUR, ""))
         if self._twin is not None:
-            lines.append(("the same controls, no friction", self._theme.ghost, self._theme.ink))
+            lines.append(
+                ("without friction, the same controls", self._theme.ghost, self._theme.ink)
+            )
         if not lines:
             return
         high = 1.5 * size * (len(lines) - 1)

@@ -145,6 +145,11 @@ FAULTS: dict[str, tuple[Callable[[Recording], Recording], str, tuple[str, ...]]]
         "start",
         ("'reel_mm' begins at 2 mm", "by 2, as in reel_mm = { column"),
     ),
+    "a counter that begins again": (
+        with_output(lambda y: np.mod(np.round(y / 0.01), 2**10) * 0.01),
+        "wraps",
+        ("2^10 = 1024 of its steps of 10 mN", "by period in [columns], which is 10.24 N in"),
+    ),
     "a spike": (with_output(at(slice(100, 101), 4e3)), "spike", ("4 kN in row 102, between",)),
     "hardly moving": (with_output(lambda y: 20.0 + 1e-5 * y), "nothing_moves", ("not connected",)),
     "frozen": (with_output(at(slice(60, 110))), "frozen", ("from row 62 to 111",)),
