@@ -370,7 +370,8 @@ class _Panel:
         for k, (handle, factor) in enumerate(self._controls):
             now = float(np.clip(factor * self._simulation.data.ctrl[k], handle.min, handle.max))
             if k != but and abs(now - handle.value) > 0.5 * handle.step:
-                handle.value = float(f"{now:.3g}") + 0.0  # as wide as its box, and never −0
+                wide = float(f"{now:.3g}")  # as its box
+                handle.value = round(wide, handle.precision) + 0.0  # never −0
 
     def _add_sliders(self) -> None:
         simulation, names = self._simulation, tuple(self._simulation.tendons)
