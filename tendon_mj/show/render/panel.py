@@ -31,6 +31,7 @@ HEIGHT = 720  # [pixels]
 _TABLE_ROWS = 4  # sheaths whose tensions are also written as numbers
 _CHART, _BAR = 1.2, 0.6  # least height of a chart without its legend, and of the bar [inch]
 _LEGEND = 0.92  # width of a legend over the panel's
+_HEADING = 0.31  # of a heading of the table's columns, which are 0.33 apart
 INK = style.LIGHT.ink
 # of legends: text [pt]; line, gaps and rows over the text's size
 _TEXT_SIZE = 8.0
@@ -118,10 +119,11 @@ class Panel:
             figure.canvas.draw()
         self._plots = list(zip(grid, shown, strict=True))
         self._background = np.array(figure.canvas.buffer_rgba())[:height, :width, :3]  # type: ignore[attr-defined]
-        self._font = {
-            size: ImageFont.truetype(findfont("DejaVu Sans"), max(6, round(size * self._unit)))
-            for size in (20, 14)
-        }
+        face = ImageFont.truetype(findfont("DejaVu Sans"), max(6, round(20 * self._unit)))
+        headings = [cell for _, _, cells in self._rows for cell in cells if isinstance(cell, str)]
+        widest = max(face.getlength(heading) for heading in headings) / face.size
+        small = min(round(14 * self._unit), int(_HEADING * width / widest))
+        self._font, self._small = face, face.font_variant(size=max(6, small))
 
     def draw(self, frame: int) -> Image:
         """(height, width, 3) picture of the panel for a frame."""
@@ -143,10 +145,10 @@ class Panel:
         return float(column), self._background.shape[0] - float(row)
 
     def _write_table(self, draw: ImageDraw.ImageDraw, frame: int) -> None:
-        width, small = self._background.shape[1], self._font[14]
+        width, small = self._background.shape[1], self._small
         y, columns = 10 * self._unit, (0.64 * width, 0.97 * width)
         now = f"{self._frames.time[frame]:.2f} s"
-        draw.text((0.05 * width, y), now, fill=self._theme.ink, font=self._font[20])
+        draw.text((0.05 * width, y), now, fill=self._theme.ink, font=self._font)
         y += 10 * self._unit
         for name, colour, cells in self._rows:
             y += 24 * self._unit
