@@ -1,22 +1,22 @@
 """Parts of a model that no fitted value mends: too few guides, soft friction, a soft flank of play.
 
-A joint's `frictionloss` is a soft constraint. With MuJoCo's own `solimpfriction` a joint at rest
-under a load moves on slowly, where a rig sticks. Play between a motor's joint and its drum has a
-flank that gives way (`play_warnings` of `tendon_mj.lab.data_check`). A simulator other than the
-package's has none of these parts.
+A joint's `frictionloss` is a soft constraint. With MuJoCo's own `solimpfriction`, as a model may
+have it, a joint at rest under a load moves on slowly, where a rig sticks. Play between a motor's
+joint and its drum has a flank that gives way (`play_warnings` of `tendon_mj.lab.data_check`). A
+simulator other than the package's has none of these parts.
 """
 
 from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
-from tendon_mj.attach import view_sheath
+from tendon_mj.attach import numbers, view_sheath
 from tendon_mj.lab.data_check import play_warnings
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.result import Value
@@ -28,6 +28,8 @@ from tendon_mj.lab.replay import (
     Simulator,
     column_unit,
     expand,
+    has_soft_friction,
+    stiff_friction,
     values_for,
 )
 
@@ -37,9 +39,6 @@ from tendon_mj.lab.replay import (
 _ERROR, _POWER = 0.6, 1.5
 
 _FRICTION, _PLAY = ".frictionloss", ".backlash"
-_SOFT = (0.9, 0.95, 0.001, 0.5, 2.0)  # MuJoCo's default solimpfriction
-_STIFF = "0.999 0.9999 0.001 0.5 2"
-_STEPS = 2.0  # time steps in the shortest time constant that MuJoCo takes
 
 
 class LumpedSheath(NamedTuple):
@@ -110,28 +109,20 @@ def warn_of_guides(sheaths: Sequence[LumpedSheath]) -> list[str]:
     ]
 
 
-def warn_of_soft_friction(
-    simulate: Simulates, values: Mapping[str, float], considered: Collection[str] = ()
-) -> list[str]:
-    """Warn of joints with soft dry friction, with the options that make it stiff.
+def warn_of_soft_friction(simulate: Simulates, values: Mapping[str, float]) -> list[str]:
+    """Warn of joints whose dry friction is soft in the model, with the options that make it stiff.
 
-    Joints have a value of it in ``values``, or it is ``considered`` to be missing.
+    They still have some with these values.
     """
     if not isinstance(simulate, Simulator):
         return []
-    model, warnings = simulate.model, []
-    for name, value in values.items():
-        joint = name.removesuffix(_FRICTION)
-        if joint == name or not (value > 0.0 or name in considered):
-            continue
-        if np.allclose(model.dof_solimp[model.joint(joint).dofadr[0]], _SOFT):
-            constant = _STEPS * model.opt.timestep
-            warnings.append(
-                f"Joint {joint}: MuJoCo's frictionloss creeps at rest with the default"
-                f' solimpfriction. Give the joint solreffriction="{constant:g} 1"'
-                f' solimpfriction="{_STIFF}" and diagnose again.'
-            )
-    return warnings
+    solref, solimp = (numbers(option) for option in stiff_friction(simulate.model))
+    return [
+        f"Joint {joint}: MuJoCo's frictionloss creeps at rest with the default solimpfriction."
+        f' Give the joint solreffriction="{solref}" solimpfriction="{solimp}" and diagnose again.'
+        for joint in (n.removesuffix(_FRICTION) for n in values if n.endswith(_FRICTION))
+        if values[joint + _FRICTION] > 0.0 and has_soft_friction(simulate.model, joint)
+    ]
 
 
 def warn_of_soft_flanks(

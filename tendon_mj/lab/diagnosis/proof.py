@@ -235,13 +235,7 @@ class Proof:
         lumped = too_few_guides(self.held_out, model, left) if left > ABOVE_NOISE else []
         limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
         if verdict in ("partly", "unknown"):
-            considered = {
-                target
-                for selected in selection.effects
-                for candidate in (selected.candidate, *selected.rivals)
-                for target in candidate.targets
-            }
-            limits += warn_of_soft_friction(self.own.simulate, model, considered)
+            limits += warn_of_soft_friction(self.own.simulate, model)
         limits += warn_of_soft_flanks(self.own.simulate, model, {**calibrated, **fitted})
         seen, first = self.own.residuals(parameters), len(final.calibrated)
         proven = verdict in ("named", "parameter", "partly")

@@ -19,6 +19,9 @@ control(t) = scale × column(t − delay) + offset, and `Readout` makes a column
 Over its ``slip_duration`` from its ``slip_time`` on, a control becomes more by its ``slip``, as
 where the cable slips on its drum.
 
+A joint without `frictionloss` has no softness of it that anybody chose: where MuJoCo's own stands,
+with which a joint at rest creeps, it gets a stiff one.
+
 In recordings ``sheath_*.friction`` stands for several parameters, and ``<parameter> @ <recording>``
 for the value of one in a single recording.
 """
@@ -66,6 +69,10 @@ GEARED: Final = ("efficiency", "rest_in", "rest_out")
 SLIP: Final = ("slip", "slip_time", "slip_duration")
 _PLACES = "m", "rad"  # units of a control that is a place
 _LEAST_EFFICIENCY = 1e-3
+
+# MuJoCo's own softness of dry friction, with which a joint creeps at rest; and a stiff one
+_SOFT_SOLREF, _SOFT_SOLIMP = (0.02, 1.0), (0.9, 0.95, 0.001, 0.5, 2.0)
+_STIFF_STEPS, _STIFF_SOLIMP = 2.0, (0.9999, 0.9999, 0.001, 0.5, 2.0)  # time constant in steps
 
 _COMMANDS = {"command_scale": -math.inf, "command_offset": -math.inf, "command_delay": 0.0}  # least
 
@@ -269,6 +276,7 @@ class Adjustable:
         for name, numbers in stored.items():
             self.readings[geared[name], -len(GEARED) :] = numbers
         self._entries: dict[str, tuple[Parameter, tuple[_Place, ...]]] = {}
+        _stiffen_friction(model)
         self._add_joints()
         self._add_bodies()
         self._add_actuators()
@@ -423,6 +431,25 @@ class Adjustable:
                     place = (self.readings, (k, column), 1.0)
                     low = least.get(parameter, -math.inf)
                     self._add(f"{name}.{parameter}", "sensor", units[column], place, low=low)
+
+
+def has_soft_friction(model: mujoco.MjModel, joint: str) -> bool:
+    """Whether a joint has dry friction with MuJoCo's own softness."""
+    dof = model.joint(joint).dofadr[0]
+    return bool(model.dof_frictionloss[dof] > 0.0 and np.all(model.dof_solimp[dof] == _SOFT_SOLIMP))
+
+
+def stiff_friction(model: mujoco.MjModel) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """`solreffriction` and `solimpfriction` of a joint that sticks."""
+    return (_STIFF_STEPS * model.opt.timestep, 1.0), _STIFF_SOLIMP
+
+
+def _stiffen_friction(model: mujoco.MjModel) -> None:
+    """Let joints without dry friction stick if they are given some, unless the model says how."""
+    solref, solimp = stiff_friction(model)
+    none = model.dof_frictionloss == 0.0
+    model.dof_solref[none & np.all(model.dof_solref == _SOFT_SOLREF, axis=1)] = solref
+    model.dof_solimp[none & np.all(model.dof_solimp == _SOFT_SOLIMP, axis=1)] = solimp
 
 
 def _slides(model: mujoco.MjModel, joint: int) -> bool:

@@ -8,6 +8,7 @@
 | of a joint; ``gear``, ``kp``, ``kv`` | the element's own attribute; with a joint or a mass also |
 | | ``stiffness`` and ``damping`` of every joint that had ``springdamper``, in place of that |
 | | of muscles always ``lengthrange``, which their gear and masses change |
+| ``frictionloss`` of a joint | also ``solreffriction`` and ``solimpfriction``, where it had none |
 | ``mass`` of a body | its ``<inertial>``, which is made where its geoms have the mass |
 | ``command_scale``, ``command_offset``, ``command_delay`` | ``user`` data, in this order; of a |
 | | joint ``<custom><text name="<joint>.command" data="…"/>`` |
@@ -155,6 +156,8 @@ class _Patch:
             in_degrees = parameter == "springref" and turns and self.spec.compiler.degree
             written = math.degrees(value) if in_degrees else value
             set_first(self.text.joint(element), parameter, written)
+            if parameter == "frictionloss" and value > 0.0:
+                self._write_softness(element)
         elif kind == "body":
             self._write_mass(element, value)
         elif kind in ("actuator", "motor"):
@@ -185,6 +188,16 @@ class _Patch:
                 config.set("value", number_text(value))
                 return
         ElementTree.SubElement(holder, "config", key=parameter, value=number_text(value))
+
+    def _write_softness(self, joint: str) -> None:
+        """Write how stiff dry friction is, where that is not what the joint says."""
+        dof, said = self.model.joint(joint).dofadr[0], self.spec.joint(joint)
+        for attribute, has, says in (
+            ("solreffriction", self.model.dof_solref[dof], said.solref_friction),
+            ("solimpfriction", self.model.dof_solimp[dof], said.solimp_friction),
+        ):
+            if not np.array_equal(has, says):
+                self.text.joint(joint).set(attribute, numbers(has))
 
     def _write_spring_dampers(self) -> None:
         """Write the stiffness and damping that `springdamper` made of the former masses.
@@ -294,6 +307,7 @@ class _Patch:
             **dict.fromkeys(_COMPARED, slice(None)),
             **dict.fromkeys(("actuator_acc0", "actuator_lengthrange"), muscles),
             "tendon_lengthspring": pulls,
+            **dict.fromkeys(("dof_solref", "dof_solimp"), self.model.dof_frictionloss > 0.0),
         }
         pairs = {f: (getattr(self.model, f)[k], getattr(written, f)[k]) for f, k in parts.items()}
         pairs["gravity"] = self.model.opt.gravity, written.opt.gravity

@@ -483,3 +483,39 @@ def test_a_spring_damper_without_a_name_is_refused_where_its_masses_change(tmp_p
     patch_model(path, {"a.damping": 0.1}, tmp_path / "new.xml")
     with refusing(TendonError, "new.xml", "dof_damping"):
         patch_model(path, {"lower.mass": 0.3}, tmp_path / "new.xml")
+
+
+PENDULUM = """<mujoco><worldbody><body>
+  <joint name="hinge" axis="0 1 0" damping="0.01" {}/>
+  <geom type="capsule" size="0.01" fromto="0 0 0 0.1 0 0" mass="0.1"/>
+</body></worldbody></mujoco>"""
+
+
+def crept(model):
+    """Angle by which a pendulum moves in two seconds, whose friction would hold twice its weight."""
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=round(2.0 / model.opt.timestep))
+    return abs(float(data.qpos[0]))
+
+
+def test_a_joint_that_is_given_dry_friction_sticks_as_does_what_is_written(tmp_path):
+    plain = tmp_path / "plain.xml"
+    plain.write_text(PENDULUM.format(""))
+    given = {"hinge.frictionloss": 0.1}
+    adjustable = Adjustable(load_model(str(plain)))
+    adjustable.set(given)
+    assert crept(adjustable.model) < 1e-4
+    assert crept(patched(plain, given, tmp_path)) == crept(adjustable.model)
+
+
+@pytest.mark.parametrize(
+    "own", ['frictionloss="0.05"', 'solreffriction="0.01 1" solimpfriction="0.8 0.9 0.01 0.5 2"']
+)
+def test_softness_that_a_model_chose_stays(own, tmp_path):
+    chosen = tmp_path / "chosen.xml"
+    chosen.write_text(PENDULUM.format(own))
+    model = load_model(str(chosen))
+    made = patched(chosen, {"hinge.frictionloss": 0.1}, tmp_path)
+    np.testing.assert_array_equal(made.dof_solref, model.dof_solref)
+    np.testing.assert_array_equal(made.dof_solimp, model.dof_solimp)
+    assert crept(made) > 1e-2
