@@ -67,6 +67,7 @@ _DECIMALS = 9
 _VISIBLE = 0.45  # noise rms: an error that a diagnosis does not put down to noise
 _SMOOTHER, _MOVES = 0.7, 0.3  # of another roughness; of the largest change, that is motion
 _LONG_SETTLE = 60.0  # [s] that no rig needs to come to rest
+_LONGER = (2.0, 4.0, 8.0, 16.0)  # times a settle, to see whether it was too short
 
 
 @dataclass(frozen=True)
@@ -135,10 +136,34 @@ def check_recording(
     lost = any(w.identifier in _DRIVE_LOST and "[drive]" in w.place for w in warnings)
     # else no reading is as the model's
     if simulated is not None and not still and not lost and not degrees:
-        warnings += reading_warnings(recording, simulated)
+        readings = reading_warnings(recording, simulated)
+        started = all(w.identifier != "start" for w in readings)
+        if not started and settle is None and recording.settle > 0.0:
+            readings = _short_settle(recording, model, described) or readings
+        warnings += readings
         warnings += slack_warnings(recording, simulated, adjustable)
         warnings += prescribed_warnings(schedule, simulated, adjustable.model)
     return Checked(recording, simulated, _without_consequences(warnings))
+
+
+def _short_settle(
+    recording: Recording, model: mujoco.MjModel, described: bool | None
+) -> list[DataWarning]:
+    """Warnings where the model starts as the rig does once it has had more time to settle."""
+    for times in _LONGER:
+        longer = times * recording.settle
+        simulated, _ = _simulate(recording, model, described, longer)
+        readings = [] if simulated is None else reading_warnings(recording, simulated)
+        if simulated is not None and all(w.identifier != "start" for w in readings):
+            short = DataWarning(
+                "short_settle",
+                recording.name,
+                f"the model still moves when the settle of {recording.settle:g} s before the first"
+                " sample ends, and starts elsewhere than the rig",
+                f"write settle = {longer:g}, with which it starts as the rig does",
+            )
+            return [short, *readings]
+    return []
 
 
 def _without_consequences(warnings: Sequence[DataWarning]) -> tuple[DataWarning, ...]:

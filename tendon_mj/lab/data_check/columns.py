@@ -661,8 +661,8 @@ def _drive_zero(recording: Recording) -> str:
             return (
                 f"the drive {written!r} begins at {quantity(first, column_unit(column))}, and the"
                 " model's reference pose is at 0: if that was where the rig stood, lower its offset"
-                f' in [columns] by {offset:.6g}, as in {written} = {{ column = "{written}",'
-                f" offset = {-offset:.6g} }}; or "
+                f" in [columns] by {offset:.6g}; where it has no entry there, write {written} ="
+                f' {{ column = "{written}", offset = {-offset:.6g} }}; or '
             )
     return ""
 

@@ -48,6 +48,7 @@ from tendon_mj.lab.diagnosis.statistics import (
 )
 from tendon_mj.lab.diagnosis.verdict import (
     LARGEST_EXCESS,
+    SMALLEST_EXCESS,
     Evidence,
     bar,
     decide,
@@ -218,9 +219,11 @@ class Proof:
             evidence, bars = _weigh(context, selection, data, (before, after))
             verdict = decide(evidence)
             fewer = selection
-            if verdict == "partly":
+            if verdict == "unknown" and evidence.agrees:
+                fewer = replace(selection, final=selection.calibrated, effects=())
+            elif verdict == "partly":
                 fewer = _without_imitation(context, selection, data, after, bars, evidence.limit)
-            if fewer is selection:
+            if len(fewer.effects) == len(selection.effects):
                 break
             selection = fewer
         base, final = context.base, selection.final.fit
@@ -304,6 +307,11 @@ def _weigh(
         step=step,
         lumping=lumping,
     )
+    if decide(evidence) == "unknown":
+        alone = selection.calibrated.fit.parameters(base)
+        trained = data.own.residuals([alone])[0][data.own.in_train]
+        left = max(evidence.weighed.before**2, float(np.mean(trained**2))) - 1.0
+        evidence = replace(evidence, agrees=left <= SMALLEST_EXCESS)
     return evidence, bars
 
 

@@ -325,6 +325,9 @@ class Evidence:
     # sheath, may leave [-]; without a sheath the second is 0
     step: float = 0.0
     lumping: float = 0.0
+    # whether the calibrated model, with its own step, leaves no more than noise on all data: where
+    # more is left in ever shorter steps, the step takes part in what agrees
+    agrees: bool = False
 
     @property
     def remaining(self) -> float:
@@ -336,7 +339,7 @@ def decide(evidence: Evidence) -> Verdict:
     """The verdict that errors on held-out data and their limits allow."""
     if not evidence.kinds:
         small = evidence.calibrated and evidence.remaining <= evidence.limit
-        return "nothing missing" if small else "unknown"
+        return "nothing missing" if small or evidence.agrees else "unknown"
     errors, own = evidence.extrapolated, evidence.weighed
     if evidence.beyond or evidence.at_end or own.after >= own.before:
         return "unknown"

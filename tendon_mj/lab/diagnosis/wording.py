@@ -212,10 +212,11 @@ def _too_long(evidence: Evidence, error: float) -> str:
 
 
 def _steps_too_long(evidence: Evidence, error: float) -> int:
-    """Factor by which the timestep had to be shorter where it makes much of an error; or 0."""
-    if error <= _COARSE * evidence.zero_step:
+    """Factor by which the timestep had to be shorter where it makes or hides an error; or 0."""
+    hides = evidence.zero_step > _COARSE * error and evidence.remaining > evidence.limit
+    if error <= _COARSE * evidence.zero_step and not hides:
         return 0
-    steps = math.sqrt(error**2 - evidence.zero_step**2)  # in proportion to the timestep
+    steps = math.sqrt(abs(error**2 - evidence.zero_step**2))  # in proportion to the timestep
     return max(2, math.ceil(steps))
 
 
@@ -225,9 +226,9 @@ def warn_of_step_and_noise(findings: Sequence[Finding], evidence: Evidence) -> l
     warnings = []
     if shorter := _steps_too_long(evidence, error):
         warnings.append(
-            f"The model's timestep is too long: of an error of {error:.2f} times the noise,"
-            f" {evidence.zero_step:.2f} would be left in ever shorter steps; one {shorter} times"
-            " shorter would do."
+            f"The model's timestep is too long: the error is {error:.2f} times the noise, and would"
+            f" be {evidence.zero_step:.2f} in ever shorter steps; one {shorter} times shorter would"
+            " do."
         )
     if error < _TOO_SMALL:
         warnings.append(
@@ -253,6 +254,9 @@ def reason(evidence: Evidence, verdict: Verdict | None) -> str:
     errors, limit = evidence.extrapolated, f"{(1.0 + evidence.limit) ** 0.5:.2f}"
     unit = f"this {errors.unit}"
     off = f"The calibrated model leaves {errors.before:.2f} times {unit}"
+    if verdict == "nothing missing" and evidence.remaining > evidence.limit:
+        own = evidence.weighed.before
+        return f"With the model's own step {own:.2f} times {unit} is left, and nothing stands out."
     if verdict == "nothing missing":
         return f"{off}, which is below the detection limit of {limit}."
     if verdict is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -143,7 +144,7 @@ FAULTS: dict[str, tuple[Callable[[Recording], Recording], str, tuple[str, ...]]]
             changed(p, reel_m=p.columns["reel_m"] + 2e-3), in_file={"reel_m": "reel_mm"}
         ),
         "start",
-        ("'reel_mm' begins at 2 mm", "by 2, as in reel_mm = { column"),
+        ("'reel_mm' begins at 2 mm", "by 2; where it has no entry there, write reel_mm = { column"),
     ),
     "a counter that begins again": (
         with_output(lambda y: np.mod(np.round(y / 0.01), 2**10) * 0.01),
@@ -211,6 +212,30 @@ def test_a_fault_is_told_alone_with_its_place_and_value(pull: Recording, fault: 
     found = said(change(pull))
     assert list(found) == ([identifier] if identifier else [])
     assert all(fact in found[identifier] for fact in facts)
+
+
+SLOW = """<mujoco>
+  <worldbody><body>
+    <joint name="hinge" axis="0 1 0" damping="0.5"/>
+    <geom type="capsule" size="0.01" fromto="0 0 0 0.1 0 0" mass="0.5"/>
+  </body></worldbody>
+  <actuator><motor name="motor" joint="hinge"/></actuator>
+  <sensor><jointpos name="angle" joint="hinge"/></sensor>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(("settle", "told"), [(2.0, ["short_settle"]), (16.0, [])])
+def test_a_model_that_needs_longer_to_settle_is_told_how_long(
+    settle: float, told: list[str], tmp_path: Path
+) -> None:
+    (tmp_path / "slow.xml").write_text(SLOW)
+    time = np.arange(0.0, 4.0, 0.02)
+    drive = {"motor_Nm": ("motor", 0.2 * np.sin(3.0 * time))}
+    blank = recorded(time, drive, {"angle_rad": ("angle", 1e-3)}, tmp_path / "slow.xml")
+    rested = replay_recording(blank, settle=30.0)
+    found = said(replace(blank, columns=rested.columns, settle=settle))
+    assert list(found) == told
+    assert all("write settle = 8" in sentence for sentence in found.values())
 
 
 def test_a_drive_that_makes_the_model_fail_is_told(pull: Recording) -> None:

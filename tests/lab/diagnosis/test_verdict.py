@@ -23,6 +23,7 @@ def verdict(
     after: float,
     *,
     calibrated: bool = True,
+    agrees: bool = False,
     stated: float | None = None,
     beyond: bool = False,
     largest: float = 8.0,
@@ -34,6 +35,7 @@ def verdict(
         Evidence(
             kinds=kinds,
             calibrated=calibrated,
+            agrees=agrees,
             held_out=own_step,
             weighed=own_step,
             extrapolated=ErrorReduction(before, after, 1.0, signals or {}),
@@ -48,6 +50,11 @@ def test_nothing_is_missing_where_both_data_leave_less_than_the_limit() -> None:
     assert verdict((), 1.09, 1.09) == "nothing missing"
     assert verdict((), 1.09, 1.09, calibrated=False) == "unknown"
     assert verdict((), 1.11, 1.11) == "unknown"
+
+
+def test_nothing_is_missing_where_only_ever_shorter_steps_would_leave_more() -> None:
+    assert verdict((), 4.66, 4.66, calibrated=False, agrees=True) == "nothing missing"
+    assert verdict(("missing",), 4.66, 1.0, agrees=True) == "named"
 
 
 def test_only_wrong_parameters_are_a_verdict_of_their_own() -> None:

@@ -41,6 +41,13 @@ def test_steps_that_are_too_long_for_a_named_effect_are_reported() -> None:
     assert "steps" not in sentence("named", [PLAY], errors, zero_step=2.9)
 
 
+def test_steps_that_hide_an_error_are_reported() -> None:
+    hidden = {"weighed": gap(4.66, 4.66), "zero_step": 4.66}
+    text = sentence("nothing missing", [], gap(1.0, 1.0), **hidden)  # type: ignore[arg-type]
+    assert "1.00 times the noise (4.66 in ever shorter steps: " in text
+    assert "one 5 times shorter would do" in text
+
+
 def test_the_error_of_a_sound_model_is_put_down_to_its_parts() -> None:
     def text(zero_step: float, lumping: float) -> str:
         more = {"zero_step": zero_step, "lumping": lumping, "limit": 20.0}

@@ -492,7 +492,7 @@ PENDULUM = """<mujoco><worldbody><body>
 
 
 def crept(model):
-    """Angle by which a pendulum moves in two seconds, whose friction would hold twice its weight."""
+    """Angle by which a pendulum moves in two seconds; its friction would hold twice its weight."""
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, nstep=round(2.0 / model.opt.timestep))
     return abs(float(data.qpos[0]))
