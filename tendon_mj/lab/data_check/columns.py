@@ -48,6 +48,7 @@ _MEANWHILE, _MEANWHILE_OF_NOISY = 0.25, 0.02  # of its range, by which the model
 _THOUSAND = 100.0  # ratio of two ranges from which it may be 1000: friction is not proportional
 _HARDLY = 3000.0  # ratio of two ranges that no mistaken unit explains
 _ALL = 5.0  # ratio from which, if every column is off by it, the drive is meant
+_KILOGRAM_FORCE, _ABOUT_KILOGRAM_FORCE = 9.80665, 0.1  # [N], relative
 _DEGREES, _ABOUT_DEGREES = 180.0 / np.pi, 1.5  # ratio of degrees and radians, and its tolerance
 _TURNED = 3.0  # range of angles that may be degrees [rad]; less of these would be no motion
 _LITTLE = 1e-3  # of a range, an error that none is
@@ -590,7 +591,7 @@ def _one_warning(recording: Recording, column: str, shown: FloatArray) -> DataWa
     if simulated > _HARDLY * span:
         value = f"hardly moves, by {moves}, the model by {shown_moves}"
         return DataWarning("nothing_moves", place, value, unconnected)
-    fault = _unit_fault(span / simulated)
+    fault = _unit_fault(span / simulated, unit)
     if fault:
         return DataWarning(
             "unit",
@@ -611,8 +612,10 @@ def _one_warning(recording: Recording, column: str, shown: FloatArray) -> DataWa
     return frozen(recording, column, shown) or _start_warning(recording, column, shown, place)
 
 
-def _unit_fault(ratio: float) -> str:
+def _unit_fault(ratio: float, unit: str) -> str:
     """Fault of the unit by a ratio of ranges, measured over simulated; empty if there is none."""
+    if unit == "N" and abs(ratio * _KILOGRAM_FORCE - 1.0) < _ABOUT_KILOGRAM_FORCE:
+        return f"{1.0 / ratio:.1f} times as little, as kilograms-force named newtons are"
     large, times = ratio > 1.0, max(ratio, 1.0 / ratio)
     if times > _THOUSAND:
         units = "thousandths of it (mm, mN)" if large else "thousands of it (kN)"

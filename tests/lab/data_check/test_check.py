@@ -133,6 +133,11 @@ FAULTS: dict[str, tuple[Callable[[Recording], Recording], str, tuple[str, ...]]]
         )
         for factor, moves in ((1e-3, "moves less"), (57.3, "moves more"))
     },
+    "kilograms-force": (
+        with_output(lambda y: y / 9.81),
+        "unit",
+        ("kilograms-force named newtons",),
+    ),
     "a reversed sensor": (
         with_output(lambda y: 2.0 * np.mean(y) - y),
         "sign",
