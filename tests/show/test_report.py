@@ -154,6 +154,15 @@ def test_a_page_has_verdict_finding_and_next_steps_first_and_needs_no_other_file
     assert f"script-src 'sha256-{digest}'" in html
 
 
+def test_a_model_that_reads_files_says_which_to_send_along() -> None:
+    def text(model: str) -> str:
+        return page(diagnosis("named"), model=model)
+
+    mesh = '<mujoco><asset><mesh name="tip" file="parts/tip.obj"/></asset></mujoco>'
+    assert "<code>parts/tip.obj</code>. Send these along" in text(mesh)
+    assert "Send these along" not in text("<mujoco/>")
+
+
 def test_a_finding_is_stated_with_its_value():
     result = diagnosis()
     stated = replace(result.findings[0], statement="dry friction of joint pip, 12 mN m")

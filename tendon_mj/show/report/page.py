@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
@@ -158,9 +159,16 @@ def report_page(
             recordings=_uses(diagnosis),
             model=model,
             model_says=inspect.cleandoc(model.partition("<!--")[2].partition("-->")[0]).strip(),
+            model_reads=_files_of(model),
             model_file=base64.b64encode(model.encode()).decode(),
         )
     )
+
+
+def _files_of(model: str) -> list[str]:
+    """Files that the MJCF text of a model reads, such as meshes."""
+    elements = ElementTree.fromstring(model).iter() if model else ()
+    return sorted({element.get("file", "") for element in elements} - {""})
 
 
 def first_screen(diagnosis: Diagnosis) -> str:
