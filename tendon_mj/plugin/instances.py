@@ -134,6 +134,8 @@ def tension_path(
     spans = segments["point"][straight].astype(int)
     ends[straight] = np.stack([wraps[spans + near], wraps[spans + 1 - near]], axis=1)
     known = np.flatnonzero(straight)
+    # next to an end may be a geom that the tendon does not touch
+    ends[: known[0]], ends[known[-1] + 1 :] = ends[known[0], 0], ends[known[-1], 1]
     for before, after in itertools.pairwise(known):  # the segments on an arc share its chord
         a, b, between = ends[before, 1], ends[after, 0], after - before
         for j in range(before + 1, after):

@@ -13,6 +13,7 @@ from PIL import ImageFont
 from scipy.ndimage import minimum_filter
 from scipy.spatial import KDTree
 
+from tendon_mj import add_friction
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.lab.finger import lasting, press, simulate_finger, tap
 from tendon_mj.lab.replay import Cable, FrameRecorder, default_motion, record_frames
@@ -31,6 +32,7 @@ from tendon_mj.show.render import offscreen as scene_module
 from tendon_mj.show.render.clip import draw_arrow
 from tendon_mj.show.render.offscreen import COLOURS, blend, cable_radius, project
 from tests.refusals import refusing
+from tests.rigs import rope
 
 
 @pytest.fixture(scope="module")
@@ -138,6 +140,37 @@ def test_a_clip_of_a_replay_is_drawn_on_the_scene_that_the_bare_model_lacks(gl, 
     frames, _ = frames_of(path, 480, 270)
     assert len(frames) == 30
     assert np.abs(frames[5].astype(float) - frames[0]).max() > 30.0
+
+
+@pytest.mark.parametrize("height", [0.0, 0.3])
+@pytest.mark.parametrize(
+    ("words", "input_end"), [("a b drum@top d", "first"), ("d drum@top b a", "last")]
+)
+def test_a_tendon_is_drawn_from_its_input_to_its_output_beside_a_geom(height, words, input_end):
+    """It wraps around the geom, or passes above without touching it."""
+    text = rope(
+        f"a -.6 0 {height}; b -.3 0 {height}; top 0 0 .2",
+        "d",
+        words,
+        body=f'pos=".3 0 {height}"',
+        world='<geom name="drum" type="cylinder" size=".05 .1" euler="90 0 0"/>',
+        joint='type="slide"',
+    )
+    spec = mujoco.MjSpec.from_string(text)
+    add_friction(spec, "t", friction=0.1, arc_guides=1, input_end=input_end)
+    model = spec.compile()
+    data, scene = mujoco.MjData(model), mujoco.MjvScene(model, 100)
+    mujoco.mj_forward(model, data)
+    (cable,) = record_frames(model, [[5.0]], duration=0.1, fps=10).cables.values()
+    for drawn, site in zip(cable.points[0, [0, -1]], ("a", "d"), strict=True):
+        np.testing.assert_allclose(drawn, data.site(site).xpos)
+    length = np.linalg.norm(np.diff(cable.points[0], axis=0), axis=1).sum()
+    assert length == pytest.approx(data.ten_length[0], rel=0.02), "no stretch of it twice"
+    add_cable(scene, cable.points[0], cable.tensions[0], Normalize(0.0, 10.0), 0.01)
+    sphere = mujoco.mjtGeom.mjGEOM_SPHERE
+    beads = np.array([geom.pos for geom in scene.geoms[: scene.ngeom] if geom.type == sphere])
+    away = np.linalg.norm(beads[:, None] - cable.points[0, [0, -1]], axis=2)
+    assert away.min() > 0.1, "its ends are no guides"
 
 
 @pytest.mark.parametrize(

@@ -320,7 +320,8 @@ def add_cable(
         if geom is not None:
             mujoco.mjv_connector(geom, capsule, radius, start, end)
     for guide in points[1:-1]:
-        _next_geom(scene, mujoco.mjtGeom.mjGEOM_SPHERE, guide, MARK * radius, _GUIDE)
+        if not (guide == points[[0, -1]]).all(axis=1).any():  # which are not guides
+            _next_geom(scene, mujoco.mjtGeom.mjGEOM_SPHERE, guide, MARK * radius, _GUIDE)
 
 
 def _next_geom(
