@@ -22,6 +22,7 @@ from tendon_mj.lab.replay import (
     FrameRecorder,
     check_frames,
     demonstration_time,
+    force_unit,
     frictionless,
     record_frames,
 )
@@ -105,7 +106,10 @@ def render(
     output.result(result)
     moved = "" if (frames.poses != frames.poses[0]).any() else ", in which nothing moves"
     ends = [f(cable.tensions) for cable in frames.cables.values() for f in (np.nanmin, np.nanmax)]
-    span = f"tensions from {min(ends):.1f} to {max(ends):.1f} N" if ends else "no sheath"
+    unit, span = force_unit(ends), "no sheath"
+    if ends:
+        low, high = (unit.factor * end for end in (min(ends), max(ends)))
+        span = f"tensions from {low:.1f} to {high:.1f} {unit.symbol}"
     output.close(
         f"{path.name} shows {shown:.3g} s of {name}{moved}, with {span}, at {fps:g} frames/s, "
         f"{width} x {height}."

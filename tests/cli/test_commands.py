@@ -1,6 +1,7 @@
 """Commands from their arguments to their result."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from tendon_mj.lab.recordings import read_recording
 from tendon_mj.lab.replay import replay_recording
 from tendon_mj.models import example_recording
 from tests.lab.recorded import written
-from tests.rigs import lever
+from tests.rigs import lever, rope
 
 
 def read(folder):
@@ -110,6 +111,22 @@ def test_render_says_what_moves_a_model_without_control_ranges(actuator, said, t
         assert "OpenGL" in printed.err
         pytest.skip("no OpenGL on this machine")
     assert (tmp_path / "arm.mp4").stat().st_size > 500
+
+
+def test_render_says_small_tensions_in_a_unit_that_has_digits(tmp_path, capsys):
+    path = tmp_path / "endoscope.xml"
+    motor = '<motor name="pull" tendon="t" gear="-1" ctrlrange="0 0.03"/>'
+    ground, moving = "a; b 1 0 0; c 1 0 .1", "d .2 0 0"
+    path.write_text(
+        rope(ground, moving, law={"friction": 0.2}, body='pos="1 0 .1"', actuator=motor)
+    )
+    arguments = ["render", str(path), "--duration", "1", "--size", "128x96", "--fps", "10"]
+    if main([*arguments, "--out", str(tmp_path)]):
+        assert "OpenGL" in capsys.readouterr().err
+        pytest.skip("no OpenGL on this machine")
+    said = " ".join(capsys.readouterr().out.split())
+    low, high = map(float, re.search(r"tensions from ([\d.]+) to ([\d.]+) mN", said).groups())
+    assert 0.0 <= low < 1.0 < high < 30.0
 
 
 def test_times_in_the_wrong_unit_are_refused_before_they_cost_hours(tmp_path, capsys):

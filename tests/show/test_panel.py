@@ -33,7 +33,7 @@ SEEN = {
 XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 
 
-def pulled(count, rgba="0.5 0.5 0.5 1", name="tendon_{}"):
+def pulled(count, rgba="0.5 0.5 0.5 1", name="tendon_{}", force=5.0):
     """A model of ``count`` tendons, each of which pulls a carriage, and frames of it."""
     names = [name.format(k) for k in range(count)]
     bodies = "".join(
@@ -54,7 +54,7 @@ def pulled(count, rgba="0.5 0.5 0.5 1", name="tendon_{}"):
     )
     add_friction(spec, "*", friction=0.1)
     model = spec.compile()
-    return model, record_frames(model, np.full((1, count), 5.0), duration=0.2, fps=10)
+    return model, record_frames(model, np.full((1, count), force), duration=0.2, fps=10)
 
 
 def lab(colour, seen):
@@ -132,6 +132,23 @@ def test_the_table_has_both_ends_of_a_tendon_with_friction_and_without(pressed):
     pulled, free = ([end[-1] for end in cell] for cell in cells)
     assert pulled[1] < 0.7 * pulled[0]
     assert free[1] == pytest.approx(free[0], rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("force", "unit", "factor"), [(0.03, "mN", 1e3), (5.0, "N", 1.0), (6e4, "N", 1.0)]
+)
+def test_small_forces_have_digits_and_all_of_a_clip_are_in_one_unit(force, unit, factor):
+    model, frames = pulled(1, force=force)
+    scale = colour_limits(frames.cables)
+    panel = Panel(model, frames, scale, 436, 720)
+    tensions = next(chart for chart in charts(model, frames) if "tension" in chart.label)
+    bar = panel._plots[0][0].figure.axes[0]
+    ((first, last),) = [cells[1] for name, _, cells in panel._rows if "tendon_0" in name]
+    assert tensions.label == panel._rows[0][0] == f"tension [{unit}]"
+    assert bar.get_title("left") == f"tension along the tendon [{unit}]"
+    assert bar.get_xlim()[1] == pytest.approx(factor * scale.vmax)
+    assert first[-1] == tensions.lines[0].values[-1] == pytest.approx(factor * force, rel=0.2)
+    assert last[-1] == tensions.lines[1].values[-1] < first[-1]
 
 
 def test_a_chart_says_how_many_tendons_it_leaves_out():

@@ -19,6 +19,7 @@ from selenium.webdriver.support.ui import WebDriverWait
 
 from tendon_mj.cli import main
 from tendon_mj.errors import EngineError, MissingPackageError
+from tendon_mj.lab.replay import force_unit
 from tendon_mj.models import load_model
 from tendon_mj.show.live import open_window, prepare, serve
 from tendon_mj.show.live.scene import (
@@ -68,6 +69,13 @@ def test_tensions_are_numbers_with_units_and_of_many_tendons_the_others_are_coun
     assert left.splitlines() == ["time [s]", "flexor: input to output tension [N]"]
     assert right.splitlines() == ["3.2", "12.3 to 5.7"]
     assert "| flexor | 12.35 | 5.67 |" in tension_table(*flexor, 3.21)
+    small = ["flexor"], np.array([[0.0123, 0.0056]]), 3.21, force_unit([0.02])
+    assert [column.splitlines()[1] for column in tension_text(*small)] == [
+        "flexor: input to output tension [mN]",
+        "12.3 to 5.6",
+    ]
+    assert "input [mN]" in tension_table(*small)
+    assert "| flexor | 12.30 | 5.60 |" in tension_table(*small)
     left, right = tension_text([f"t{k}" for k in range(39)], np.ones((39, 2)), 0.0)
     assert len(left.splitlines()) == MOST_TENDONS + 2
     assert f"and {39 - MOST_TENDONS} more tendons" in left
@@ -129,6 +137,9 @@ def test_keys_explain_the_mark_only_where_a_tendon_can_slip():
     for slips in (True, False):
         assert ("slips" in colour_bar((2.0, 20.0), slips)) == slips
     assert all(end in colour_bar((2.0, 20.0), False) for end in ("≤ 2 N", "11 N", "≥ 20 N"))
+    assert all(
+        end in colour_bar((0.0, 0.02), False, force_unit([0.02])) for end in ("≤ 0 mN", "≥ 20 mN")
+    )
     with_mark, without = (
         colour_key((0.0, 20.0), [], np.zeros((0, 2, 3)), 420, key_height(0), slips)
         for slips in (True, False)

@@ -58,6 +58,7 @@ from tendon_mj.lab.replay.simulation import suppress_mujoco_log as suppress_mujo
 from tendon_mj.lab.replay.simulation import suppress_unsolved_warnings as suppress_unsolved_warnings
 from tendon_mj.lab.replay.simulation import unsolved_sheaths as unsolved_sheaths
 from tendon_mj.lab.replay.units import JOINT as JOINT
+from tendon_mj.lab.replay.units import NEWTON as NEWTON
 from tendon_mj.lab.replay.units import UNKNOWN as UNKNOWN
 from tendon_mj.lab.replay.units import EngineeringUnit as EngineeringUnit
 from tendon_mj.lab.replay.units import column_name as column_name
@@ -66,6 +67,7 @@ from tendon_mj.lab.replay.units import control_unit as control_unit
 from tendon_mj.lab.replay.units import ending_of as ending_of
 from tendon_mj.lab.replay.units import engineering_unit as engineering_unit
 from tendon_mj.lab.replay.units import estimated_percent as estimated_percent
+from tendon_mj.lab.replay.units import force_unit as force_unit
 from tendon_mj.lab.replay.units import from_to as from_to
 from tendon_mj.lab.replay.units import percent as percent
 from tendon_mj.lab.replay.units import plain as plain

@@ -156,6 +156,9 @@ class EngineeringUnit(NamedTuple):
     factor: float  # by which a value in the SI unit is multiplied
 
 
+NEWTON: Final = EngineeringUnit("N", 1.0)
+
+
 def engineering_unit(unit: str, values: Iterable[float]) -> EngineeringUnit:
     """The unit in which the largest of some values has one to three digits before the point.
 
@@ -176,6 +179,12 @@ def engineering_unit(unit: str, values: Iterable[float]) -> EngineeringUnit:
         fitting = [("", 1.0)]
     prefix, size = fitting[0]
     return EngineeringUnit(prefix + unit, 1.0 / size)
+
+
+def force_unit(forces: Iterable[float]) -> EngineeringUnit:
+    """The unit of all forces [N] that are shown together: N, or less where none is as large."""
+    unit = engineering_unit("N", forces)
+    return unit if unit.factor > 1.0 else NEWTON
 
 
 def plain(value: float, digits: int = 3) -> str:

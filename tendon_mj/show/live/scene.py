@@ -15,7 +15,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from tendon_mj.lab.replay import control_limits, control_unit, engineering_unit
+from tendon_mj.lab.replay import (
+    NEWTON,
+    EngineeringUnit,
+    control_limits,
+    control_unit,
+    engineering_unit,
+)
 from tendon_mj.plugin import PARAMETERS, SLIPPING
 from tendon_mj.show.figures.style import labelled
 from tendon_mj.show.render.offscreen import COLOURS
@@ -155,11 +161,14 @@ def drawn_tendons(
     )
 
 
-def tension_text(tendons: Sequence[str], tensions: FloatArray, time: float) -> tuple[str, str]:
-    """Two columns of text: labels, and values of the (tendons, 2) tensions [N]."""
+def tension_text(
+    tendons: Sequence[str], tensions: FloatArray, time: float, unit: EngineeringUnit = NEWTON
+) -> tuple[str, str]:
+    """Two columns of text: labels, and values in a unit of the (tendons, 2) tensions [N]."""
     left, right = ["time [s]"], [f"{time:.1f}"]
-    for name, (first, last) in list(zip(tendons, tensions, strict=True))[:MOST_TENDONS]:
-        left.append(f"{name}: input to output tension [N]")
+    scaled = unit.factor * tensions
+    for name, (first, last) in list(zip(tendons, scaled, strict=True))[:MOST_TENDONS]:
+        left.append(labelled(f"{name}: input to output tension", unit))
         right.append(f"{first:.1f} to {last:.1f}")
     if len(tendons) > MOST_TENDONS:
         left.append(f"and {len(tendons) - MOST_TENDONS} more tendons")
@@ -167,41 +176,45 @@ def tension_text(tendons: Sequence[str], tensions: FloatArray, time: float) -> t
     return "\n".join(left), "\n".join(right)
 
 
-def tension_table(tendons: Sequence[str], tensions: FloatArray, time: float) -> str:
+def tension_table(
+    tendons: Sequence[str], tensions: FloatArray, time: float, unit: EngineeringUnit = NEWTON
+) -> str:
     """Tensions as a table in Markdown; see `tension_text`."""
-    rows = ["| tendon | input [N] | output [N] |", "|---|---|---|"]
-    for name, (first, last) in zip(tendons, tensions, strict=True):
+    ends = (labelled(end, unit) for end in ("input", "output"))
+    rows = [f"| tendon | {' | '.join(ends)} |", "|---|---|---|"]
+    for name, (first, last) in zip(tendons, unit.factor * tensions, strict=True):
         rows.append(f"| {name} | {first:.2f} | {last:.2f} |")
     return "\n".join([*rows, "", f"time {time:.1f} s"])
 
 
-def reading_table(model: mujoco.MjModel, data: mujoco.MjData) -> str:
+def reading_table(
+    model: mujoco.MjModel, data: mujoco.MjData, unit: EngineeringUnit = NEWTON
+) -> str:
     """Forces of touch sensors and positions of joints as a table in Markdown; empty without any."""
     rows = []
     for k in np.flatnonzero(model.sensor_type == mujoco.mjtSensor.mjSENS_TOUCH.value):
-        name = model.sensor(k).name or f"sensor {k}"
-        rows.append(
-            f"| {name.replace('_', ' ')} [N] | {data.sensordata[model.sensor_adr[k]]:.2f} |"
-        )
-    for kind, unit, factor in (
+        name = (model.sensor(k).name or f"sensor {k}").replace("_", " ")
+        force = unit.factor * data.sensordata[model.sensor_adr[k]]
+        rows.append(f"| {labelled(name, unit)} | {force:.2f} |")
+    for kind, symbol, factor in (
         (mujoco.mjtJoint.mjJNT_HINGE, "°", math.degrees(1.0)),
         (mujoco.mjtJoint.mjJNT_SLIDE, "mm", 1e3),
     ):
         for k in np.flatnonzero(model.jnt_type == kind.value)[:MOST_JOINTS]:
             name, place = model.joint(k).name or f"joint {k}", data.qpos[model.jnt_qposadr[k]]
-            rows.append(f"| {name} [{unit}] | {factor * place:.1f} |")
+            rows.append(f"| {name} [{symbol}] | {factor * place:.1f} |")
     return "\n".join(["| sensor or joint | now |", "|---|---|", *rows]) if rows else ""
 
 
-def colour_bar(limits: tuple[float, float], slips: bool) -> str:
+def colour_bar(limits: tuple[float, float], slips: bool, unit: EngineeringUnit = NEWTON) -> str:
     """The colours between two tensions [N] as HTML, in the text's colour of the page.
 
     With ``slips`` the mark of a guide over which a tendon slips is explained, too.
     """
-    low, high = limits
+    low, high = (unit.factor * limit for limit in limits)
     colours = ",".join(to_hex(colour) for colour in COLOURS(np.linspace(0.0, 1.0, 9)))
-    ends = [f"≤ {low:g} N", f"{0.5 * (low + high):g} N", f"≥ {high:g} N"]
-    ticks = "".join(f"<span>{end}</span>" for end in ends)
+    ends = [f"≤ {low:g}", f"{0.5 * (low + high):g}", f"≥ {high:g}"]
+    ticks = "".join(f"<span>{end} {unit.symbol}</span>" for end in ends)
     mark = f'<span style="color:{to_hex(SLIPPING)}">●</span> slips over this guide'
     return (
         '<div style="padding:0.2em 0.8em;font-size:0.85em">tension along the tendon'
@@ -218,6 +231,7 @@ def colour_key(
     width: int,
     height: int,
     slips: bool = True,
+    unit: EngineeringUnit = NEWTON,
 ) -> NDArray[np.uint8]:
     """(height, width, 3) picture of a horizontal colour bar, and lines with names.
 
@@ -228,10 +242,12 @@ def colour_key(
     figure = Figure(figsize=(width / _INCH, height / _INCH), dpi=_INCH, layout="constrained")
     canvas: Any = FigureCanvasAgg(figure)
     if limits[0] < limits[1]:
-        scale, place = ScalarMappable(Normalize(*limits), COLOURS), figure.add_subplot()
+        shown = Normalize(unit.factor * limits[0], unit.factor * limits[1])
+        scale, place = ScalarMappable(shown, COLOURS), figure.add_subplot()
         bar = figure.colorbar(scale, cax=place, orientation="horizontal", extend="both")
         mark = ";\nmagenta: it slips over this guide" if slips else ""
-        bar.set_label(f"tension along the tendon [N], at the tips or beyond{mark}", size=_FONT)
+        title = labelled("tension along the tendon", unit)
+        bar.set_label(f"{title}, at the tips or beyond{mark}", size=_FONT)
         bar.ax.tick_params(labelsize=_FONT)
     lines = [
         Line2D([], [], color=colour, linewidth=2.5, label=f"{name} {end}")

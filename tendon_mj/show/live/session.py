@@ -19,7 +19,14 @@ import numpy as np
 from tendon_mj.attach import Parameters, show_tension, view_sheath
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.finger import find_motion, motion_names
-from tendon_mj.lab.replay import Drive, demonstration_time, is_friction, record_frames
+from tendon_mj.lab.replay import (
+    Drive,
+    EngineeringUnit,
+    demonstration_time,
+    force_unit,
+    is_friction,
+    record_frames,
+)
 from tendon_mj.models import load_spec, model_path
 from tendon_mj.plugin import TENSION_SCALE, sheaths
 from tendon_mj.show.live.scene import Viewpoint, first_view
@@ -217,6 +224,11 @@ class Prepared:
     poses: FloatArray | None = None  # (k, nq) of its motion, to be in view
     # by name, the first is played: a copy of the model in it, and its drive
     motions: Mapping[str, Motion] = field(default_factory=dict)
+
+    @property
+    def force_unit(self) -> EngineeringUnit:
+        """The unit of all forces that are shown, which is that of the colour bar."""
+        return force_unit([self.high])
 
 
 def prepare(name: str, motion: str | None = None) -> Prepared:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, MissingPackageError, TendonError
 from tendon_mj.plugin import MARK, SLIPPING, THICKER
+from tendon_mj.show.figures.style import labelled
 from tendon_mj.show.live.scene import (
     FIRST,
     MOST_TENDONS,
@@ -260,7 +261,7 @@ class _Panel:
     def __init__(self, gui: Any, uplot: Any, prepared: Prepared) -> None:
         self._gui, self._simulation, self._prepared = gui, prepared.simulation, prepared
         simulation = self._simulation
-        self._tendons = list(simulation.tendons.values())
+        self._tendons, self._unit = list(simulation.tendons.values()), prepared.force_unit
         self._handles: dict[str, tuple[Any, float]] = {}  # of sliders, and their units over SI
         self._controls: list[tuple[Any, float]] = []  # the same of actuators
         self._add_buttons()
@@ -269,7 +270,7 @@ class _Panel:
         with panel.add_tab("tensions, motion"):
             if prepared.low < prepared.high:
                 limits = prepared.low, prepared.high
-                gui.add_html(colour_bar(limits, simulation.can_slip))
+                gui.add_html(colour_bar(limits, simulation.can_slip, self._unit))
             self._curves = self._add_curves(uplot) if self._tendons else None
             tabs = gui.add_tab_group()
             with tabs.add_tab("motion"):
@@ -291,13 +292,14 @@ class _Panel:
         if not simulation.is_by_hand and len(self._controls) <= _MOST_CONTROLS:
             self._show_controls()
         with simulation.lock:
-            readings = reading_table(simulation.model, simulation.data)
-        now = tension_table(self._tendons, tensions[-1], float(times[-1]))
+            readings = reading_table(simulation.model, simulation.data, self._unit)
+        now = tension_table(self._tendons, tensions[-1], float(times[-1]), self._unit)
         self._table.content = f"{now}\n\n{readings}"
         if self._curves is None:
             return
         chosen = np.unique(np.linspace(0, len(times) - 1, min(len(times), _PER_CURVE)).astype(int))
-        rows = np.nan_to_num(tensions[chosen, :MOST_TENDONS].reshape(len(chosen), -1), posinf=0.0)
+        kept = self._unit.factor * tensions[chosen, :MOST_TENDONS]
+        rows = np.nan_to_num(kept.reshape(len(chosen), -1), posinf=0.0)
         self._curves.data = (times[chosen], *(np.ascontiguousarray(row) for row in rows.T))
 
     def _add_curves(self, uplot: Any) -> Any:
@@ -310,7 +312,7 @@ class _Panel:
         return self._gui.add_uplot(
             tuple(np.zeros(1) for _ in series),
             tuple(series),
-            title="tension [N] over time [s]",
+            title=f"{labelled('tension', self._unit)} over time [s]",
             scales={"x": uplot.Scale(time=False)},
             legend=uplot.Legend(show=True, live=False),
             height=_HEIGHT,

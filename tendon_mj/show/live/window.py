@@ -14,6 +14,8 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import EngineError
+from tendon_mj.lab.replay import NEWTON, EngineeringUnit
+from tendon_mj.show.figures.style import labelled
 from tendon_mj.show.live.scene import (
     MOST_TENDONS,
     colour_key,
@@ -130,7 +132,8 @@ class _Overlay:
         self._limits, self._slips = (prepared.low, prepared.high), prepared.simulation.can_slip
         self._tendons = list(prepared.simulation.tendons.values())
         self._colours = curve_colours(prepared.simulation.model)
-        self._figure = new_curves(self._colours, prepared.high or 1.0)
+        self._unit = prepared.force_unit
+        self._figure = new_curves(self._colours, prepared.high or 1.0, self._unit)
         self._frames, self._size = 0, (0, 0)
 
     def show(self) -> bool:
@@ -145,8 +148,8 @@ class _Overlay:
 
     def _renew(self) -> None:
         times, tensions = self._simulation.curves()
-        draw_curves(self._figure, times, tensions, _CURVES_SPAN)
-        left, right = tension_text(self._tendons, tensions[-1], float(times[-1]))
+        draw_curves(self._figure, times, self._unit.factor * tensions, _CURVES_SPAN)
+        left, right = tension_text(self._tendons, tensions[-1], float(times[-1]), self._unit)
         self._window.set_texts(
             (mujoco.mjtFontScale.mjFONTSCALE_150, mujoco.mjtGridPos.mjGRID_TOPLEFT, left, right)
         )
@@ -166,15 +169,18 @@ class _Overlay:
                 place.width,
                 place.height,
                 self._slips,
+                self._unit,
             )
             self._window.set_images((place, key))
 
 
-def new_curves(colours: FloatArray, high: float) -> mujoco.MjvFigure:
-    """An empty figure for curves of (tendons, 2, 3) colours, up to a tension ``high`` [N]."""
+def new_curves(
+    colours: FloatArray, high: float, unit: EngineeringUnit = NEWTON
+) -> mujoco.MjvFigure:
+    """An empty figure for curves of (tendons, 2, 3) colours in a unit, up to a ``high`` [N]."""
     figure = mujoco.MjvFigure()
     mujoco.mjv_defaultFigure(figure)
-    figure.title, figure.xlabel = "tension at the ends [N]", "time [s]"
+    figure.title, figure.xlabel = labelled("tension at the ends", unit), "time [s]"
     figure.xformat, figure.yformat = "%.1f", "%.3g"
     figure.figurergba[:], figure.panergba[:] = (1.0, 1.0, 1.0, 0.85), (1.0, 1.0, 1.0, 1.0)
     figure.textrgb[:], figure.gridrgb[:] = 0.0, 0.85
@@ -182,7 +188,7 @@ def new_curves(colours: FloatArray, high: float) -> mujoco.MjvFigure:
     figure.flg_legend, figure.flg_extend = 0, 1
     figure.flg_ticklabel[:] = 1
     figure.gridsize[:] = (5, 5)
-    figure.range[1] = (0.0, high)
+    figure.range[1] = (0.0, unit.factor * high)
     shown = colours[:MOST_TENDONS].reshape(-1, 3)
     figure.linergb[: len(shown)] = shown
     return figure
@@ -191,7 +197,7 @@ def new_curves(colours: FloatArray, high: float) -> mujoco.MjvFigure:
 def draw_curves(
     figure: mujoco.MjvFigure, times: FloatArray, tensions: FloatArray, span: float
 ) -> None:
-    """Put (n, tendons, 2) tensions [N] over (n,) times [s] into a figure of a time span [s]."""
+    """Put (n, tendons, 2) tensions over (n,) times [s] into a figure of a time span [s]."""
     chosen = slice(max(0, len(times) - _POINTS), None)
     shown, rows = times[chosen], np.nan_to_num(tensions[chosen], posinf=0.0)
     for line, values in enumerate(rows[:, :MOST_TENDONS].reshape(len(shown), -1).T):

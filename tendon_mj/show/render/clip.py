@@ -18,11 +18,11 @@ from PIL import ImageDraw, ImageFont
 
 from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.lab.progress import Progress
-from tendon_mj.lab.replay import POSE, Frames
+from tendon_mj.lab.replay import POSE, Frames, force_unit
 from tendon_mj.plugin import sheaths
 from tendon_mj.show.figures import style
 from tendon_mj.show.render import offscreen
-from tendon_mj.show.render.panel import Panel, tendon_colours, text_scale
+from tendon_mj.show.render.panel import Panel, tendon_colours, text_scale, unit_of_forces
 from tendon_mj.show.render.surroundings import poses_of, to_show
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
@@ -201,6 +201,7 @@ class _FramePainter:
         self._font = ImageFont.truetype(findfont("DejaVu Sans"), points)
         pressed = [*frames.contacts, *(twin.contacts if twin else ())]
         self._largest = max((_norms(rows).max(initial=0.0) for rows in pressed), default=0.0)
+        self._unit = unit_of_forces(frames) if frames.cables else force_unit([self._largest])
         length = _ARROW * float(model.stat.extent)
         self._arrow = length / self._largest if self._largest > 0.0 else 0.0  # [m/N]
         self._legend_row: float | None = None
@@ -236,7 +237,8 @@ class _FramePainter:
             for contact in contacts[_norms(contacts) > _LEAST_FORCE * self._largest]:
                 ends = contact[:3] + np.outer((0.0, self._arrow), contact[3:])
                 start, end = offscreen.project(self._offscreen.scene, ends, *self._size)
-                text, drawn = f"{np.linalg.norm(contact[3:]):.1f} N", (colour, self._theme)
+                force = self._unit.factor * np.linalg.norm(contact[3:])
+                text, drawn = f"{force:.1f} {self._unit.symbol}", (colour, self._theme)
                 image = draw_arrow(image, start, end, text, self._font, labels, *drawn)
         image = self._label_ends(image, k)
         if self._panel is None:

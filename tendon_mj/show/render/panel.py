@@ -19,10 +19,17 @@ from matplotlib.lines import Line2D
 from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
-from tendon_mj.lab.replay import Cable, Frames, control_unit, engineering_unit
+from tendon_mj.lab.replay import (
+    Cable,
+    EngineeringUnit,
+    Frames,
+    control_unit,
+    engineering_unit,
+    force_unit,
+)
 from tendon_mj.plugin import sheaths
 from tendon_mj.show.figures import style
-from tendon_mj.show.render.offscreen import COLOURS, Image, without_spikes
+from tendon_mj.show.render.offscreen import COLOURS, Image, colour_limits, without_spikes
 from tendon_mj.typing import FloatArray
 
 _DPI, _LEGIBLE = 100.0, 84.0  # at 720 pixels of height; the least that is read with ease
@@ -84,7 +91,8 @@ class Panel:
     ) -> None:
         self._frames, self._theme = frames, theme
         self._unit = text_scale(height)
-        self._rows = _value_rows(model, frames, twin)
+        unit = unit_of_forces(frames)
+        self._rows = _value_rows(model, frames, twin, unit)
         dpi, table = _DPI * self._unit, (66 + 24 * len(self._rows)) * self._unit / height
         inches = height / dpi
         shown = charts(model, frames, twin)  # of which the first are drawn, as many as fit
@@ -97,8 +105,10 @@ class Panel:
             figure.get_layout_engine().set(rect=(0.02, 0.01, 0.95, 1.0 - table))  # type: ignore[union-attr,call-arg]
             ratios = (0.09, *(1.0 for _ in shown))
             bar, *grid = figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=True)
-            figure.colorbar(ScalarMappable(scale, COLOURS), cax=bar, orientation="horizontal")
-            bar.set_title("tension along the tendon [N]", fontweight="normal", fontsize=9.0)
+            limits = Normalize(unit.factor * (scale.vmin or 0.0), unit.factor * (scale.vmax or 1.0))
+            figure.colorbar(ScalarMappable(limits, COLOURS), cax=bar, orientation="horizontal")
+            title = style.labelled("tension along the tendon", unit)
+            bar.set_title(title, fontweight="normal", fontsize=9.0)
             for axes, chart in zip(grid, shown, strict=True):
                 for line in (*chart.twin, *chart.lines):
                     colour = style.on_theme(line.colour, theme)
@@ -167,7 +177,7 @@ def _number(value: float) -> str:
 
 
 def _value_rows(
-    model: mujoco.MjModel, frames: Frames, twin: Frames | None
+    model: mujoco.MjModel, frames: Frames, twin: Frames | None, unit: EngineeringUnit
 ) -> list[tuple[str, str, tuple[_Cell, _Cell]]]:
     """Rows of the table: name, colour, and two cells."""
     rows: list[tuple[str, str, tuple[_Cell, _Cell]]] = []
@@ -176,16 +186,17 @@ def _value_rows(
     forces = touch_forces(model, frames, twin)
     if len(forces) == 1:
         ((name, values),) = forces.items()
-        label = f"{name.replace('_', ' ')} [N]"
-        other = touch_forces(model, twin, frames)[name] if twin else None
+        label = style.labelled(name.replace("_", " "), unit)
+        values = unit.factor * values
+        other = unit.factor * touch_forces(model, twin, frames)[name] if twin else None
         rows.append((label, INK, ("", (values,)) if other is None else ((values,), (other,))))
     ends = "input → output"
-    rows.append(("tension [N]", style.GREY, (ends if twin else "", ends)))
+    rows.append((style.labelled("tension", unit), style.GREY, (ends if twin else "", ends)))
     colours, cables = tendon_colours(model), list(frames.cables.items())
     # one row more in place of "and 1 more"
     listed = cables if len(cables) == _TABLE_ROWS + 1 else cables[:_TABLE_ROWS]
     for name, cable in listed:
-        shown = [_ends(c) for c in (cable, twin.cables[name] if twin else None) if c]
+        shown = [_ends(c, unit) for c in (cable, twin.cables[name] if twin else None) if c]
         colour = colours[name] if len(cables) > 1 else INK
         cells = (shown[0], shown[1]) if twin else ("", shown[0])
         rows.append((f"  {sheaths(model)[name].tendon}", colour, cells))
@@ -194,8 +205,8 @@ def _value_rows(
     return rows
 
 
-def _ends(cable: Cable) -> tuple[FloatArray, FloatArray]:
-    return cable.tensions[:, 0], cable.tensions[:, -1]
+def _ends(cable: Cable, unit: EngineeringUnit) -> tuple[FloatArray, FloatArray]:
+    return unit.factor * cable.tensions[:, 0], unit.factor * cable.tensions[:, -1]
 
 
 def _entries(chart: _Chart, theme: style.Theme = style.LIGHT) -> tuple[list[str], list[Line2D]]:
@@ -308,13 +319,19 @@ def tendon_colours(model: mujoco.MjModel) -> dict[str, str]:
 
 def charts(model: mujoco.MjModel, frames: Frames, twin: Frames | None = None) -> list[_Chart]:
     """Charts of the quantities that there are, the most important first."""
+    unit = unit_of_forces(frames)
     drawn = (
-        _forces_chart(model, frames, twin),
-        _tensions_chart(model, frames),
+        _forces_chart(model, frames, twin, unit),
+        _tensions_chart(model, frames, unit),
         _joints_chart(model, frames, twin),
         _controls_chart(model, frames),
     )
     return [chart for chart in drawn if chart.lines]
+
+
+def unit_of_forces(frames: Frames) -> EngineeringUnit:
+    """The unit of all forces in the panel, which is that of the colour bar."""
+    return force_unit([colour_limits(frames.cables).vmax or 0.0])
 
 
 def touch_forces(
@@ -328,35 +345,51 @@ def touch_forces(
     return {n: frames.readings[:, model.sensor_adr[k]] for n, k in places.items()}
 
 
-def _forces_chart(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> _Chart:
+def _forces_chart(
+    model: mujoco.MjModel, frames: Frames, twin: Frames | None, unit: EngineeringUnit
+) -> _Chart:
     forces = list(touch_forces(model, frames, twin).items())[:_MOST_LINES]
     several = len(forces) > 1
     lines = [
-        Line(name.replace("_", " "), values, _OTHER_COLOURS[k] if several else style.BLACK)
+        Line(
+            name.replace("_", " "),
+            unit.factor * values,
+            _OTHER_COLOURS[k] if several else style.BLACK,
+        )
         for k, (name, values) in enumerate(forces)
     ]
-    label = "force [N]" if several or not lines else f"{lines[0].name} [N]"
+    label = style.labelled("force" if several or not lines else lines[0].name, unit)
     other = touch_forces(model, twin, frames) if twin else {}
-    behind = [Line("", other[name], style.GREY) for name, _ in forces if name in other]
+    behind = [
+        Line("", unit.factor * other[name], style.GREY) for name, _ in forces if name in other
+    ]
     if behind and not several:
         lines = [lines[0]._replace(name="with friction")]
     return _Chart(label, lines, behind)
 
 
-def _tensions_chart(model: mujoco.MjModel, frames: Frames) -> _Chart:
-    if len(frames.cables) == 1:
-        ((_, cable),) = frames.cables.items()
-        first = Line("input end", cable.tensions[:, 0], style.BLUE, _END_STYLES[0][0])
-        last = Line("output end", cable.tensions[:, -1], style.VERMILLION, _END_STYLES[0][1])
-        return _Chart("tension [N]", [first, last])
+def _tensions_chart(model: mujoco.MjModel, frames: Frames, unit: EngineeringUnit) -> _Chart:
+    label, ends = (
+        style.labelled("tension", unit),
+        {n: _ends(c, unit) for n, c in frames.cables.items()},
+    )
+    if len(ends) == 1:
+        ((first, last),) = ends.values()
+        return _Chart(
+            label,
+            [
+                Line("input end", first, style.BLUE, _END_STYLES[0][0]),
+                Line("output end", last, style.VERMILLION, _END_STYLES[0][1]),
+            ],
+        )
     lines, colours, used = [], tendon_colours(model), Counter[str]()
-    for name, cable in list(frames.cables.items())[:_MOST_TENDONS]:
+    for name, (first, last) in list(ends.items())[:_MOST_TENDONS]:
         colour = colours[name]
         styles = _END_STYLES[used[colour] % len(_END_STYLES)]
         used[colour] += 1
-        lines.append(Line(sheaths(model)[name].tendon, cable.tensions[:, 0], colour, styles[0]))
-        lines.append(Line("", cable.tensions[:, -1], colour, styles[1]))
-    return _Chart("tension [N]", lines, left_out=len(frames.cables) - len(lines) // 2)
+        lines.append(Line(sheaths(model)[name].tendon, first, colour, styles[0]))
+        lines.append(Line("", last, colour, styles[1]))
+    return _Chart(label, lines, left_out=len(ends) - len(lines) // 2)
 
 
 def _joints_chart(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> _Chart:
