@@ -195,6 +195,17 @@ def test_controls_of_one_chart_are_in_units_that_engineers_read():
     assert shown == pytest.approx({"command [°]": np.rad2deg(1.0), "reel_1 [mm]": 2.0})
 
 
+@pytest.mark.parametrize(("force", "unit"), [(0.03, "mN"), (0.7, "mN"), (5.0, "N"), (6e4, "N")])
+def test_a_control_that_is_a_force_is_in_the_unit_of_the_tensions(force, unit):
+    """Also where it is smaller than these, as here in the last frames."""
+    model, frames = pulled(1, force=force)
+    frames.controls[:, 0] = np.linspace(0.0, 1e-3 * force, len(frames.time))
+    tensions, _, controls = charts(model, frames)
+    assert (tensions.label, controls.label) == (f"tension [{unit}]", f"control [{unit}]")
+    factor = 1e3 if unit == "mN" else 1.0
+    assert controls.lines[0].values[-1] == pytest.approx(factor * 1e-3 * force)
+
+
 def test_the_twin_presses_harder_and_stands_beside_in_the_charts(pressed):
     force, _, angles, _ = charts(*pressed)
     assert force.twin[0].values.max() > 1.5 * force.lines[0].values.max()

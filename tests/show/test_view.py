@@ -168,6 +168,10 @@ def test_a_control_has_a_slider_over_its_range_in_an_engineer_s_unit():
     ranged.actuator_ctrllimited[0], ranged.actuator_ctrlrange[0] = True, (0.0, 30.0)
     assert control_slider(ranged, 0, 99.0)[2:4] == (0.0, 30.0)
     assert control_slider(ranged, 0, 99.0).value == 30.0
+    ranged.actuator_ctrlrange[0] = 0.0, 0.03
+    for tension, label, high in ((0.02, "pull [mN]", 30.0), (2.0, "pull [N]", 0.03)):
+        shown = control_slider(ranged, 0, 0.0, force_unit([tension]))
+        assert (shown.label, shown.high) == (label, high), "as the tensions beside it"
 
 
 def test_without_a_screen_the_browser_is_named(monkeypatch):

@@ -285,10 +285,13 @@ class Slider(NamedTuple):
     factor: float
 
 
-def control_slider(model: mujoco.MjModel, actuator: int, value: float) -> Slider:
-    """The slider of an actuator that has this control [SI]."""
+def control_slider(
+    model: mujoco.MjModel, actuator: int, value: float, forces: EngineeringUnit = NEWTON
+) -> Slider:
+    """The slider of an actuator that has this control [SI], a force in the unit of ``forces``."""
     low, high = (float(limit[actuator]) for limit in control_limits(model))
-    unit = engineering_unit(control_unit(model, actuator), [low, high])
+    si = control_unit(model, actuator)
+    unit = forces if si == "N" else engineering_unit(si, [low, high])
     label = labelled(model.actuator(actuator).name or f"actuator {actuator}", unit)
     value = min(max(value, low), high)
     scaled = (unit.factor * x for x in (low, high, (high - low) / _SLIDER_STEPS, value))

@@ -343,7 +343,7 @@ class _Panel:
             return
         chosen = gui.add_dropdown("motion", (*motions, _BY_HAND)) if motions else None
         for k, control in enumerate(simulation.data.ctrl):
-            shown = control_slider(simulation.model, k, float(control))
+            shown = control_slider(simulation.model, k, float(control), self._unit)
             handle = gui.add_slider(*shown[:1], *shown[2:6], hint=shown.hint)
             self._controls.append((handle, shown.factor))
 

@@ -324,7 +324,7 @@ def charts(model: mujoco.MjModel, frames: Frames, twin: Frames | None = None) ->
         _forces_chart(model, frames, twin, unit),
         _tensions_chart(model, frames, unit),
         _joints_chart(model, frames, twin),
-        _controls_chart(model, frames),
+        _controls_chart(model, frames, unit),
     )
     return [chart for chart in drawn if chart.lines]
 
@@ -412,13 +412,17 @@ def _joints_chart(model: mujoco.MjModel, frames: Frames, twin: Frames | None) ->
     return _Chart("", [])
 
 
-def _controls_chart(model: mujoco.MjModel, frames: Frames) -> _Chart:
+def _controls_chart(model: mujoco.MjModel, frames: Frames, forces: EngineeringUnit) -> _Chart:
+    """Controls that change; those that are forces in the unit of the tensions."""
     moving = [k for k in range(model.nu) if np.ptp(frames.controls[:, k]) > 0.0]
     shown = moving[:_MOST_LINES]
     alike: dict[str, list[int]] = {}  # SI unit → controls in it
     for k in shown:
         alike.setdefault(control_unit(model, k), []).append(k)
-    units = {si: engineering_unit(si, frames.controls[:, ks].ravel()) for si, ks in alike.items()}
+    units = {
+        si: forces if si == "N" else engineering_unit(si, frames.controls[:, ks].ravel())
+        for si, ks in alike.items()
+    }
     lines, tendons, known = [], tendon_colours(model), sheaths(model)
     for colour, k in zip(_OTHER_COLOURS, shown, strict=False):
         name, unit = model.actuator(k).name or f"actuator {k}", units[control_unit(model, k)]
