@@ -125,6 +125,31 @@ def test_a_guide_is_marked_while_the_tendon_slips_over_it():
     assert seen == {True, False}
 
 
+def test_a_guide_is_not_marked_where_no_tension_presses_the_tendon_on_it():
+    """A slack tendon is drawn over its guides by motions that nobody sees, and by rounding."""
+    text = rope(
+        "a -.02 -.05 -.05; b -.04 0 0",
+        "c .012 0 .02; d .009 0 .06",
+        law={"friction": 0.2},
+        body='pos="-.05 0 .02"',
+        joint='axis="0 1 0" stiffness=".05" damping=".005"',
+        geom='size=".01" mass=".1"',
+        option='gravity="0 0 0"',
+        actuator='<motor tendon="t" gear="-1"/>',
+    )
+    model = tendon_mj.show_tension(mujoco.MjSpec.from_string(text), LOW, HIGH).compile()
+    data, marks, slips = mujoco.MjData(model), {True: 0, False: 0}, 0
+    for k in range(2000):
+        data.ctrl[0] = 5.0 * np.sin(np.pi * min(1.0, k / 500)) ** 2
+        mujoco.mj_step(model, data)
+        view = tendon_mj.view_sheath(model, data, "s")
+        is_slack = bool(view.tension.max() < 1e-20)
+        marks[is_slack] += len(drawn(scene_of(model, data), SPHERE))
+        slips += is_slack and bool(view.slip.any())
+    assert marks[True] == 0 < slips
+    assert marks[False] > 100
+
+
 @pytest.mark.parametrize("room", [0, 1, 2, 3])
 def test_nothing_is_written_beyond_a_scene_s_capacity(room, capfd):
     model, data = pulled()

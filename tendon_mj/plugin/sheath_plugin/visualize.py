@@ -3,7 +3,8 @@
 MuJoCo calls this function of the plugin for every scene that it fills, whether for a window, a
 picture or a clip. It draws where the model has the custom numeric `tendon_mj.tension_scale`, whose
 two numbers are the tensions [N] at the ends of the colour bar, and where MuJoCo itself would draw
-the tendon. A sphere marks each guide over which the tendon slips.
+the tendon. A sphere marks each guide over which the tendon slips
+under tension.
 
 The colours are viridis, of which equal steps look equal, also to colour-blind eyes. A geom of a
 scene shows its colour as it is, so that it can be read off a colour bar, where only its own
@@ -33,7 +34,8 @@ from tendon_mj.plugin.abi.memory import (
 from tendon_mj.plugin.sheath_plugin.attributes import is_sensor
 from tendon_mj.plugin.sheath_plugin.bind import is_bound
 from tendon_mj.plugin.sheath_plugin.state import state_at, state_of, unpack
-from tendon_mj.sheath import Guides
+from tendon_mj.sheath import Guides, Segments
+from tendon_mj.sheath.records import ROUNDING
 from tendon_mj.typing import FloatArray
 
 SHADED = 1e-3  # share of a colour that the scene's lights act on
@@ -178,10 +180,19 @@ def _draw_span(scene: int, tendon: int, start: int, end: int, radius: float, col
 
 
 @apart
-def _mark_guide(scene: int, tendon: int, guides: Guides, i: int, where: int, radius: float) -> None:
-    """Mark a guide at an address's point if the tendon slips over it."""
+def _mark_guide(
+    scene: int,
+    tendon: int,
+    segments: Segments,
+    guides: Guides,
+    i: int,
+    where: int,
+    radius: float,
+) -> None:
+    """Mark a guide at an address's point if the tendon slips over it, unless it is slack there."""
     guide = guides[i]
     is_off = guide.is_on_arc != 0.0 and guide.angle == 0.0  # its geom is not touched
+    is_off |= max(segments[i].tension, segments[i + 1].tension) <= ROUNDING
     if guide.flow == 0.0 or guide.is_pulley != 0.0 or is_off:
         return
     geom = _new_geom(scene)
@@ -236,7 +247,7 @@ def _draw_sheath(
         begin = path + _POINT * int(point) + near
         if last < 0:
             for i in range(j):
-                _mark_guide(scene, tendon, guides, i, begin, mark)
+                _mark_guide(scene, tendon, segments, guides, i, begin, mark)
         else:
             is_cut = False
             for i in range(last, j):
@@ -251,7 +262,7 @@ def _draw_sheath(
                 _draw_span(scene, tendon, piece, piece + _POINT, radius, colour)
                 if i < j:
                     _put_between(second, a, b, (i - last + 0.5) / count)
-                    _mark_guide(scene, tendon, guides, i, piece + _POINT, mark)
+                    _mark_guide(scene, tendon, segments, guides, i, piece + _POINT, mark)
         last, end = j, path + _POINT * int(point) + far
         colour = colour_index(ea * segments[j].tension, low, high)
         _draw_span(scene, tendon, begin, end, radius, colour)
