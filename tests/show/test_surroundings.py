@@ -7,6 +7,7 @@ import pytest
 from tendon_mj.models import model_digest
 from tendon_mj.show.render.offscreen import project
 from tendon_mj.show.render.surroundings import add_floor, first_camera, floor, framing, to_show
+from tests.rigs import compiled, rope
 from tests.show.rigs import CAMERA, PULLED
 
 BARE = PULLED.replace(CAMERA, "")
@@ -31,6 +32,32 @@ def test_a_tendon_is_seen_along_its_length_however_it_lies(euler):
     assert (seen < SIZE).all()
     length = np.linalg.norm(np.diff(seen, axis=0), axis=1).sum()
     assert length > 0.5 * min(SIZE), "neither end on nor from afar"
+
+
+@pytest.mark.parametrize(("axis", "azimuth"), [("0 1 0", 90.0), ("1 0 0", 0.0)])
+def test_a_straight_tendon_is_looked_at_from_where_its_motion_is_seen(axis, azimuth):
+    """It lies in every plane along it, and says nothing about the one in which the joint bends."""
+    text = rope(
+        "a 0 0 -.4; b 0 0 -.01",
+        "c 0 0 .1; d 0 0 .2",
+        joint=f'axis="{axis}"',
+        geom='type="capsule" fromto="0 0 0 0 0 .2" size=".01"',
+    )
+    poses = np.radians(np.linspace(0.0, 40.0, 5))[:, None]
+    seen = framing(compiled(text), poses)
+    assert abs((seen.azimuth - azimuth + 90.0) % 180.0 - 90.0) < 1.0
+
+
+@pytest.mark.parametrize("axis", ["0 1 0", "0 1 1"])
+def test_a_view_across_the_tendons_stays_where_another_shows_little_more(axis):
+    text = rope(
+        "a -.1 0 -.4; b .1 0 -.01",
+        "c .1 0 .1; d 0 0 .2",
+        joint=f'axis="{axis}"',
+        geom='type="capsule" fromto="0 0 0 0 0 .2" size=".01"',
+    )
+    model, poses = compiled(text), np.radians(np.linspace(0.0, 40.0, 5))[:, None]
+    assert framing(model, poses).azimuth == pytest.approx(framing(model).azimuth)
 
 
 def test_a_camera_that_hardly_shows_the_tendons_is_passed_over():

@@ -27,6 +27,8 @@ _LEAST_SEEN = 0.5  # size of the tendons in a camera's picture over half its hei
 _POSES = 20  # of a motion
 _LOST = 0.25  # share of the tendons' points that a motion takes out of a camera's picture
 _DOWN, _DOWN_MORE = 15.0, 40.0  # how far a view looks down on what stands, and on what lies [deg]
+_TURNS = (0.0, 90.0, 45.0, 135.0)  # of views that are compared [deg]
+_CLEARLY = 1.5  # what the chosen view shows of the motion over what the one across shows
 _CORNERS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
 
 
@@ -110,27 +112,52 @@ def framing(model: mujoco.MjModel, poses: FloatArray | None = None) -> mujoco.Mj
     """A camera that sees all of a model, across the plane in which its tendons run.
 
     It does in all (k, nq) ``poses``, by default `qpos0`. Without tendons it is the plane of the
-    geoms. What neither moves nor is a tendon may be outside.
+    geoms. What neither moves nor is a tendon may be outside. Where a view from another side shows
+    clearly more of the motion, it is that.
     """
     first, (paths, moving, around) = _outlines(model, poses)
     spread = first.paths if len(first.paths) else first.around
     around = np.concatenate([paths, moving]) if len(paths) or len(moving) else around
-    long, _, across = np.linalg.svd(spread - spread.mean(axis=0))[2]
+    away = spread - spread.mean(axis=0)
+    long, _, across = np.linalg.svd(away)[2]
     level = across[:2] if np.hypot(*across[:2]) > abs(across[2]) else np.array([-long[1], long[0]])
-    level = level / np.hypot(*level) * (1.0 if level[1] >= 0.0 else -1.0)  # x to the right
+    down = np.radians(-_DOWN - _DOWN_MORE * abs(float(across[2])))
+    moved = moving.reshape(1 if poses is None else len(poses), -1, 3) - first.moving
+    level = _side(np.arctan2(level[1], level[0]), down, (away, moved.reshape(-1, 3)))
     camera = mujoco.MjvCamera()
     mujoco.mjv_defaultFreeCamera(model, camera)
     camera.lookat[:] = 0.5 * (around.min(axis=0) + around.max(axis=0))
     camera.azimuth = float(np.degrees(np.arctan2(level[1], level[0])))
-    camera.elevation = -_DOWN - _DOWN_MORE * abs(float(across[2]))
-    down = np.radians(camera.elevation)
-    forward = np.array([*(np.cos(down) * level), np.sin(down)])
+    camera.elevation = float(np.degrees(down))
+    forward = _forward(level, down)
     right = np.array([level[1], -level[0], 0.0])
     away = around - camera.lookat
     seen = np.maximum(np.abs(away @ np.cross(right, forward)), np.abs(away @ right) / _ASPECT)
     half_view = np.tan(0.5 * np.radians(model.vis.global_.fovy))
     camera.distance = max(float((_MARGIN * seen / half_view - away @ forward).max()), 1e-3)
     return camera
+
+
+def _side(azimuth: float, down: float, shown: tuple[FloatArray, ...]) -> FloatArray:
+    """Level direction of an azimuth, or of another that shows clearly more; x is to the right.
+
+    ``shown`` are sets of (k, 3) ways [m]; the one of which a view shows least counts.
+    """
+
+    def share(level: FloatArray) -> float:
+        forward = _forward(level, down)
+        hidden = [np.sum((ways @ forward) ** 2) / max(np.sum(ways**2), 1e-30) for ways in shown]
+        return float(np.sqrt(max(0.0, 1.0 - max(hidden))))
+
+    turned = azimuth + np.radians(_TURNS)
+    first, *others = np.stack([np.cos(turned), np.sin(turned)], axis=1)
+    best = max(others, key=share)
+    level = best if share(best) > _CLEARLY * share(first) else first
+    return np.asarray(level * (1.0 if level[1] >= 0.0 else -1.0))
+
+
+def _forward(level: FloatArray, down: float) -> FloatArray:
+    return np.array([*(np.cos(down) * level), np.sin(down)])
 
 
 class _Outline(NamedTuple):
