@@ -38,7 +38,7 @@ HEIGHT = 720  # [pixels]
 _TABLE_ROWS = 4  # sheaths whose tensions are also written as numbers
 _CHART, _BAR = 1.2, 0.6  # least height of a chart without its legend, and of the bar [inch]
 _LEGEND = 0.92  # width of a legend over the panel's
-_HEADING = 0.31  # of a heading of the table's columns, which are 0.33 apart
+_CELL = 0.31  # width of a cell of the table over the panel's; its columns are 0.33 apart
 INK = style.LIGHT.ink
 # of legends: text [pt]; line, gaps and rows over the text's size
 _TEXT_SIZE = 8.0
@@ -130,9 +130,10 @@ class Panel:
         self._plots = list(zip(grid, shown, strict=True))
         self._background = np.array(figure.canvas.buffer_rgba())[:height, :width, :3]  # type: ignore[attr-defined]
         face = ImageFont.truetype(findfont("DejaVu Sans"), max(6, round(20 * self._unit)))
-        headings = [cell for _, _, cells in self._rows for cell in cells if isinstance(cell, str)]
-        widest = max(face.getlength(heading) for heading in headings) / face.size
-        small = min(round(14 * self._unit), int(_HEADING * width / widest))
+        cells = [cell for _, _, row in self._rows for cell in row]
+        written = {_text(cell, k) for cell in cells for k in range(len(frames.time))}
+        widest = max(face.getlength(text) for text in written) / face.size
+        small = min(round(14 * self._unit), int(_CELL * width / widest))
         self._font, self._small = face, face.font_variant(size=max(6, small))
 
     def draw(self, frame: int) -> Image:
@@ -166,9 +167,13 @@ class Panel:
             kept = shortened(name, (0.32 if cells[0] else 0.58) * width / small.size)
             draw.text((0.05 * width, y), kept, fill=ink, font=small)
             for cell, x in zip(cells, columns, strict=True):
-                values = [cell] if isinstance(cell, str) else [_number(v[frame]) for v in cell]
-                text = " → ".join(values).replace("-", "−")
-                draw.text((x, y), text, fill=ink, font=small, anchor="ra")
+                draw.text((x, y), _text(cell, frame), fill=ink, font=small, anchor="ra")
+
+
+def _text(cell: _Cell, frame: int) -> str:
+    """What is written in a cell of the table."""
+    values = [cell] if isinstance(cell, str) else [_number(v[frame]) for v in cell]
+    return " → ".join(values).replace("-", "−")
 
 
 def _number(value: float) -> str:
