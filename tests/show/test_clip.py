@@ -10,7 +10,7 @@ import pytest
 from matplotlib.colors import Normalize, to_rgb
 from matplotlib.font_manager import findfont
 from PIL import ImageFont
-from scipy.ndimage import minimum_filter
+from scipy.ndimage import binary_dilation, minimum_filter
 from scipy.spatial import KDTree
 
 from tendon_mj import add_friction
@@ -32,7 +32,7 @@ from tendon_mj.show.render import offscreen as scene_module
 from tendon_mj.show.render.clip import draw_arrow
 from tendon_mj.show.render.offscreen import COLOURS, blend, cable_radius, project
 from tests.refusals import refusing
-from tests.rigs import rope
+from tests.rigs import compiled, rope
 
 
 @pytest.fixture(scope="module")
@@ -310,6 +310,26 @@ def test_values_of_two_arrows_do_not_lie_on_each_other():
         image = draw_arrow(image, start + away, end + away, "1.2 N", font, labels)
     first, second = labels
     assert second[1] - first[1] > 12.0
+
+
+def test_the_legend_s_bead_is_seen_on_a_dark_floor(gl):
+    text = rope(
+        "a -.6 0 .3; b -.3 0 .4",
+        "c; d .1 0 0",
+        law={"friction": 0.1},
+        body='pos=".3 0 .3"',
+        joint='type="slide"',
+        world='<geom type="plane" size="90 90 1"/>',
+    )
+    model = compiled(text)
+    recorded = record_frames(model, [[5.0]], duration=0.1, fps=10)
+    (image,) = draw_frames(model, recorded, width=960, height=540)
+    corner = image[-60:, :40].astype(int)  # floor, and the bead without its text
+    assert np.median(corner) < 100, "as grey as the bead"
+    bead = np.abs(corner - 255.0 * np.array(to_rgb(scene_module.GUIDE_COLOUR))).max(axis=2) < 2.0
+    around = binary_dilation(bead, iterations=2) & ~bead
+    assert bead.sum() > 20
+    assert corner[around].min(axis=1).mean() > 150
 
 
 @pytest.mark.parametrize(("above", "upper"), [(-0.08, False), (0.06, True)])

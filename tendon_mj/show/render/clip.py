@@ -36,6 +36,7 @@ _COLOUR_FLAGS: Final = (
     "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int+bicubic",
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
 )
+_HALO = 2  # width around what is written [pixels]
 _MOST_NAMED = 8  # tendons with their names in the scene; more names would hide them
 _ENDS = 2  # of a tendon; the other points of its path are guides
 _ARROW = 0.12  # length of the largest force's arrow over the model's extent
@@ -185,7 +186,7 @@ class _FramePainter:
     ) -> None:
         self._frames, self._camera, self._twin, self._size = frames, camera, twin, size
         self._theme = theme
-        self._halo: dict[str, Any] = {"stroke_width": 2, "stroke_fill": theme.background}
+        self._halo: dict[str, Any] = {"stroke_width": _HALO, "stroke_fill": theme.background}
         self._model = offscreen.without_tendons(to_show(model))
         self._data = mujoco.MjData(self._model)
         self._scale = offscreen.colour_limits(frames.cables) if frames.cables else Normalize()
@@ -329,6 +330,8 @@ class _FramePainter:
         for text, colour, outline in lines:
             half = 2.0 * radius if outline else radius  # of the ghost a piece as of a finger
             box = [x - half, y - radius, x + half, y + radius]
+            around = [box[0] - _HALO, box[1] - _HALO, box[2] + _HALO, box[3] + _HALO]
+            draw.rounded_rectangle(around, radius + _HALO, fill=self._theme.background)
             draw.rounded_rectangle(box, radius, fill=colour, outline=outline or None)
             ink = self._theme.ink
             draw.text((2.4 * size, y), text, fill=ink, font=self._font, anchor="lm", **self._halo)
@@ -388,7 +391,7 @@ def draw_arrow(
     picture.paste(patch.resize(tuple(high - low), Picture.Resampling.BOX), tuple(low))
     anchor = "rm" if way[0] < 0 else "lm"
     spot = tuple(free_spot(end + 0.5 * font.size * way, labels, font.size))
-    halo: Any = {"stroke_width": 2, "stroke_fill": theme.background}
+    halo: Any = {"stroke_width": _HALO, "stroke_fill": theme.background}
     ImageDraw.Draw(picture).text(spot, text, fill=ink, font=font, anchor=anchor, **halo)
     return np.array(picture)
 
