@@ -108,7 +108,8 @@ def sweep(
 ) -> SweepResult:
     """Simulate a model with many values of its parameters; an interrupted sweep is continued.
 
-    It runs on all cores, for which a script has to call it under `if __name__ == "__main__":`.
+    It runs on all cores, in processes that read the caller's script again: put the call under
+    `if __name__ == "__main__":`.
 
     Args:
         model: name of a model of the package, or path of an MJCF file.
@@ -124,6 +125,7 @@ def sweep(
     Raises:
         UnknownNameError: no such model, motion, parameter or output.
         InvalidValueError: a range or folder that cannot be used.
+        WorkerError: processes that ended, as where a script calls it outside of that.
     """
     compiled = load_model(model)
     driven = motion_recording(model_path(model).stem, compiled, motion, duration)

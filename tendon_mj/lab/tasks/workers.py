@@ -12,6 +12,7 @@ import importlib.util
 import logging
 import multiprocessing
 import os
+import pickle
 import re
 import signal
 import sys
@@ -29,6 +30,8 @@ from concurrent.futures import (
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cache
+from multiprocessing.queues import Queue
+from multiprocessing.synchronize import Event
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
@@ -208,6 +211,8 @@ def run_tasks(
         progress: called with ``what``, how many are kept, and of how many.
         what: the tasks are.
     """
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise SystemExit(1)  # a worker, which reads the script again; the caller says so
     kept, on = set(store.done()), on or Workers()
     todo = [key for key in keys if key not in kept]
     progress(what, len(keys) - len(todo), len(keys))
@@ -271,7 +276,13 @@ def _processes(on: Workers, tasks: int, job: Job) -> Iterator[_Pool]:
     count = min(on.processes or os.cpu_count() or 1, tasks)
     others = set(multiprocessing.active_children())
     spawn = multiprocessing.get_context("spawn")
-    executor = ProcessPoolExecutor(count, spawn, _begin_worker, (job,))
+    begun = spawn.Event()  # a worker has read the script of the caller
+    # and not an argument, which a process that ends as it reads the script leaves half written
+    jobs, sent = spawn.Queue(), pickle.dumps(job)
+    jobs.cancel_join_thread()
+    for _ in range(count):
+        jobs.put(sent)
+    executor = ProcessPoolExecutor(count, spawn, _begin_worker, (jobs, begun))
 
     def submit(key: str, argument: Any) -> Future[Any]:
         with _environment_of_workers():
@@ -279,9 +290,14 @@ def _processes(on: Workers, tasks: int, job: Job) -> Iterator[_Pool]:
 
     try:
         yield _Pool(submit, lambda: count, (BrokenExecutor,))
-    except BaseException:
+    except BaseException as error:
         for process in set(multiprocessing.active_children()) - others:
             process.terminate()  # a task may take minutes
+        if isinstance(error, WorkerError) and not begun.is_set():
+            raise WorkerError(
+                f"{on} ended before the first task. Each of them reads the script again: put the"
+                ' call under `if __name__ == "__main__":`, in a file'
+            ) from None
         raise
     finally:
         executor.shutdown(cancel_futures=True)
@@ -307,10 +323,11 @@ def _environment_of_workers() -> Iterator[None]:
 _JOBS: list[Job] = []  # of this worker process
 
 
-def _begin_worker(job: Job) -> None:
+def _begin_worker(jobs: Queue[bytes], begun: Event) -> None:
+    begun.set()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the caller, which ends this one
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    _JOBS[:] = [job]
+    _JOBS[:] = [pickle.loads(jobs.get())]
 
 
 def _end_with_parent() -> None:

@@ -116,6 +116,31 @@ def test_a_killed_client_goes_on_where_it_was(tmp_path):
     assert store.read()["k"].tolist() == list(range(len(KEYS)))
 
 
+@pytest.mark.parametrize("given", ["program.py", "-"])
+def test_a_script_that_workers_cannot_read_again_is_told_how(tmp_path, given):
+    """Without `if __name__ …` it begins itself anew; from standard input there is no file."""
+    guard = 'if __name__ == "__main__":'
+    text = PROGRAM.replace("sys.argv[1], KEYS", "sys.argv[1] + 2**20 * ' ', KEYS")  # as a model is
+    text = text if given == "-" else text.replace(guard, "if True:")
+    (tmp_path / "program.py").write_text(text)
+    command = [sys.executable, given, str(tmp_path)]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    ended = subprocess.run(
+        command,
+        input=text,
+        env=environment,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    message = ended.stderr.splitlines()[-1]
+    assert guard in message
+    assert "memory" not in message
+    if given != "-":
+        assert ended.stderr.count("Traceback") == 1  # the caller's alone
+
+
 class Modelled:
     """Shared data with an identity, as of a model."""
 
