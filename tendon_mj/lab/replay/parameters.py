@@ -49,7 +49,7 @@ from tendon_mj.lab.replay.readout import (
     stored_joint_commands,
     stored_readouts,
 )
-from tendon_mj.lab.replay.units import JOINT, UNKNOWN, control_unit, rate
+from tendon_mj.lab.replay.units import JOINT, control_unit, rate, reading_unit
 from tendon_mj.plugin import GAINS, PARAMETERS, C, sensor_kind, sheath_arrays, sheaths
 from tendon_mj.sheath import LAW, check_scales, check_static
 
@@ -422,10 +422,11 @@ class Adjustable:
                 self._add(f"{name}.{parameter}", kind, unit, *places, low=low, joints=joints)
 
     def _add_sensors(self) -> None:
-        units = ("-", UNKNOWN, "s", "s", rate(UNKNOWN), "-", "-", "-")
         least = {"delay": 0.0, "lag": 0.0, "efficiency": _LEAST_EFFICIENCY}
         for k in range(self.model.nsensor):
             name = mujoco.mj_id2name(self.model, _OBJ.mjOBJ_SENSOR, k)
+            unit = reading_unit(self.model, k)
+            units = ("-", unit, "s", "s", rate(unit), "-", "-", "-")
             for column, parameter in enumerate(Readout._fields):
                 if name and (parameter not in GEARED or k in self.geared):
                     place = (self.readings, (k, column), 1.0)

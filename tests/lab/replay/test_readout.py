@@ -35,6 +35,14 @@ def slider(size="", user="", command=""):
     )
 
 
+def test_offset_and_drift_of_a_sensor_are_in_its_unit():
+    parameters = Adjustable(slider()).parameters()
+    units = {name: parameters[name].unit for name in ("place.offset", "speed.offset")}
+    assert units == {"place.offset": "m", "speed.offset": "m/s"}
+    units = {name: parameters[name].unit for name in ("place.drift", "speed.drift")}
+    assert units == {"place.drift": "m/s", "speed.drift": "m/s²"}
+
+
 def slide_recording(**known):
     time = np.arange(0.0, 1.0, 0.01)
     return recorded(
