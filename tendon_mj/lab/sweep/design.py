@@ -115,14 +115,16 @@ def _targets(
 ) -> tuple[str, ...]:
     if name in parameters:
         return (name,)
+    tendon, _, parameter = name.rpartition(".")
+    inside = [sheath for sheath, of in sheaths.items() if of == tendon]
     if "*" in name:
         targets = tuple(fnmatch.filter(sorted(parameters), name))
     else:
-        tendon, _, parameter = name.rpartition(".")
-        of_tendon = (f"{s}.{parameter}" for s, t in sheaths.items() if t == tendon)
-        targets = tuple(n for n in of_tendon if n in parameters)
+        targets = tuple(n for s in inside if (n := f"{s}.{parameter}") in parameters)
     if not targets:
-        raise UnknownNameError("parameter", name, parameters, where)
+        others = {n.rpartition(".")[2] for n in parameters if n.rpartition(".")[0] in inside}
+        valid = [*parameters, *(f"{tendon}.{other}" for other in others)]
+        raise UnknownNameError("parameter", name, valid, where)
     return targets
 
 

@@ -38,7 +38,9 @@ def test_a_tendon_stands_for_its_sheath_and_a_star_for_any_text():
 @pytest.mark.parametrize(
     ("texts", "draws", "facts"),
     [
-        (["flexor.fiction=0:1"], 0, ["did you mean 'flexor_sheath.friction'"]),
+        (["flexor.fiction=0:1"], 0, ["did you mean 'flexor.friction'"]),
+        (["flexor.mu=0:1"], 0, ["did you mean 'flexor.friction'"]),
+        (["flexor_sheath.mu=0:1"], 0, ["did you mean 'flexor_sheath.friction'"]),
         (["*.fiction=0:1:3"], 0, ["--parameter *.fiction=0:1:3"]),
         (["mcp.damping=0:1:1e12"], 0, ["1e+12", "10000000"]),
         (["mcp.damping"], 0, ["name=low:high"]),
@@ -54,6 +56,23 @@ def test_a_tendon_stands_for_its_sheath_and_a_star_for_any_text():
 def test_other_texts_are_not_axes(texts, draws, facts):
     with refusing((InvalidValueError, UnknownNameError), *facts):
         axes(*texts, draws=draws)
+
+
+@pytest.mark.parametrize(
+    ("symbol", "name"),
+    [
+        ("mu", "friction"),
+        ("EA", "axial_stiffness"),
+        ("T_0", "pretension"),
+        ("frictoin", "friction"),
+    ],
+)
+def test_a_symbol_after_the_name_of_a_tendon_is_hinted_at_whatever_its_sheath_is_called(
+    symbol, name
+):
+    known = ["casing.friction", "casing.axial_stiffness", "casing.pretension", "lever.frictionloss"]
+    with refusing(UnknownNameError, f"did you mean 'cable.{name}'"):
+        parse_axes([f"cable.{symbol}=0.1"], 0, known, {"casing": "cable"})
 
 
 def test_a_design_has_every_combination_once_and_the_same_draws_for_each():
