@@ -29,6 +29,8 @@ from tendon_mj.lab.recordings import (
     read_number,
     read_text,
     read_toml,
+    si_name,
+    unit_fault,
 )
 from tendon_mj.lab.replay import Simulator, column_unit, expand
 from tendon_mj.lab.replay import rate as per_second
@@ -136,7 +138,7 @@ class ExperimentBounds:
 
 
 def read_bounds(path: str | os.PathLike[str]) -> ExperimentBounds:
-    """Read bounds from TOML.
+    """Read bounds from TOML; those of a column in mm, deg and the like become bounds in SI.
 
     Raises:
         RecordingError: the file cannot be read, or is not TOML.
@@ -146,19 +148,34 @@ def read_bounds(path: str | os.PathLike[str]) -> ExperimentBounds:
     toml = read_toml(read_text(Path(path)), where)
     try:
         check_keys(toml, [f.name for f in fields(ExperimentBounds)], (), where)
-        states, limits = (
-            {name: (i.low, i.high) for name, i in read_entries(_Interval, toml, key, where).items()}
-            for key in ("states", "limits")
-        )
+        drive, measure = {}, {}
+        for written, of_drive in read_entries(DriveBounds, toml, "drive", where).items():
+            column, unit = _in_si(written)
+            low, high, rate = (unit * v for v in (of_drive.low, of_drive.high, of_drive.rate))
+            drive[column] = DriveBounds(low, high, rate, of_drive.dwell)
+        for written, measured in read_entries(Measured, toml, "measure", where).items():
+            column, unit = _in_si(written)
+            noise = None if measured.noise is None else unit * measured.noise
+            measure[column] = replace(measured, noise=noise)
+        limits = {}
+        for written, interval in read_entries(_Interval, toml, "limits", where).items():
+            column, unit = _in_si(written)
+            limits[column] = unit * interval.low, unit * interval.high
+        states = read_entries(_Interval, toml, "states", where)
         return ExperimentBounds(
-            drive=read_entries(DriveBounds, toml, "drive", where),
-            states=states,
+            drive=drive,
+            states={name: (interval.low, interval.high) for name, interval in states.items()},
             limits=limits,
-            measure=read_entries(Measured, toml, "measure", where),
+            measure=measure,
             duration=read_number(toml.get("duration", 0.0), f"{where}, duration"),
         )
     except RecordingError as error:
         raise InvalidValueError(str(error)) from None
+
+
+def _in_si(column: str) -> tuple[str, float]:
+    """A column's name in SI and the factor that converts it; itself where it ends in no unit."""
+    return (column, 1.0) if unit_fault(column, si=False) else si_name(column)
 
 
 @dataclass(frozen=True)

@@ -38,6 +38,25 @@ def test_a_file_holds_what_python_says(tmp_path) -> None:
     )
 
 
+def test_bounds_of_a_column_are_in_the_unit_of_its_name(tmp_path) -> None:
+    path = tmp_path / "bounds.toml"
+    text = FILE.replace(
+        "reel_m = { low = -1e-3, high = 1.3e-3, rate = 0.012",
+        "reel_mm = { low = -1, high = 1.5, rate = 12",
+    )
+    text = text.replace(
+        "tension_N = { low = 1, high = 100", "tension_kN = { low = 0.25, high = 0.5"
+    )
+    text = text.replace(
+        'angle_rad = { sensor = "angle", noise = 0.01', 'angle_mrad = { sensor = "angle", noise = 8'
+    )
+    path.write_text(text, encoding="utf-8")
+    read = read_bounds(path)
+    assert read.drive == {"reel_m": DriveBounds(-1e-3, 1.5e-3, 0.012, 2.0)}
+    assert read.limits == {"tension_N": (250.0, 500.0)}
+    assert read.measure == {"angle_rad": Measured("angle", 0.008)}
+
+
 @pytest.mark.parametrize(
     ("line", "instead", "place", "fault"),
     [
