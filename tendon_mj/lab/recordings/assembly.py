@@ -40,7 +40,8 @@ _SPARSE = 0.6  # share of complete rows below which a row is a message: half are
 _DAY = 86400.0  # [s]
 _SINCE_1970 = 1e8  # [s]: a date, not a stopwatch
 _DATE = re.compile(r"\d{4}-\d\d-\d\d")
-_CLOCK = re.compile(r"(.*[\W_])?(time|t|stamp|timestamp|zeit)([\W_].*)?", re.IGNORECASE)
+DATUM = re.compile(r"\s*(?:[+-]?\.?\d.*|nan)?\s*", re.IGNORECASE)  # a number, a time, or empty
+_CLOCK = re.compile(r"(.*[\W_])?(time|t|clock|stamp|timestamp|zeit)([\W_].*)?", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -422,7 +423,8 @@ class _Samples:
         return Table({self.clock: spread(times, self.rows, place)} | converted, self.rows)
 
 
-class _Names(NamedTuple):
+@dataclass(frozen=True)
+class _Names:
     """Names of a table's columns, and those that a description uses; see `assemble`."""
 
     table: OpenTable
@@ -485,7 +487,7 @@ class _Names(NamedTuple):
         """Columns that the description names and the table lacks; the list of names, once."""
         here = {*self.layout.columns, *self.table.names}
         missing = [name for name in self.described if name not in here]
-        valid = here - {*self.described, *TIMES, *used}
+        valid = here - {*self.described, *TIMES, *used, *self._texts}
         faults = [unknown("column", name, valid) for name in missing]
         return [
             f"{self.toml}, [{self.described[name]}] {name!r}:"
@@ -496,10 +498,10 @@ class _Names(NamedTuple):
     def _suggestion(self, sources: Collection[str], clock: str, used: Collection[str]) -> list[str]:
         """The entries of [columns] with which a table would be read, as far as its names say."""
         names, described = self.table.names, self.described
-        entries = [] if clock else [self._clock_entry()]
+        entries = [] if clock else [self._clock_entry(used)]
         misnamed = {*names} - {*sources, *used}
         entries += [(proposed_name(column), column) for column in described if column in misnamed]
-        taken = {*described, *TIMES, *dict(entries).values()}
+        taken = {*described, *TIMES, *dict(entries).values(), *self._texts}
         rest = [name for name in names if name not in taken]
         there = {*names, *self.layout.columns, *TIMES}
         near = {c: get_close_matches(c, rest, 1, 0.5) for c in described if c not in there}
@@ -515,12 +517,25 @@ class _Names(NamedTuple):
             f"where numbers have no unit, for example counts of 4096 a turn: {_factored(entries)}",
         ]
 
-    def _clock_entry(self) -> tuple[str, str]:
-        """A name for the column of times, with the unit that its first value seems to have."""
+    @property
+    def _texts(self) -> set[str]:
+        """Columns that begin with a text, and so hold no numbers."""
+        return {name for name, cell in self.table.sample.items() if not DATUM.fullmatch(cell)}
+
+    def _clock_entry(self, used: Collection[str]) -> tuple[str, str]:
+        """A name for the column of times, with the unit that its name or first value seems to have.
+
+        Numbers grow from row to row; of several such columns one named as a clock goes first.
+        """
         sample = self.table.sample
-        dates = (name for name in self.table.names if _DATE.match(sample.get(name, "")))
-        name = next((n for n in self.table.names if _CLOCK.fullmatch(n)), next(dates, "…"))
-        if (unit := claimed_unit(name)) in ("_s", "_ms", "_us", "_ns"):
+        free = [n for n in self.table.names if n not in {*self.described, *used, *self._texts}]
+        cells = Columns()
+        with suppress(RecordingError):
+            cells, _ = self.table.read(dict.fromkeys(free, False), "")
+        named = [n for n in free if _CLOCK.fullmatch(n) and (n not in cells or _grows(cells[n]))]
+        dates = [n for n in free if _DATE.match(sample.get(n, ""))]
+        name = next(iter([*named, *dates, *(n for n in cells if _grows(cells[n]))]), "…")
+        if (unit := claimed_unit(proposed_name(name))) in ("_s", "_ms", "_us", "_ns"):
             return f"time{unit}", name
         try:
             size = float(sample.get(name, ""))
@@ -528,6 +543,12 @@ class _Names(NamedTuple):
             return TIME if sample.get(name) else "time_UNIT", name
         since_1970 = {"time_ns": 1e17, "time_us": 1e14, "time_ms": 1e11, "time_s": _SINCE_1970}
         return next((u for u, least in since_1970.items() if size >= least), "time_UNIT"), name
+
+
+def _grows(values: NDArray[Any]) -> bool:
+    """Whether numbers never decrease and most increase: clocks may be coarser than samples."""
+    steps = np.diff(values[~np.isnan(values)])
+    return bool(steps.size and (steps >= 0.0).all() and np.median(steps) > 0.0)
 
 
 def _in_its_unit(column: str, source: Source) -> tuple[Source, str]:

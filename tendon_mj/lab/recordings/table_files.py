@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import re
 import warnings
 from array import array
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -18,6 +17,7 @@ import pandas as pd
 
 from tendon_mj.errors import MissingPackageError, RecordingError, unknown
 from tendon_mj.lab.recordings.assembly import (
+    DATUM,
     Columns,
     OpenTable,
     Samples,
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 _AHEAD = 2**16  # characters that are searched for decimal commas
 _EXACT = 15  # digits of an integer that a float holds; ns since 1970 have more
 _EXTRA = "extra"  # the cells behind the last column
-_DATUM = re.compile(r"\s*(?:[+-]?\.?\d.*|nan)?\s*", re.IGNORECASE)  # a number, a time, or empty
 _FIRST = 2  # row of the first values in a CSV of the same table
 
 
@@ -56,7 +55,7 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
         raise RecordingError(f"{path}, row 1: the file is empty")
     separator = _separator(lines[-1])
     first, below = _cells(lines[-1], separator), _cells(rest.partition("\n")[0], separator)
-    no_names = all(map(_DATUM.fullmatch, first))
+    no_names = all(map(DATUM.fullmatch, first))
     here = f"{path}, row {len(lines)}"
     if header and not no_names:
         raise RecordingError(
@@ -105,7 +104,7 @@ def _check_units_row(path: Path, row: int, names: Sequence[str], below: Sequence
     """Refuse a row of units, or words of which one is a unit, below the names."""
     units = [cell.strip("[]() ") for cell in below]
     some = any(f"_{cell}" in UNIT_FACTORS for cell in units)
-    if len(below) != len(names) or not some or any(c and _DATUM.fullmatch(c) for c in units):
+    if len(below) != len(names) or not some or any(c and DATUM.fullmatch(c) for c in units):
         return
     named = ", ".join(
         n if n.endswith(f"_{u}") else proposed_name(f"{n}_{u}")

@@ -501,6 +501,19 @@ def test_a_period_below_the_counts_of_a_column_is_refused(tmp_path: Path, top: i
         read(tmp_path, table, entry)
 
 
+def test_a_clock_is_proposed_where_numbers_grow_and_never_a_text(tmp_path: Path) -> None:
+    """Names alone mislead: `T_amb` reads as a time, and `pool` as `pull` or `reel`."""
+    columns = {"T_amb": [22.4] * len(TIME), "pool_m": ["RUN"] * len(TIME), "Run [ms]": TIME * 1e3}
+    (tmp_path / "r.csv").write_text(csv({**columns, "COUNTS": REEL, "LOAD": PULL}))
+    (tmp_path / "r.toml").write_text(TOML)
+    with pytest.raises(RecordingError) as caught:
+        read_recording(tmp_path / "r.csv")
+    said = str(caught.value)
+    assert 'time_ms = "Run [ms]"' in said
+    assert "pool_m" not in said
+    assert 'T_amb"' not in said
+
+
 def test_a_name_that_is_in_columns_already_is_not_advised_to_be_put_there(tmp_path: Path) -> None:
     table = csv({"time_s": TIME, "reel_m": REEL, "pull": PULL})
     toml = TOML.replace("pull_N", "pull") + '[columns]\npull_N = "pull"\n'
