@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final
 
 import mujoco
 import numpy as np
@@ -15,7 +15,7 @@ import tyro
 
 from tendon_mj.cli.options import given_files
 from tendon_mj.cli.output import Output, console, progress_bar
-from tendon_mj.errors import EngineError, InvalidValueError
+from tendon_mj.errors import EngineError, InvalidValueError, TendonError, unknown
 from tendon_mj.lab import finger
 from tendon_mj.lab.recordings import Recording, write_recording
 from tendon_mj.lab.replay import (
@@ -31,11 +31,8 @@ from tendon_mj.models import Finger, load_model, model_names, model_path
 from tendon_mj.show import check_size, find_camera, finger_figure, render_clip
 from tendon_mj.show.live import open_window, prepare, serve
 
-FingerModel = Annotated[
-    Literal["finger", "finger_spring"],
-    tyro.conf.Positional,
-    tyro.conf.arg(metavar="{finger,finger_spring}"),
-]
+_FINGERS: Final = ("finger", "finger_spring")
+FingerModel = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="{finger,finger_spring}")]
 _WITHOUT = "friction 0"
 
 
@@ -61,7 +58,8 @@ def render(
         motion: Motion of the finger: curl, tap, press, hold, or a CSV file as for simulate. Motion
             of any other model: a CSV file with time_s and a column for each actuator that moves,
             such as command_rad. By default the finger curls, and the actuators of any other model
-            go one after the other through their control range, or from -1 to 1 without one.
+            go one after the other through four fifths of their control range, or from -1 to 1
+            without one.
         camera: Name of a camera of the model. By default the first that shows the tendons, or one
             that frames them.
         size: Width and height of the clip in pixels.
@@ -143,8 +141,10 @@ def view(
     if seconds is not None and not seconds > 0.0:
         raise InvalidValueError(f"--seconds {seconds:g} must be greater than 0")
     prepared = prepare(model, motion)
-    if prepared.still:
-        console.print(f"{model} does not move: {prepared.still}")
+    if not prepared.simulation.model.nu:
+        _print_what_moves(prepared.simulation.model)
+    elif prepared.still:
+        console.print(f"{prepared.still}: only gravity and springs move the model")
     if web:
         done = serve(prepared, port=port, seconds=seconds, announce=console.print)
     else:
@@ -187,6 +187,7 @@ def simulate(
 
     Args:
         model: The finger, or finger_spring, which has springs in place of the extensor.
+            The commands view and render show any model in motion.
         motion: Motion to follow: curl, tap, press, hold, or a CSV file with time_s and either
             mcp_rad, pip_rad, dip_rad or flexor_N, extensor_N.
         out: Folder for the recordings, the plots, the clip and result.json.
@@ -197,6 +198,11 @@ def simulate(
     Example:
         tendon-mj simulate finger --motion press --friction 0.2
     """
+    if model not in _FINGERS:
+        raise TendonError(
+            f"{unknown('model', model, _FINGERS)}; `tendon-mj view` and `tendon-mj render` show any"
+            " model in motion"
+        )
     label = "friction as in the model" if friction is None else f"friction {friction:g}"
     runs = {label: friction} if friction == 0.0 else {label: friction, _WITHOUT: 0.0}
     stem = Path(motion).stem
