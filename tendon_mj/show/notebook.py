@@ -60,6 +60,7 @@ def check(
     recording: GivenRecording,
     model: mujoco.MjModel | None = None,
     *,
+    description: str | Path | None = None,
     settle: float | None = None,
 ) -> Checked:
     """Simulate a recording at the values that its description states, and warn of its faults.
@@ -67,12 +68,13 @@ def check(
     Args:
         recording: recording, or the path of its table or TOML file.
         model: model in place of the one that the recording names; not changed.
+        description: path of its TOML file, where it does not lie beside the table.
         settle: time before the first sample [s]; default: as the recording states.
 
     Raises:
         RecordingError: a recording that cannot be read or simulated.
     """
-    return check_recording(_read(recording), model, settle=settle)
+    return check_recording(_read(recording, description), model, settle=settle)
 
 
 def simulate(
@@ -146,26 +148,33 @@ def fleet(folder: str | Path, out: str | Path) -> FleetResult:
     return run_fleet(find_rigs(Path(folder), Path(out)), Path(out))
 
 
-def plot_recording(recording: GivenRecording) -> Figure:
+def plot_recording(recording: GivenRecording, *, description: str | Path | None = None) -> Figure:
     """Measured columns of a recording over time, and over its drive.
+
+    Args:
+        recording: recording, or the path of its table or TOML file.
+        description: path of its TOML file, where it does not lie beside the table.
 
     Raises:
         RecordingError: a recording that cannot be read, or has no measured column.
     """
-    return replay_figure(_read(recording), {})
+    return replay_figure(_read(recording, description), {})
 
 
 def plot_fit(
     recording: GivenRecording | Diagnosis,
     simulated: Mapping[str, Recording] | Recording | mujoco.MjModel | None = None,
+    *,
+    description: str | Path | None = None,
 ) -> Figure:
     """Measured and simulated columns, with their rms errors.
 
     Args:
-        recording: recording; or a diagnosis, of which the recording with the largest error is
-            drawn before and after it, with the residuals.
+        recording: recording, or the path of its table or TOML file; or a diagnosis, of which the
+            recording with the largest error is drawn before and after it, with the residuals.
         simulated: label → simulation of the recording, one simulation, or a model to simulate it
             on; default: the model that the recording names.
+        description: path of its TOML file, where it does not lie beside the table.
 
     Raises:
         RecordingError: a recording that cannot be read or simulated, or has no measured column.
@@ -174,7 +183,7 @@ def plot_fit(
         shown, _ = most_telling(recording.simulate())
         after = shown.after if recording.changed else None
         return before_after_figure(shown.measured, shown.before, after)
-    recording = _read(recording)
+    recording = _read(recording, description)
     if simulated is None or isinstance(simulated, mujoco.MjModel):
         simulated = replay_recording(recording, simulated)
     if isinstance(simulated, Recording):
@@ -228,6 +237,7 @@ def show_clip(
     recording: GivenRecording,
     model: mujoco.MjModel | None = None,
     *,
+    description: str | Path | None = None,
     width: int = 960,
     height: int = 540,
     camera: str | None = None,
@@ -237,6 +247,7 @@ def show_clip(
     Args:
         recording: recording, or the path of its table or TOML file.
         model: model in place of the one that the recording names; not changed.
+        description: path of its TOML file, where it does not lie beside the table.
         width, height: of the clip [pixels], even numbers.
         camera: name of one of the model's; default: its first, or a view of the whole model.
 
@@ -254,7 +265,7 @@ def show_clip(
             name=error.name,
         ) from None
     check_size(width, height)
-    recording, recorder = _read(recording), FrameRecorder()
+    recording, recorder = _read(recording, description), FrameRecorder()
     if model is None:
         model = load_model(recording.model, beside=recording.beside)
     replay_recording(recording, model, recorder=recorder)
@@ -264,5 +275,7 @@ def show_clip(
     mediapy.show_video(images, fps=frames.fps)
 
 
-def _read(recording: GivenRecording) -> Recording:
-    return recording if isinstance(recording, Recording) else read_recording(recording)
+def _read(recording: GivenRecording, description: str | Path | None) -> Recording:
+    if isinstance(recording, Recording):
+        return recording
+    return read_recording(recording, description)

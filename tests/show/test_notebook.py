@@ -4,6 +4,7 @@ import base64
 import re
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import imageio_ffmpeg
 import mujoco
@@ -12,10 +13,11 @@ import pytest
 from matplotlib.figure import Figure
 
 import tendon_mj
-from tendon_mj.errors import InvalidValueError, MissingPackageError
+from tendon_mj.errors import InvalidValueError, MissingPackageError, RecordingError
 from tendon_mj.lab.diagnosis import SysidResult
 from tendon_mj.models import example_recording
 from tests.lab.diagnosis.toy import Toy, rig
+from tests.refusals import refusing
 from tests.show.rigs import PULLED, TENSION
 
 FRICTION = 0.3
@@ -64,6 +66,16 @@ def test_a_sheath_is_drawn_from_its_input_to_its_output_tension():
 def test_check_finds_no_faults_in_the_example():
     checked = tendon_mj.check(example_recording())
     assert "no faults found" in repr(checked) or all(w.sentence for w in checked.warnings)
+
+
+def test_functions_of_a_recording_take_a_description_that_lies_elsewhere(tmp_path):
+    table = tmp_path / "pull.csv"
+    table.write_bytes(Path(example_recording()).read_bytes())
+    description = Path(example_recording()).with_suffix(".toml")
+    for function in (tendon_mj.check, tendon_mj.plot_recording, tendon_mj.plot_fit):
+        with refusing(RecordingError, "pass `description`"):
+            function(table)
+        assert function(table, description=description)
 
 
 def test_init_writes_a_description_and_keeps_an_existing_one(tmp_path):
