@@ -31,8 +31,6 @@ _MEMBERS = ("parameters", "__call__", "joints", "steps", "in_steps")  # of `Simu
 
 def check_recordings(train: Sequence[Recording], held_out: Sequence[Recording]) -> None:
     """Refuse recordings that are unusable for a diagnosis."""
-    if isinstance(train, Recording) or isinstance(held_out, Recording):
-        raise RecordingError("recordings are needed as lists: write [recording]")
     if not train:
         raise RecordingError("a diagnosis needs at least one recording")
     masks = (*training_samples(train, held_out), *all_samples(held_out))

@@ -11,6 +11,7 @@ Verdicts:
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Collection, Sequence
 from dataclasses import replace
@@ -45,9 +46,10 @@ from tendon_mj.lab.diagnosis.selection import CONVERGED, Selection, SelectionCon
 from tendon_mj.lab.diagnosis.statistics import FittedCandidate
 from tendon_mj.lab.diagnosis.verdict import SMALLEST_EXCESS, Verdict, reducible_excess
 from tendon_mj.lab.progress import Progress, silent
-from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.recordings import Recording, read_recording
 from tendon_mj.lab.replay import Simulator, matching
 
+Given = Recording | str | os.PathLike  # type: ignore[type-arg]  # of str; for isinstance too
 _EXPLAINED = ("named", "parameter", "nothing missing")
 _AT_NOISE = 1.2  # noises that an effect leaves at most, for it to be more than a fault of a column
 _SHORTEST = 0.5  # times the model's own step
@@ -56,10 +58,11 @@ _NEARLY = 2.0  # times the detection limit or the step's error: the rest may be 
 
 
 def diagnose(
-    train: Sequence[Recording],
-    held_out: Sequence[Recording] = (),
+    train: Given | Sequence[Given],
+    held_out: Given | Sequence[Given] = (),
     simulator: MakeSimulator = Simulator,
     *,
+    description: str | os.PathLike[str] | None = None,
     catalogue: Effects = CATALOGUE,
     exclude: Collection[str] = (),
     checks: Sequence[DataWarning] | None = None,
@@ -68,11 +71,14 @@ def diagnose(
     """Find the effects that a model lacks against recordings, or its wrong parameters.
 
     Args:
-        train: recordings of one model, for selection and fits.
+        train: one or several recordings of one model, or paths of their tables or TOML files, for
+            selection and fits.
         held_out: recordings for the proof alone; without any, each of ``train`` is held out in turn
             where there are three or more of different states or sessions of the rig, else the last
             quarter of each.
         simulator: makes the simulator of recordings; see `tendon_mj.Simulates`.
+        description: path of the TOML file of all that are paths, where theirs do not lie beside
+            the tables.
         catalogue: effects that can be named, instead of the package's or with them:
             ``[*CATALOGUE.values(), mine]``.
         exclude: identifiers of effects that are not to be considered.
@@ -93,6 +99,7 @@ def diagnose(
     began = time.perf_counter()
     exclude = {exclude} if isinstance(exclude, str) else exclude
     effects = by_identifier(catalogue)
+    train, held_out = _read(train, description), _read(held_out, description)
     check_recordings(train, held_out)
     simulate = make_simulator(simulator, train)
     own = Problem(tuple(train), simulate, training_samples(train, held_out))
@@ -142,6 +149,13 @@ def diagnose(
     if not blocked or (result.verdict in _EXPLAINED and result.train.after < _AT_NOISE):
         return result  # an effect that leaves no more than noise where the recordings have a fault
     return select_and_judge(replace(context, candidates=()))
+
+
+def _read(
+    given: Given | Sequence[Given], description: str | os.PathLike[str] | None
+) -> list[Recording]:
+    several = [given] if isinstance(given, Given) else given
+    return [r if isinstance(r, Recording) else read_recording(r, description) for r in several]
 
 
 def _judge_with_short_steps(

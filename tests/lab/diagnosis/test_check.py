@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -13,7 +14,7 @@ import pytest
 from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.lab.diagnosis import Problem, diagnose, uncertain_terms
 from tendon_mj.lab.diagnosis.check import make_simulator
-from tendon_mj.lab.recordings import Recording, Uncertain, read_recording
+from tendon_mj.lab.recordings import Recording, Uncertain, read_recording, write_recording
 from tendon_mj.lab.replay import Parameter, Simulates, Simulator
 from tendon_mj.models import example_recording
 from tendon_mj.typing import FloatArray
@@ -35,6 +36,21 @@ def test_a_tendon_that_never_reversed_but_for_jitter_gets_that_sentence(jitter: 
     way = np.linspace(0.0, 1e-3, made.time.size) + noise
     with pytest.raises(RecordingError, match="'one_way': the tendon never reversed"):
         diagnose([with_columns(made, **{DRIVE: way})], (), Toy)
+
+
+def test_recordings_are_given_as_themselves_or_by_paths_one_or_several(tmp_path: Path) -> None:
+    (first, *_), (proof, *_) = rig(1, {"sheath.friction": 0.2})
+    apart, paths = tmp_path / "rig.toml", list[Path]()
+    for made in (first, proof):
+        paths.append(write_recording(made, tmp_path / made.name))
+        paths[-1].with_suffix(".toml").replace(apart)
+    expected = diagnose([first], [proof], Toy).result()
+    for train, held_out in ((paths[0], paths[1]), ([str(paths[0])], [proof]), (first, proof)):
+        found = diagnose(train, held_out, Toy, description=apart).result()
+        assert found["verdict"] == expected["verdict"]
+        assert found["parameters"] == expected["parameters"]
+    with refusing(RecordingError, "pass `description`"):
+        diagnose(paths[0], (), Toy)
 
 
 def test_unusable_recordings_are_refused_by_name() -> None:
