@@ -17,6 +17,7 @@ from tendon_mj.sheath.parameters import described as described
 from tendon_mj.sheath.parameters import parameters_of as parameters_of
 from tendon_mj.sheath.records import ARC as ARC
 from tendon_mj.sheath.records import GUIDE as GUIDE
+from tendon_mj.sheath.records import ROUNDING as ROUNDING
 from tendon_mj.sheath.records import SEGMENT as SEGMENT
 from tendon_mj.sheath.records import Arc as Arc
 from tendon_mj.sheath.records import Arcs as Arcs

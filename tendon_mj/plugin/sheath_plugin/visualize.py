@@ -3,8 +3,7 @@
 MuJoCo calls this function of the plugin for every scene that it fills, whether for a window, a
 picture or a clip. It draws where the model has the custom numeric `tendon_mj.tension_scale`, whose
 two numbers are the tensions [N] at the ends of the colour bar, and where MuJoCo itself would draw
-the tendon. A sphere marks each guide over which the tendon slips
-under tension.
+the tendon. A sphere marks each guide over which the tendon slips under tension.
 
 The colours are viridis, of which equal steps look equal, also to colour-blind eyes. A geom of a
 scene shows its colour as it is, so that it can be read off a colour bar, where only its own
@@ -34,8 +33,7 @@ from tendon_mj.plugin.abi.memory import (
 from tendon_mj.plugin.sheath_plugin.attributes import is_sensor
 from tendon_mj.plugin.sheath_plugin.bind import is_bound
 from tendon_mj.plugin.sheath_plugin.state import state_at, state_of, unpack
-from tendon_mj.sheath import Guides, Segments
-from tendon_mj.sheath.records import ROUNDING
+from tendon_mj.sheath import ROUNDING, Guides, Segments
 from tendon_mj.typing import FloatArray
 
 SHADED = 1e-3  # share of a colour that the scene's lights act on
