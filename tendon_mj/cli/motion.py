@@ -141,10 +141,8 @@ def view(
     if seconds is not None and not seconds > 0.0:
         raise InvalidValueError(f"--seconds {seconds:g} must be greater than 0")
     prepared = prepare(model, motion)
-    if not prepared.simulation.model.nu:
-        _print_what_moves(prepared.simulation.model)
-    elif prepared.still:
-        console.print(f"{prepared.still}: only gravity and springs move the model")
+    if prepared.still:
+        console.print(f"{prepared.still}: only gravity and springs move it")
     if web:
         done = serve(prepared, port=port, seconds=seconds, announce=console.print)
     else:

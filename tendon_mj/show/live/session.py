@@ -293,9 +293,9 @@ def repeated(rows: FloatArray, step: float) -> Drive:
 def stands_still(model: mujoco.MjModel, drive: Drive, duration: float) -> str:
     """Reason that no actuator moves a model within a duration [s]; empty where one does."""
     if model.nu == 0:
-        return "it has no actuator"
+        return "the model has no actuator"
     moves = any(np.any(drive(time)) for time in np.arange(0.0, duration, 0.1))
-    return "" if moves else "the controls stay at 0"
+    return "" if moves else "the controls of the model stay at 0"
 
 
 @dataclass(frozen=True)
