@@ -287,7 +287,8 @@ def _weigh(
     judged, mask, final = data.proof, data.mask, selection.final.fit
     deviations = reproducibility(context.problem, final.residual)
     bars = bar(judged, deviations)
-    step, lumping = step_error((after.correction / bars)[mask]), discretisation_error(judged, bars)
+    step = step_error((after.correction / bars)[mask])
+    lumping = discretisation_error(judged, bars, mask, before.extrapolated)
     base, effects = context.base, [selected.candidate for selected in selection.effects]
     values = {**base, **final.parameters(base)}
     evidence = Evidence(
@@ -298,7 +299,7 @@ def _weigh(
         extrapolated=measure_errors(judged, before.extrapolated, after.extrapolated, mask, bars),
         zero_step=float(np.sqrt(np.mean(after.extrapolated[mask] ** 2))),
         reproducibility=deviations,
-        limit=detection_limit(judged, step, bars, mask),
+        limit=detection_limit(judged, step, bars, mask, before.extrapolated),
         largest=max(LARGEST_EXCESS, lumping),
         beyond=parameters_beyond_range(context.problem, final),
         at_end=not all(final.determines(candidate) for candidate in effects),

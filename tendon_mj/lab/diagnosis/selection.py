@@ -77,6 +77,7 @@ class SelectionContext:
     step_error: float  # of the simulation, see step_error
     initial_excess: float  # excess χ² of the calibrated model, see reducible_excess
     progress: Progress  # callback
+    residual: FloatArray | None = None  # (m,) of the calibrated model [noise]
     # end of every global search, so that backtracking does not search a model again
     searched: dict[Hashable, FittedCandidate] = field(default_factory=dict)
     # slopes of candidates where they were screened first, for the first pass of later screenings
@@ -261,7 +262,7 @@ class SelectionContext:
     @cached_property
     def detection_limit(self) -> float:
         """Excess χ² below which nothing is named."""
-        return detection_limit(self.problem, self.step_error)
+        return detection_limit(self.problem, self.step_error, residual=self.residual)
 
     @property
     def smallest_gain(self) -> float:

@@ -43,6 +43,7 @@ STANDARD_ERRORS = 2.0  # of a gain in χ²: less may be chance
 CLOSED = 0.985  # of the rms error above noise: a model that closes less does not explain it
 PART = 2.0 / 3.0  # of the error that could be removed: an effect that removes less may imitate
 _DISCRETISATION = 0.0025  # of a signal's range: error of lumping and stepping
+_TWICE, _ROUNDING = 2.0, 1e-9
 _SHARE = 0.05, 0.1  # of the remaining excess, that an effect has to gain; across recordings
 
 _SAME_DRIVE = 0.01  # of its range, rms difference
@@ -58,18 +59,20 @@ def detection_limit(
     step_error: float,
     bars: FloatArray | None = None,
     judged: NDArray[np.bool_] | None = None,
+    residual: FloatArray | None = None,
 ) -> float:
     """Excess χ² below which nothing is named, for a simulation with that `step_error`.
 
     ``bars`` (m,) of `bar`, where residuals are judged by more than noise; ``judged`` (m,) which
-    residuals are judged, by default the training data.
+    residuals are judged, by default the training data; ``residual`` (m,) of the calibrated model,
+    see `discretisation_error`.
     """
-    count = int((problem.in_train if judged is None else judged).sum())
+    judged = problem.in_train if judged is None else judged
     return max(
         SMALLEST_EXCESS,
-        chance_excess(problem, count),
+        chance_excess(problem, int(judged.sum())),
         step_error,
-        discretisation_error(problem, bars),
+        discretisation_error(problem, bars, judged, residual),
     )
 
 
@@ -92,21 +95,39 @@ def chance_excess(problem: Problem, count: int) -> float:
     return float(stats.chi2.ppf(_CERTAIN, count)) / count - 1.0
 
 
-def discretisation_error(problem: Problem, bars: FloatArray | None = None) -> float:
-    """Mean square error, over all residuals, of a sheath lumped into guides; 0 without a sheath."""
+def discretisation_error(
+    problem: Problem,
+    bars: FloatArray | None = None,
+    judged: NDArray[np.bool_] | None = None,
+    residual: FloatArray | None = None,
+) -> float:
+    """Mean square error, over all residuals, of a sheath lumped into guides; 0 without a sheath.
+
+    Of a signal whose ``residual`` (m,) is given it is no more than what that leaves, and up to
+    twice the error of lumping: what one precise signal may be off by would hide another's error.
+    """
     if not has_sheath(problem.simulate):
         return 0.0
-    powers = [
-        (
-            _DISCRETISATION
-            * float(np.ptp(problem.recordings[k].columns[column]))
-            / problem.noise[k][column]
-            / (1.0 if bars is None else float(bars[rows.start]))
-        )
-        ** 2
-        for k, column, rows in problem.signals
-    ]
-    return float(np.mean(powers))
+    bars = np.ones(problem.in_train.size) if bars is None else bars
+    powers = np.array(
+        [
+            (
+                _DISCRETISATION
+                * float(np.ptp(problem.recordings[k].columns[column]))
+                / (problem.noise[k][column] * float(bars[rows.start]))
+            )
+            ** 2
+            for k, column, rows in problem.signals
+        ]
+    )
+    most = float(np.mean(powers))
+    if residual is None or judged is None:
+        return most
+    counts = np.array([float(judged[rows].sum()) for _, _, rows in problem.signals])
+    squares = np.where(judged, (residual / bars) ** 2 - 1.0, 0.0)
+    left = [max(0.0, float(squares[rows].sum())) for _, _, rows in problem.signals]
+    shares = np.minimum(_TWICE**2 * powers * counts, left)
+    return min(most, (1.0 + _ROUNDING) * float(shares.sum() / counts.sum()))
 
 
 def has_sheath(simulate: Simulates) -> bool:

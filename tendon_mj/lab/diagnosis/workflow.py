@@ -126,6 +126,7 @@ def diagnose(
         candidates=bound,
         step_error=step_error(calibrated.fit.correction[own.in_train]),
         initial_excess=reducible_excess(context.problem, calibrated.fit.residual),
+        residual=calibrated.fit.residual,
     )
 
     def select_and_judge(context: SelectionContext) -> Diagnosis:
@@ -211,6 +212,6 @@ def _fit_again(
     context = replace(context, problem=problem)
     calibrated = context.polish(selection.calibrated)
     initial = reducible_excess(problem, calibrated.fit.residual)
-    context = replace(context, initial_excess=initial)
+    context = replace(context, initial_excess=initial, residual=calibrated.fit.residual)
     final = context.optimise_nearby(selection.final)
     return context, replace(selection, calibrated=calibrated, final=final)
