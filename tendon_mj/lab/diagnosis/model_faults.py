@@ -38,7 +38,7 @@ from tendon_mj.lab.replay import (
 # 0.1 … 0.6, largest where the tendon hardly slides; at the other end less, but for small loops.
 _ERROR, _POWER = 0.6, 1.5
 
-_FRICTION, _PLAY = ".frictionloss", ".backlash"
+_FRICTION, _PLAY, _GAIN = ".frictionloss", ".backlash", ".kp"
 
 
 class LumpedSheath(NamedTuple):
@@ -122,6 +122,28 @@ def warn_of_soft_friction(simulate: Simulates, values: Mapping[str, float]) -> l
         f' Give the joint solreffriction="{solref}" solimpfriction="{solimp}" and diagnose again.'
         for joint in (n.removesuffix(_FRICTION) for n in values if n.endswith(_FRICTION))
         if values[joint + _FRICTION] > 0.0 and has_soft_friction(simulate.model, joint)
+    ]
+
+
+def warn_of_servos(problem: Problem) -> list[str]:
+    """Warn of servos that were taken to hold their joints, with what lets them give way."""
+    known, prescribed = problem.simulate.parameters, problem.simulate.joints
+    stated = set[str]()
+    for recording in problem.recordings:
+        stated |= expand({**recording.known, **recording.uncertain}, known).keys()
+    stiff = [
+        name.removesuffix(_GAIN)
+        for name, parameter in known.items()
+        if name.endswith(_GAIN)
+        and name not in stated
+        and any(prescribed.get(joint) for joint in parameter.joints)
+    ]
+    if not stiff:
+        return []
+    return [
+        f"Joints were taken to be where a servo is commanded ({', '.join(stiff)}), as neither their"
+        f" places nor its forces were measured: if it may give way, give {stiff[0] + _GAIN!r} a"
+        " range in [uncertain]."
     ]
 
 

@@ -34,6 +34,7 @@ from tendon_mj.lab.diagnosis.fitting import Fit, fit
 from tendon_mj.lab.diagnosis.model_faults import (
     too_few_guides,
     warn_of_guides,
+    warn_of_servos,
     warn_of_soft_flanks,
     warn_of_soft_friction,
 )
@@ -239,6 +240,7 @@ class Proof:
         limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
         if verdict in ("partly", "unknown"):
             limits += warn_of_soft_friction(self.own.simulate, model)
+            limits += warn_of_servos(self.own)
         limits += warn_of_soft_flanks(self.own.simulate, model, {**calibrated, **fitted})
         seen, first = self.own.residuals(parameters), len(final.calibrated)
         proven = verdict in ("named", "parameter", "partly")

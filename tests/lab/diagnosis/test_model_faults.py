@@ -21,13 +21,15 @@ from tendon_mj.lab.diagnosis import (
 from tendon_mj.lab.diagnosis.model_faults import (
     too_few_guides,
     warn_of_guides,
+    warn_of_servos,
     warn_of_soft_friction,
 )
-from tendon_mj.lab.recordings import Uncertain
+from tendon_mj.lab.recordings import Recording, Uncertain
 from tendon_mj.lab.replay import Simulator
 from tendon_mj.models import Bench, build_bench
 from tests.lab.diagnosis.test_wrong_numbers import PENDULUM, measured
 from tests.lab.diagnosis.toy import Toy, bench_recording, recording
+from tests.lab.recorded import recorded
 
 TENSION = "input_tension_N"
 LOOP_NOISE = 0.02  # [N]
@@ -156,3 +158,18 @@ def test_a_play_that_is_found_on_a_soft_flank_is_warned_of(
     assert result.effects == ["backlash"]
     said = [w for w in result.warnings if "flank" in w]
     assert [w.startswith("Joint 'spool': ") for w in said] == [True] * warned
+
+
+def test_servos_that_nothing_measured_are_named_until_a_range_is_given(tmp_path: Path) -> None:
+    def warned(recording: Recording) -> list[str]:
+        made = (recording,)
+        return warn_of_servos(Problem(made, Simulator(made), all_samples(made)))
+
+    assert warned(measured("servo", {}, tmp_path)[0]) == []  # its joint's angle is measured
+    time = np.arange(0.0, 0.4, 0.01)
+    drive = {"command_rad": ("command", np.sin(12.0 * time))}
+    blind = recorded(time, drive, {"joint_rad": ("joint_angle", 1e-3)}, "joint")
+    (warning,) = warned(blind)
+    assert "(command)" in warning
+    assert "'command.kp' a range" in warning
+    assert warned(replace(blind, uncertain={"command.kp": Uncertain(4e3, 1e3, 8e3)})) == []

@@ -14,6 +14,7 @@ from tendon_mj.lab.diagnosis import (
     FittedCandidate,
     Problem,
     Term,
+    all_samples,
     fit,
     intervals,
     tied,
@@ -35,6 +36,7 @@ from tendon_mj.lab.diagnosis.verdict import (
     reducible_excess,
     unexplained_excess,
 )
+from tendon_mj.lab.recordings import Measured
 from tests.lab.diagnosis.linear_rig import BLOCKS, LinearRig, Shape, context, effect, named
 from tests.lab.diagnosis.toy import Toy, problem_of, recording
 
@@ -272,6 +274,23 @@ def test_the_detection_limit_is_the_largest_error_of_the_simulation() -> None:
     assert detection_limit(large, 0.0) == 0.2
     sheath = replace(large, simulate=LinearRig(large.recordings, {"sheath.friction": {}}))
     assert detection_limit(sheath, 0.0) == pytest.approx((0.0025 * 400.0) ** 2, rel=0.05)
+
+
+def test_what_a_precise_signal_may_be_off_by_does_not_hide_another() -> None:
+    """Lumping makes 1 noise of the first signal's and 1000 of the second's, which is not off."""
+    rough, precise = context({}, {"a": 100.0 * np.sqrt(2.0)}, []).problem.recordings
+    (column,) = precise.measured
+    precise = replace(precise, measured={column: Measured("tension", 1e-3)})
+    both = [rough, precise]
+    problem = Problem(tuple(both), LinearRig(both, {"sheath.friction": {}}), all_samples(both))
+    (_, _, first), _ = problem.signals
+    off = np.ones(problem.in_train.size)
+    assert detection_limit(problem, 0.0, residual=off) == 0.2
+    off[first] = 10.0
+    assert detection_limit(problem, 0.0) > 1e5
+    assert detection_limit(problem, 0.0, residual=off) == pytest.approx(0.5 * 2.0**2, rel=0.05)
+    off[first] = np.sqrt(1.0 + 3.0)  # within twice its own
+    assert detection_limit(problem, 0.0, residual=off) == pytest.approx(0.5 * 3.0, rel=1e-6)
 
 
 def test_confidence_falls_with_every_effect_that_explains_as_much() -> None:
