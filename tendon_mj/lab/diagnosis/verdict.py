@@ -43,7 +43,7 @@ STANDARD_ERRORS = 2.0  # of a gain in χ²: less may be chance
 CLOSED = 0.985  # of the rms error above noise: a model that closes less does not explain it
 PART = 2.0 / 3.0  # of the error that could be removed: an effect that removes less may imitate
 _DISCRETISATION = 0.0025  # of a signal's range: error of lumping and stepping
-_TWICE, _ROUNDING = 2.0, 1e-9
+_TWICE = 2.0
 _SHARE = 0.05, 0.1  # of the remaining excess, that an effect has to gain; across recordings
 
 _SAME_DRIVE = 0.01  # of its range, rms difference
@@ -103,8 +103,8 @@ def discretisation_error(
 ) -> float:
     """Mean square error, over all residuals, of a sheath lumped into guides; 0 without a sheath.
 
-    Of a signal whose ``residual`` (m,) is given it is no more than what that leaves, and up to
-    twice the error of lumping: what one precise signal may be off by would hide another's error.
+    Where the ``residual`` (m,) of the calibrated model is more than twice that in one column, the
+    others count no more than they are off: a precise one would hide the error of that.
     """
     if not has_sheath(problem.simulate):
         return 0.0
@@ -125,9 +125,13 @@ def discretisation_error(
         return most
     counts = np.array([float(judged[rows].sum()) for _, _, rows in problem.signals])
     squares = np.where(judged, (residual / bars) ** 2 - 1.0, 0.0)
-    left = [max(0.0, float(squares[rows].sum())) for _, _, rows in problem.signals]
-    shares = np.minimum(_TWICE**2 * powers * counts, left)
-    return min(most, (1.0 + _ROUNDING) * float(shares.sum() / counts.sum()))
+    left = np.array([float(squares[rows].sum()) for _, _, rows in problem.signals])
+    _, of_column = np.unique([column for _, column, _ in problem.signals], return_inverse=True)
+    left = np.maximum(np.bincount(of_column, left), 0.0)
+    twice = _TWICE**2 * np.bincount(of_column, powers * counts)
+    if np.all(left <= twice):
+        return most
+    return min(most, float(np.minimum(left, twice).sum() / counts.sum()))
 
 
 def has_sheath(simulate: Simulates) -> bool:
