@@ -162,11 +162,9 @@ def _size(text: str) -> tuple[int, int]:
 
 def _print_what_moves(compiled: mujoco.MjModel) -> None:
     """Print the source of the motion of a model without control ranges."""
-    free = [
-        compiled.actuator(k).name or f"actuator {k}"
-        for k in range(compiled.nu)
-        if not compiled.actuator_ctrllimited[k] and compiled.actuator_plugin[k] < 0
-    ]
+    known = compiled.actuator_ctrllimited.astype(bool) | (compiled.actuator_plugin >= 0)
+    known |= compiled.actuator_dyntype == mujoco.mjtDyn.mjDYN_MUSCLE.value
+    free = [compiled.actuator(k).name or f"actuator {k}" for k in np.flatnonzero(~known)]
     if not compiled.nu:
         console.print("the model has no actuator: only gravity and springs move it")
     elif free:

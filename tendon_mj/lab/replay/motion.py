@@ -69,11 +69,15 @@ def default_motion(name: str, model: mujoco.MjModel) -> Drive:
 
 
 def control_limits(model: mujoco.MjModel, wider: float = 5.0) -> tuple[FloatArray, FloatArray]:
-    """Lowest and highest (nu,) controls: the control range, or several times ±1 mm or ±1."""
+    """Lowest and highest (nu,) controls: the control range, or several times ±1 mm or ±1.
+
+    Without a range a muscle's is 0 to 1, to which MuJoCo clips it.
+    """
     free = wider * np.where(model.actuator_plugin >= 0, _REEL, _ANY)
     limited = model.actuator_ctrllimited.astype(bool)
-    low, high = model.actuator_ctrlrange.T
-    return np.where(limited, low, -free), np.where(limited, high, free)
+    low, high = np.where(limited, model.actuator_ctrlrange.T, [-free, free])
+    is_muscle = ~limited & (model.actuator_dyntype == mujoco.mjtDyn.mjDYN_MUSCLE.value)
+    return np.where(is_muscle, 0.0, low), np.where(is_muscle, 1.0, high)
 
 
 def demonstration_time(model: mujoco.MjModel) -> float:

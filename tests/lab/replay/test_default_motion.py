@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import RecordingError, UnknownNameError
-from tendon_mj.lab.replay import default_motion, demonstration_time, read_motion
+from tendon_mj.lab.replay import control_limits, default_motion, demonstration_time, read_motion
 from tendon_mj.models import Bench, Joint, build_bench, build_joint
 from tests.refusals import refusing
 from tests.rigs import compiled, lever
@@ -39,6 +39,14 @@ def test_any_other_model_moves_one_actuator_after_the_other_within_its_control_r
     np.testing.assert_allclose(control.max(axis=0), [4.4, 2.4, 0.0, 1.0], atol=1e-4)
     np.testing.assert_allclose(control.min(axis=0), [2.0, -0.8, -3.2, -1.0], atol=1e-4)
     assert np.abs(np.diff(control, axis=0)).max() < 0.05, "without a jump"
+
+
+def test_a_muscle_without_a_range_is_activated_and_never_pushed():
+    model = compiled(lever('<muscle joint="j" lengthrange="0 1"/>'))
+    control = np.array([default_motion("mine", model)(t) for t in TIMES])
+    assert control.min() == 0.0
+    assert control.max() == pytest.approx(0.8, abs=1e-4)
+    assert [limit[0] for limit in control_limits(model)] == [0.0, 1.0]
 
 
 def test_many_actuators_all_move_within_the_time_of_a_demonstration():
