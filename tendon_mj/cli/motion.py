@@ -25,6 +25,7 @@ from tendon_mj.lab.replay import (
     force_unit,
     frictionless,
     record_frames,
+    without_range,
 )
 from tendon_mj.lab.verification import finger_step_cost
 from tendon_mj.models import Finger, load_model, model_names, model_path
@@ -162,9 +163,8 @@ def _size(text: str) -> tuple[int, int]:
 
 def _print_what_moves(compiled: mujoco.MjModel) -> None:
     """Print the source of the motion of a model without control ranges."""
-    known = compiled.actuator_ctrllimited.astype(bool) | (compiled.actuator_plugin >= 0)
-    known |= compiled.actuator_dyntype == mujoco.mjtDyn.mjDYN_MUSCLE.value
-    free = [compiled.actuator(k).name or f"actuator {k}" for k in np.flatnonzero(~known)]
+    swung = np.flatnonzero(without_range(compiled) & (compiled.actuator_plugin < 0))
+    free = [compiled.actuator(k).name or f"actuator {k}" for k in swung]
     if not compiled.nu:
         console.print("the model has no actuator: only gravity and springs move it")
     elif free:

@@ -18,7 +18,7 @@ from tendon_mj.lab import finger
 from tendon_mj.lab.data_check import Checked, check_recording
 from tendon_mj.lab.diagnosis import Diagnosis
 from tendon_mj.lab.fleet import FleetResult, find_rigs, run_fleet
-from tendon_mj.lab.recordings import Recording, read_recording
+from tendon_mj.lab.recordings import GivenRecording, Recording, read_given
 from tendon_mj.lab.replay import FrameRecorder, format_template, replay_recording
 from tendon_mj.lab.sweep import Sweep, SweepResult, motion_recording, run_sweep
 from tendon_mj.models import load_model, model_names, model_path
@@ -28,8 +28,6 @@ from tendon_mj.show.render.clip import check_size, draw_frames
 from tendon_mj.show.report.pictures import misfit_figure
 from tendon_mj.show.report.text import most_telling
 from tendon_mj.whole_file import whole_file
-
-GivenRecording = Recording | str | Path
 
 
 def init(model: str, path: str | Path | None = None) -> Path:
@@ -74,7 +72,7 @@ def check(
     Raises:
         RecordingError: a recording that cannot be read or simulated.
     """
-    return check_recording(_read(recording, description), model, settle=settle)
+    return check_recording(read_given(recording, description), model, settle=settle)
 
 
 def simulate(
@@ -158,7 +156,7 @@ def plot_recording(recording: GivenRecording, *, description: str | Path | None 
     Raises:
         RecordingError: a recording that cannot be read, or has no measured column.
     """
-    return replay_figure(_read(recording, description), {})
+    return replay_figure(read_given(recording, description), {})
 
 
 def plot_fit(
@@ -183,7 +181,7 @@ def plot_fit(
         shown, _ = most_telling(recording.simulate())
         after = shown.after if recording.changed else None
         return before_after_figure(shown.measured, shown.before, after)
-    recording = _read(recording, description)
+    recording = read_given(recording, description)
     if simulated is None or isinstance(simulated, mujoco.MjModel):
         simulated = replay_recording(recording, simulated)
     if isinstance(simulated, Recording):
@@ -265,7 +263,7 @@ def show_clip(
             name=error.name,
         ) from None
     check_size(width, height)
-    recording, recorder = _read(recording, description), FrameRecorder()
+    recording, recorder = read_given(recording, description), FrameRecorder()
     if model is None:
         model = load_model(recording.model, beside=recording.beside)
     replay_recording(recording, model, recorder=recorder)
@@ -273,9 +271,3 @@ def show_clip(
     images = draw_frames(model, frames, width=width, height=height, camera=camera)
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())  # the system need not have one
     mediapy.show_video(images, fps=frames.fps)
-
-
-def _read(recording: GivenRecording, description: str | Path | None) -> Recording:
-    if isinstance(recording, Recording):
-        return recording
-    return read_recording(recording, description)

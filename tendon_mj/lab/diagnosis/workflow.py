@@ -46,10 +46,9 @@ from tendon_mj.lab.diagnosis.selection import CONVERGED, Selection, SelectionCon
 from tendon_mj.lab.diagnosis.statistics import FittedCandidate
 from tendon_mj.lab.diagnosis.verdict import SMALLEST_EXCESS, Verdict, reducible_excess
 from tendon_mj.lab.progress import Progress, silent
-from tendon_mj.lab.recordings import Recording, read_recording
+from tendon_mj.lab.recordings import GivenRecording, Recording, read_given
 from tendon_mj.lab.replay import Simulator, matching
 
-Given = Recording | str | os.PathLike  # type: ignore[type-arg]  # of str; for isinstance too
 _EXPLAINED = ("named", "parameter", "nothing missing")
 _AT_NOISE = 1.2  # noises that an effect leaves at most, for it to be more than a fault of a column
 _SHORTEST = 0.5  # times the model's own step
@@ -58,8 +57,8 @@ _NEARLY = 2.0  # times the detection limit or the step's error: the rest may be 
 
 
 def diagnose(
-    train: Given | Sequence[Given],
-    held_out: Given | Sequence[Given] = (),
+    train: GivenRecording | Sequence[GivenRecording],
+    held_out: GivenRecording | Sequence[GivenRecording] = (),
     simulator: MakeSimulator = Simulator,
     *,
     description: str | os.PathLike[str] | None = None,
@@ -153,10 +152,10 @@ def diagnose(
 
 
 def _read(
-    given: Given | Sequence[Given], description: str | os.PathLike[str] | None
+    given: GivenRecording | Sequence[GivenRecording], description: str | os.PathLike[str] | None
 ) -> list[Recording]:
-    several = [given] if isinstance(given, Given) else given
-    return [r if isinstance(r, Recording) else read_recording(r, description) for r in several]
+    several = [given] if isinstance(given, GivenRecording) else given
+    return [read_given(recording, description) for recording in several]
 
 
 def _judge_with_short_steps(

@@ -119,6 +119,18 @@ _NOT_COMPARED = ("time", "columns", "in_file", "beside", "rows")  # the first tw
 _NOT_ARRAYS = [f.name for f in fields(Recording) if f.name not in _NOT_COMPARED]
 
 
+GivenRecording = Recording | str | os.PathLike  # type: ignore[type-arg]  # of str; for isinstance
+
+
+def read_given(
+    recording: GivenRecording, description: str | os.PathLike[str] | None = None
+) -> Recording:
+    """A recording as it is, or as `read_recording` reads it from its path."""
+    if isinstance(recording, Recording):
+        return recording
+    return read_recording(recording, description)
+
+
 def read_recording(
     path: str | os.PathLike[str], description: str | os.PathLike[str] | None = None
 ) -> Recording:

@@ -19,6 +19,7 @@ from tendon_mj.lab.replay.motion import frictionless as frictionless
 from tendon_mj.lab.replay.motion import is_friction as is_friction
 from tendon_mj.lab.replay.motion import read_motion as read_motion
 from tendon_mj.lab.replay.motion import record_frames as record_frames
+from tendon_mj.lab.replay.motion import without_range as without_range
 from tendon_mj.lab.replay.parameters import DRAWN_BEND as DRAWN_BEND
 from tendon_mj.lab.replay.parameters import EXTRA_BEND as EXTRA_BEND
 from tendon_mj.lab.replay.parameters import Adjustable as Adjustable

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.lab.progress import Progress
@@ -68,16 +68,21 @@ def default_motion(name: str, model: mujoco.MjModel) -> Drive:
     return drive
 
 
+def without_range(model: mujoco.MjModel) -> NDArray[np.bool_]:
+    """(nu,) whether a control has no range, neither `ctrlrange` nor a muscle's from 0 to 1."""
+    is_muscle = model.actuator_dyntype == mujoco.mjtDyn.mjDYN_MUSCLE.value
+    return np.asarray(~(model.actuator_ctrllimited.astype(bool) | is_muscle))
+
+
 def control_limits(model: mujoco.MjModel, wider: float = 5.0) -> tuple[FloatArray, FloatArray]:
     """Lowest and highest (nu,) controls: the control range, or several times ±1 mm or ±1.
 
     Without a range a muscle's is 0 to 1, to which MuJoCo clips it.
     """
-    free = wider * np.where(model.actuator_plugin >= 0, _REEL, _ANY)
-    limited = model.actuator_ctrllimited.astype(bool)
-    low, high = np.where(limited, model.actuator_ctrlrange.T, [-free, free])
-    is_muscle = ~limited & (model.actuator_dyntype == mujoco.mjtDyn.mjDYN_MUSCLE.value)
-    return np.where(is_muscle, 0.0, low), np.where(is_muscle, 1.0, high)
+    wide = wider * np.where(model.actuator_plugin >= 0, _REEL, _ANY)
+    limited, free = model.actuator_ctrllimited.astype(bool), without_range(model)
+    low, high = np.where(limited, model.actuator_ctrlrange.T, [[0.0], [1.0]])
+    return np.where(free, -wide, low), np.where(free, wide, high)
 
 
 def demonstration_time(model: mujoco.MjModel) -> float:
