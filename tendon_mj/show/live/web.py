@@ -90,12 +90,11 @@ def serve(
                 translucent = _translucent(server.scene, mjviser, scene.mj_model)
                 scene.rebuild_visual_handles()
             if frames % _SCENE_EVERY == 0:
-                with server.atomic():  # bodies and the tendons on them arrive together
-                    with simulation.lock:
-                        scene.update_from_mjdata(simulation.data)
-                        translucent.draw(simulation.data)
-                        ghost.draw(simulation.twin)
-                    cable.draw()
+                with simulation.lock:
+                    scene.update_from_mjdata(simulation.data)
+                    translucent.draw(simulation.data)
+                    ghost.draw(simulation.twin)
+                cable.draw()
             if frames % _RARELY == 0:
                 panel.draw()
             frames += 1
