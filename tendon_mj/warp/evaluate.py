@@ -372,7 +372,8 @@ def apply(b: Dynamics, t: Tendons, driven: bool, qfrc: wp.array2d[wp.float32]) -
     total = wp.float64(0.0)
     for k in range(t.tendon.shape[0]):
         if t.driven[k] == driven:
-            for j in range(t.guides[k] + 1):
+            segments = wp.where(t.moved[k, dof], t.guides[k] + 1, 0)
+            for j in range(segments):
                 row = t.first_segment[k] + j
                 pull = t.pull[row, w]
                 if pull != _ZERO:
