@@ -12,6 +12,7 @@ from __future__ import annotations
 import sys
 import time
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -84,12 +85,7 @@ def warp_comparison(
     """
     wp.config.quiet = True
     output = Output(out)
-    pairs: list[Pair] = []
-    for model in models:
-        if model in _AMPLITUDES:
-            pairs.append(_own(model, _AMPLITUDES[model]))
-        else:
-            pairs += [_given(Path(model), friction, ea) for ea in (None, *stiffness)]
+    pairs = pairs_of(models, friction, (None, *stiffness))
     rows: list[dict[str, Any]] = []
     with progress_bar() as progress:
         for number, pair in enumerate(pairs):
@@ -107,6 +103,19 @@ def warp_comparison(
     )
     output.result({"rows": rows, "device": str(wp.get_device()), "worlds": worlds})
     output.close()
+
+
+def pairs_of(
+    models: Sequence[str], friction: float, stiffnesses: Sequence[float | None]
+) -> list[Pair]:
+    """`bench` and `finger` as they are, and given models with sheaths of each stiffness [N]."""
+    pairs: list[Pair] = []
+    for model in models:
+        if model in _AMPLITUDES:
+            pairs.append(_own(model, _AMPLITUDES[model]))
+        else:
+            pairs += [_given(Path(model), friction, ea) for ea in stiffnesses]
+    return pairs
 
 
 def _own(name: str, amplitude: float) -> Pair:

@@ -1,6 +1,8 @@
-"""The study that holds sheaths on Warp against the plugin's writes what it found."""
+"""The studies of sheaths on Warp write what they found."""
 
 import json
+import subprocess
+import sys
 
 import pytest
 
@@ -17,3 +19,12 @@ def test_the_bench_agrees_to_a_thousandth_of_its_tensions(tmp_path):
     assert 0.0 < row["rms"] <= row["largest"] < 1e-3
     assert row["unsolved"] == 0
     assert row["step"] > 0.0
+
+
+def test_no_solve_evaluates_much_more_often_than_the_mean(tmp_path):
+    command = ["-m", "experiments.warp_evaluations", "bench", "--worlds", "8", "--rounds", "2"]
+    # a process of its own, in which the kernels are those that count
+    subprocess.run([sys.executable, *command, "--out", str(tmp_path)], check=True)
+    (row,) = json.loads((tmp_path / "result.json").read_text())["rows"]
+    assert row["solves"] == 8 * 20
+    assert 16 < row["mean"] < row["most"] < 6 * row["mean"]
