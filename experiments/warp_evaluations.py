@@ -77,7 +77,7 @@ def warp_evaluations(
 
 
 def _counts(pair: Pair, worlds: int, rounds: int, seed: int) -> IntArray:
-    """Evaluations of every solve in every counted step."""
+    """Evaluations of each solve in the counted steps; a slack tendon takes none and is left out."""
     model = pair.model
     m, d = sheathed_warp.put_model(model), sheathed_warp.make_data(model, worlds)
     unsolved = sheathed_warp.sheaths_of(d).unsolved
@@ -90,7 +90,8 @@ def _counts(pair: Pair, worlds: int, rounds: int, seed: int) -> IntArray:
             mjw.step(m, d)
             if counted:
                 counts.append(unsolved.numpy().copy())
-    return np.array(counts)
+    evaluations = np.array(counts)
+    return evaluations[evaluations > 0]
 
 
 if __name__ == "__main__":

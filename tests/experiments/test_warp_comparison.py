@@ -26,5 +26,5 @@ def test_no_solve_evaluates_much_more_often_than_the_mean(tmp_path):
     # a process of its own, in which the kernels are those that count
     subprocess.run([sys.executable, *command, "--out", str(tmp_path)], check=True)
     (row,) = json.loads((tmp_path / "result.json").read_text())["rows"]
-    assert row["solves"] == 8 * 20
+    assert 0 < row["solves"] <= 8 * 20
     assert 16 < row["mean"] < row["most"] < 6 * row["mean"]
