@@ -214,7 +214,8 @@ class _Scan:
             tried |= self._simulate(best, [at for at in dict.fromkeys(near) if at not in tried])
             best = max(tried.values(), key=lambda one: one.explained)
             step *= 0.5
-        if self._is_of_column(best):
+        begun = self.problem.recordings[event.recording].time[_FEWEST]
+        if best.time < begun or self._is_of_column(best):  # another zero from the start, or later
             return None
         return self._candidate(best, list(tried.values()))
 
