@@ -117,6 +117,18 @@ def rope(
       <actuator>{actuator}</actuator><sensor>{sensor}</sensor>{rest}</mujoco>"""
 
 
+def block_and_tackle():
+    """MJCF of a load on a rope of two branches, of which only the first bends, by 90°."""
+    return rope(
+        "a -.3 0 1; b 0 0 1; e .1 0 1",
+        "c; d .1 0 0",
+        "a b c /2 d e",
+        joint='name="j" type="slide" axis="0 0 1" damping="50"',
+        geom='size=".05" mass="1"',
+        actuator='<motor name="pull" tendon="t" ctrlrange="-40 0"/>',
+    )
+
+
 def pulled_xml(height=0.3, width=0.005, head="", world="", geom='size=".01" mass="1"'):
     """MJCF of a mass on a spring that a motor pulls over a guide; its control is the tension."""
     return rope(

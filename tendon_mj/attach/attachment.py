@@ -50,6 +50,7 @@ class Row(NamedTuple):
     sheath: str  # name; empty without one
     acts: bool  # whether friction can do anything
     is_driven: bool  # whether the forces along it are its input tension
+    has_pulleys: bool  # whether the bends are those of its most bent branch
 
     @property
     def is_too_stiff(self) -> bool:
@@ -213,6 +214,7 @@ def _tendon_row(
         sheath=sheath.name if sheath else "",
         acts=bool(sheath) and not idle,
         is_driven=is_driven,
+        has_pulleys=len(branches) > 1,
     )
 
 

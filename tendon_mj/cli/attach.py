@@ -105,6 +105,13 @@ def _remarks(attached: Attached) -> Iterator[str]:
             f"{', '.join(magnified)}. Joints that draw the tendon out may gain energy: take a "
             "shorter step"
         )
+    branched = [row.tendon for row in attached.rows if row.sheath and row.has_pulleys]
+    if branched:
+        yield (
+            f"over pulleys, bend and loss are those of the most bent branch: {', '.join(branched)}."
+            " Views and clips show its ends; the sensor output_tension shows the end of the last "
+            "branch"
+        )
     for row in attached.rows:
         yield from row.idlers
     yield from attached.limits

@@ -3,7 +3,10 @@
 from tendon_mj.plugin.abi.layout import offset as offset
 from tendon_mj.plugin.abi.library import C as C
 from tendon_mj.plugin.export import export_library as export_library
+from tendon_mj.plugin.instances import ALL_OF_IT as ALL_OF_IT
+from tendon_mj.plugin.instances import Branch as Branch
 from tendon_mj.plugin.instances import Instance as Instance
+from tendon_mj.plugin.instances import most_bent_branch as most_bent_branch
 from tendon_mj.plugin.instances import segment_tensions as segment_tensions
 from tendon_mj.plugin.instances import sensor_kind as sensor_kind
 from tendon_mj.plugin.instances import servo_estimate as servo_estimate

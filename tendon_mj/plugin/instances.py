@@ -29,6 +29,18 @@ class Instance(NamedTuple):
     instance: int  # of its plugin
 
 
+class Branch(NamedTuple):
+    """A part of a tendon between two pulleys."""
+
+    number: int  # along the path, from 0
+    first: int  # segment at its input
+    last: int  # segment at its output
+    words: str  # that follow the tendon's name, such as ", branch 1"
+
+
+ALL_OF_IT = Branch(0, 0, -1, "")  # of a tendon without pulleys
+
+
 def _config(model: mujoco.MjModel, instance: int, attribute: str) -> str:
     raw = C.mj_getPluginConfig(model._address, instance, attribute.encode())
     return (raw or b"").decode()
@@ -145,6 +157,28 @@ def tension_path(
     chords[guides["is_pulley"] != 0.0] = np.nan
     drawn = np.insert(tensions, np.arange(1, len(tensions)), chords)
     return ends.reshape(-1, 3), drawn
+
+
+def most_bent_branch(model: mujoco.MjModel, sheath: str) -> Branch:
+    """The branch that bends most at `qpos0`, and so loses most: views and clips show its ends.
+
+    Raises:
+        UnknownNameError: no such sheath.
+    """
+    known = sheaths(model)
+    if sheath not in known:
+        raise UnknownNameError("sheath", sheath, known)
+    tendon = model.tendon(known[sheath].tendon).id
+    path = model.wrap_type[model.tendon_adr[tendon] :][: model.tendon_num[tendon]]
+    if mujoco.mjtWrap.mjWRAP_PULLEY.value not in path:
+        return ALL_OF_IT
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    guides = sheath_view(data.plugin_state, known[sheath].state).guides
+    pulleys = np.flatnonzero(guides["is_pulley"]).tolist()
+    spans = list(zip([0, *(k + 1 for k in pulleys)], [*pulleys, len(guides)], strict=True))
+    number = int(np.argmax([guides["angle"][first:last].sum() for first, last in spans]))
+    return Branch(number, *spans[number], f", branch {number + 1}")
 
 
 def sheath_arrays(

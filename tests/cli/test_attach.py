@@ -6,7 +6,7 @@ import pytest
 from tendon_mj import largest_stiffness
 from tendon_mj.cli import console, main
 from tendon_mj.plugin import sheaths
-from tests.rigs import FINGER, LIMP, rope
+from tests.rigs import FINGER, LIMP, block_and_tackle, rope
 
 
 @pytest.fixture
@@ -143,6 +143,14 @@ def test_a_pull_that_friction_makes_too_stiff_for_the_step_is_named(
     assert (status, bool(lines)) == (0, said)
     assert not said or "t (up to" in lines[0]
     assert not said or "N/m of 2000 N/m, where" in lines[0]
+
+
+def test_over_pulleys_it_is_said_which_branch_loses_that_much(tmp_path, attach):
+    (tmp_path / "m.xml").write_text(block_and_tackle())
+    status, shown, _ = attach(tmp_path / "m.xml", "t")
+    said = "over pulleys, bend and loss are those of the most bent branch: t."
+    assert (status, said in shown) == (0, True)
+    assert "output_tension shows the end of the last branch" in shown
 
 
 def test_the_input_end_is_shown_and_written(finger, attach):

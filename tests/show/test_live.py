@@ -16,6 +16,7 @@ from tendon_mj.show.live import LiveSimulation, prepare
 from tendon_mj.show.live.scene import first_view, look_from
 from tendon_mj.show.live.session import repeated, run_in_real_time, stands_still
 from tests.refusals import refusing
+from tests.rigs import block_and_tackle
 from tests.show.rigs import PULLED, TENSION, pulled
 
 
@@ -181,6 +182,17 @@ def test_another_pretension_resets_a_wound_tendon_and_nothing_else():
     assert simulation.parameters[f"{sheath}.friction"] == 0.07
     simulation.advance(0.1)
     assert (simulation.curves()[1][-1, 0] > 1.1 * before).all()  # the load has yielded meanwhile
+
+
+def test_over_pulleys_the_ends_shown_are_those_of_the_branch_that_friction_acts_on():
+    spec = mujoco.MjSpec.from_string(block_and_tackle())
+    tendon_mj.add_friction(spec, "t", friction=0.2)
+    simulation = LiveSimulation(spec.compile(), lambda time: np.array([-15.0]))
+    simulation.advance(0.2)
+    assert [*simulation.tendons.values()] == ["t, branch 1"]
+    went_in, came_out = simulation.curves()[1][-1, 0]
+    assert went_in == pytest.approx(15.0)
+    assert came_out == pytest.approx(15.0 * np.exp(-0.2 * np.pi / 2.0), rel=0.02)
 
 
 def test_the_twin_has_the_same_controls_and_no_friction():

@@ -22,7 +22,7 @@ from tendon_mj.show.render.panel import (
     tendon_colours,
     text_width,
 )
-from tests.rigs import compiled, rope
+from tests.rigs import block_and_tackle, compiled, rope
 
 # Machado and others (2009): how linear red, green and blue look to dichromats
 SEEN = {
@@ -133,6 +133,21 @@ def test_the_table_has_both_ends_of_a_tendon_with_friction_and_without(pressed):
     pulled, free = ([end[-1] for end in cell] for cell in cells)
     assert pulled[1] < 0.7 * pulled[0]
     assert free[1] == pytest.approx(free[0], rel=1e-6)
+
+
+def test_over_pulleys_a_clip_shows_the_ends_of_the_branch_that_friction_acts_on():
+    spec = mujoco.MjSpec.from_string(block_and_tackle())
+    add_friction(spec, "t", friction=0.2)
+    model = spec.compile()
+    frames = record_frames(model, [[-15.0]], duration=0.2, fps=10)
+    panel = Panel(model, frames, colour_limits(frames.cables), 436, 720)
+    (cells,) = [cells for name, _, cells in panel._rows if name.strip() == "t, branch 1"]
+    went_in, came_out = (end[-1] for end in cells[1])
+    assert went_in == pytest.approx(15.0)
+    assert came_out == pytest.approx(15.0 * np.exp(-0.2 * np.pi / 2.0), rel=0.02)
+    (cable,) = frames.cables.values()
+    drawn_end = cable.points[-1][cable.ends[1] + 1]
+    assert drawn_end[0] == pytest.approx(0.0), "at the load, not at the last branch's site"
 
 
 @pytest.mark.parametrize(

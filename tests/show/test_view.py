@@ -8,11 +8,14 @@ import signal
 import socket
 import subprocess
 import sys
+from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
+from PIL import Image
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
@@ -48,6 +51,33 @@ from tendon_mj.show.live import serve
 from tests.show.rigs import pulled
 print(serve(pulled(), port=int(sys.argv[1]), announce=lambda text: print(text, flush=True)))
 """
+SERVE_TURNING = """
+import sys
+import mujoco, numpy as np
+from tendon_mj.show.live import LiveSimulation, Prepared, serve
+from tendon_mj.show.live.scene import first_view
+from tests.show.test_view import TURNING
+model = mujoco.MjModel.from_xml_string(TURNING)
+simulation = LiveSimulation(model, lambda time: np.array([5.0]))
+shown = Prepared(simulation, first_view(model), 0.0, 0.0, "")
+serve(shown, port=int(sys.argv[1]), announce=lambda text: print(text, flush=True))
+"""
+TURNING = """<mujoco>  <!-- a translucent bar with a blue tendon along it -->
+  <option gravity="0 0 0"/>
+  <worldbody>
+    <camera name="front" pos="0 -1 0" xyaxes="1 0 0 0 0 1" fovy="50"/>
+    <body>
+      <joint name="turn" axis="0 1 0"/>
+      <geom type="capsule" fromto="-.2 0 0 .2 0 0" size=".05" mass="1" rgba="0 1 0 .5"/>
+      <site name="a" pos="-.2 0 0"/>
+      <site name="b" pos=".2 0 0"/>
+    </body>
+  </worldbody>
+  <tendon>
+    <spatial name="t" width=".01" rgba="0 0 1 1"><site site="a"/><site site="b"/></spatial>
+  </tendon>
+  <actuator><velocity joint="turn" kv="10" ctrlrange="-9 9"/></actuator>
+</mujoco>"""
 OPEN = """
 import sys
 from tendon_mj.show.live import open_window
@@ -204,13 +234,13 @@ def browser(tmp_path_factory):
     browser.quit()
 
 
-@pytest.fixture
-def page(browser):
-    """A browser that shows a tendon which is pulled by 10 N, and the process that serves it."""
+@contextmanager
+def serving(browser, code):
+    """A process that serves a page, which the browser shows."""
     pytest.importorskip("mjviser")
     port = free_port()
     server = subprocess.Popen(
-        [sys.executable, "-c", SERVE, str(port)],
+        [sys.executable, "-c", code, str(port)],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -223,12 +253,19 @@ def page(browser):
         WebDriverWait(browser, PATIENCE).until(
             lambda b: b.find_elements(By.XPATH, "//*[@role='tab'][normalize-space()='numbers']")
         )
-        tab(browser, "numbers").click()
-        WebDriverWait(browser, PATIENCE).until(lambda b: output_tension(b) is not None)
-        yield browser, server
+        yield server
     finally:
         server.kill()
         server.communicate()
+
+
+@pytest.fixture
+def page(browser):
+    """A browser that shows a tendon which is pulled by 10 N, and the process that serves it."""
+    with serving(browser, SERVE) as server:
+        tab(browser, "numbers").click()
+        WebDriverWait(browser, PATIENCE).until(lambda b: output_tension(b) is not None)
+        yield browser, server
 
 
 def output_tension(browser):
@@ -306,6 +343,33 @@ def test_cable_and_curves_are_seen_without_scrolling(page, width, height):
         assert browser.find_element(By.CSS_SELECTOR, ".uplot canvas").rect["x"] > 0
     finally:
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_a_translucent_body_and_the_tendon_in_it_turn_together_on_the_page(browser):
+    def turned(seen):
+        """Direction in which the pixels that are seen lie [rad]."""
+        points = np.argwhere(seen) - np.argwhere(seen).mean(axis=0)
+        return np.arctan2(*np.linalg.eigh(points.T @ points)[1][:, 1])
+
+    def apart():
+        """Angle between body and tendon [deg], or None before both are drawn."""
+        image = np.array(Image.open(BytesIO(browser.get_screenshot_as_png())).convert("RGB"), int)
+        height, width = image.shape[:2]
+        scene = image[height // 5 :, width // 8 : width // 2]  # without the panels
+        is_body, is_tendon = (scene[..., k] > scene[..., 3 - k] + 8 for k in (1, 2))
+        if min(is_body.sum(), is_tendon.sum()) < 20:
+            return None
+        return np.degrees(np.arcsin(abs(np.sin(turned(is_body) - turned(is_tendon)))))
+
+    size = {"width": 1280, "height": 800, "deviceScaleFactor": 0.3, "mobile": False}
+    with serving(browser, SERVE_TURNING):
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        try:
+            WebDriverWait(browser, PATIENCE).until(lambda b: apart() is not None)
+            angles = [apart() for _ in range(30)]
+        finally:
+            browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    assert max(angles) < 5.0, np.round(angles, 1)
 
 
 def test_without_mjviser_its_installation_is_named(monkeypatch):

@@ -16,7 +16,7 @@ from tendon_mj.lab.progress import Progress
 from tendon_mj.lab.recordings import TIME, in_si, read_columns, si_name
 from tendon_mj.lab.replay.parameters import Adjustable
 from tendon_mj.lab.replay.units import column_unit, control_unit, name_in, unit_ending
-from tendon_mj.plugin import sheaths, tension_path
+from tendon_mj.plugin import ALL_OF_IT, Branch, most_bent_branch, sheaths, tension_path
 from tendon_mj.typing import FloatArray
 
 Drive = Callable[[float], FloatArray]
@@ -139,6 +139,13 @@ class Cable:
 
     points: FloatArray  # (frames, m+1, 3) path [m], input end first, see `tension_path`
     tensions: FloatArray  # (frames, m) between them [N], NaN between branches
+    branch: Branch = ALL_OF_IT  # whose ends are shown
+
+    @property
+    def ends(self) -> tuple[int, int]:
+        """Columns of the tensions at the input and the output of that branch."""
+        gaps = [-1, *np.flatnonzero(np.isnan(self.tensions[0])), self.tensions.shape[1]]
+        return int(gaps[self.branch.number]) + 1, int(gaps[self.branch.number + 1]) - 1
 
 
 @dataclass(frozen=True)
@@ -168,6 +175,7 @@ class FrameRecorder:
         self.fps = fps
         self._kept: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
         self._cables: dict[str, list[tuple[FloatArray, FloatArray]]] = {}
+        self._branches: dict[str, Branch] = {}
         self._scratch: mujoco.MjData | None = None
 
     def due(self, start: float, timestep: float, steps: int) -> list[int]:
@@ -183,6 +191,7 @@ class FrameRecorder:
         if self._scratch is None:
             self._scratch = mujoco.MjData(model)
             self._cables = {name: [] for name in sheaths(model)}
+            self._branches = {name: most_bent_branch(model, name) for name in self._cables}
         state = np.empty(mujoco.mj_stateSize(model, _FULL))
         mujoco.mj_getState(model, data, state, _FULL)
         mujoco.mj_setState(model, self._scratch, state, _FULL)
@@ -207,7 +216,11 @@ class FrameRecorder:
             readings=np.array(readings),
             contacts=contacts,
             cables={
-                name: Cable(np.array([p for p, _ in rows]), np.array([t for _, t in rows]))
+                name: Cable(
+                    np.array([p for p, _ in rows]),
+                    np.array([t for _, t in rows]),
+                    self._branches[name],
+                )
                 for name, rows in self._cables.items()
             },
         )

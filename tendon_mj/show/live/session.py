@@ -28,7 +28,7 @@ from tendon_mj.lab.replay import (
     record_frames,
 )
 from tendon_mj.models import load_spec, model_path
-from tendon_mj.plugin import TENSION_SCALE, sheaths
+from tendon_mj.plugin import TENSION_SCALE, most_bent_branch, sheaths
 from tendon_mj.show.live.scene import Viewpoint, first_view
 from tendon_mj.show.render.offscreen import colour_limits
 from tendon_mj.show.render.surroundings import poses_of
@@ -63,8 +63,9 @@ class LiveSimulation:
     """A model that moves: by a drive, by a function that is called before each step, or by hand.
 
     Another thread holds ``lock`` while it uses model and data. ``tendons`` names those of the
-    sheaths; ``parameters`` are live, and `set` changes them. Tensions at the ends are kept for a
-    time, ``remembered`` [s]. ``twin`` has the same model and controls without friction, or is None.
+    sheaths, with the branch whose ends are shown; ``parameters`` are live, and `set` changes them.
+    Tensions at the ends are kept for a time, ``remembered`` [s]. ``twin`` has the same model and
+    controls without friction, or is None.
 
     Args:
         model: to simulate.
@@ -88,7 +89,9 @@ class LiveSimulation:
         self.twin: mujoco.MjData | None = None
         self._drive, self._remembered, self.lock = drive, remembered, threading.Lock()
         self._sheaths = sheaths(model)
-        self.tendons = {name: sheath.tendon for name, sheath in self._sheaths.items()}
+        branches = {name: most_bent_branch(model, name) for name in self._sheaths}
+        self.tendons = {n: f"{s.tendon}{branches[n].words}" for n, s in self._sheaths.items()}
+        self._ends = [[branch.first, branch.last] for branch in branches.values()]
         self.parameters = Parameters(model, self.data)
         self._views = [view_sheath(model, self.data, name) for name in self._sheaths]
         self.can_slip = any(view.slip.size for view in self._views)
@@ -201,7 +204,7 @@ class LiveSimulation:
             self._keep()
 
     def _keep(self) -> None:
-        ends = np.array([view.tension[[0, -1]] for view in self._views])
+        ends = np.array([v.tension[at] for v, at in zip(self._views, self._ends, strict=True)])
         if self._kept and self._kept[-1][0] > self.data.time:  # its owner has reset it
             self._kept.clear()
         self._kept.append((float(self.data.time), ends))

@@ -44,6 +44,7 @@ _CORNER, _BUTTONS = 15, 240  # place and width of the buttons on a wide screen [
 _SHOWN_GROUPS = 3  # of geoms
 _PER_CURVE = 400  # of a curve
 _MOST_CONTROLS = 12  # whose sliders follow a motion
+_LINEAR = 2.2  # exponent from a colour to the one that a batch of meshes takes
 _EACH = "all sheaths"
 _BY_HAND = "by hand, with the sliders"
 
@@ -90,11 +91,12 @@ def serve(
                 translucent = _translucent(server.scene, mjviser, scene.mj_model)
                 scene.rebuild_visual_handles()
             if frames % _SCENE_EVERY == 0:
-                with simulation.lock:
-                    scene.update_from_mjdata(simulation.data)
-                    translucent.draw(simulation.data)
-                    ghost.draw(simulation.twin)
-                cable.draw()
+                with server.atomic():  # in one message, which a browser shows in one frame
+                    with simulation.lock:
+                        scene.update_from_mjdata(simulation.data)
+                        translucent.draw(simulation.data)
+                        ghost.draw(simulation.twin)
+                    cable.draw()
             if frames % _RARELY == 0:
                 panel.draw()
             frames += 1
@@ -183,7 +185,11 @@ class _Cable:
 
 
 class _Meshes:
-    """Geoms that are drawn here, each set of them on its body and in one colour."""
+    """Geoms that are drawn here, each set of them on its body and in one colour.
+
+    Each is a batch of one mesh, as mjviser's bodies are: a browser shows a mesh's own pose one
+    frame before points, and the pose in a batch with them.
+    """
 
     def __init__(self, scene: Any, mjviser: Any, model: mujoco.MjModel, name: str) -> None:
         self._scene, self._merge, self._model = scene, mjviser.conversions.merge_geoms, model
@@ -192,11 +198,13 @@ class _Meshes:
     def add(self, geoms: Sequence[int], colour: Sequence[float], opacity: float) -> None:
         """Add geoms of one body, in red, green and blue from 0 to 1."""
         mesh = self._merge(self._model, list(geoms))
-        handle = self._scene.add_mesh_simple(
+        handle = self._scene.add_batched_meshes_simple(
             f"/{self._name}/{geoms[0]}",
             np.array(mesh.vertices),
             np.array(mesh.faces),
-            color=tuple(round(255.0 * part) for part in colour),
+            batched_wxyzs=np.array([[1.0, 0.0, 0.0, 0.0]]),
+            batched_positions=np.zeros((1, 3)),
+            batched_colors=tuple(round(255.0 * part**_LINEAR) for part in colour),
             opacity=opacity,
             visible=False,
         )
@@ -207,7 +215,8 @@ class _Meshes:
         for body, handle in self._handles:
             handle.visible = data is not None
             if data is not None:
-                handle.position, handle.wxyz = data.xpos[body].copy(), data.xquat[body].copy()
+                handle.batched_positions = data.xpos[[body]]
+                handle.batched_wxyzs = data.xquat[[body]]
 
     def remove(self) -> None:
         """Take them out of the scene."""

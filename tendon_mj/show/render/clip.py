@@ -265,8 +265,10 @@ class _FramePainter:
             if several and not self._inside(seen[0]):
                 self._label_middle(draw, seen, tendon, colour, paths, labels)
                 continue
-            for text, end in [(tendon, 0)] if several else [("input", 0), ("output", -1)]:
-                away = seen[end] - np.nanmean(seen, axis=0)
+            first, last = self._frames.cables[name].ends
+            shown = [(tendon, 0)] if several else [("input", first), ("output", last + 1)]
+            for text, end in shown:
+                away = seen[end] - np.nanmean(seen[first : last + 2], axis=0)
                 spot = seen[end] + 2.2 * size * away / max(float(np.linalg.norm(away)), 1.0)
                 if self._inside(seen[end]) and np.isfinite(spot).all():
                     spot = free_spot(spot, labels, size)

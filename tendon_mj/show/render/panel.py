@@ -204,14 +204,15 @@ def _value_rows(
         shown = [_ends(c, unit) for c in (cable, twin.cables[name] if twin else None) if c]
         colour = colours[name] if len(cables) > 1 else INK
         cells = (shown[0], shown[1]) if twin else ("", shown[0])
-        rows.append((f"  {sheaths(model)[name].tendon}", colour, cells))
+        rows.append((f"  {sheaths(model)[name].tendon}{cable.branch.words}", colour, cells))
     if len(listed) < len(cables):
         rows.append((f"  … and {len(cables) - len(listed)} more", style.GREY, ("", "")))
     return rows
 
 
 def _ends(cable: Cable, unit: EngineeringUnit) -> tuple[FloatArray, FloatArray]:
-    return unit.factor * cable.tensions[:, 0], unit.factor * cable.tensions[:, -1]
+    first, last = cable.ends
+    return unit.factor * cable.tensions[:, first], unit.factor * cable.tensions[:, last]
 
 
 def _entries(chart: _Chart, theme: style.Theme = style.LIGHT) -> tuple[list[str], list[Line2D]]:
@@ -392,7 +393,8 @@ def _tensions_chart(model: mujoco.MjModel, frames: Frames, unit: EngineeringUnit
         colour = colours[name]
         styles = _END_STYLES[used[colour] % len(_END_STYLES)]
         used[colour] += 1
-        lines.append(Line(sheaths(model)[name].tendon, first, colour, styles[0]))
+        tendon = f"{sheaths(model)[name].tendon}{frames.cables[name].branch.words}"
+        lines.append(Line(tendon, first, colour, styles[0]))
         lines.append(Line("", last, colour, styles[1]))
     return _Chart(label, lines, left_out=len(ends) - len(lines) // 2)
 
