@@ -96,15 +96,18 @@ def unknown(kind: str, name: str, valid: Iterable[str]) -> str:
     return f"unknown {kind} {name!r}{suggestion(kind, name, valid)}"
 
 
-def suggestion(kind: str, name: str, valid: Iterable[str]) -> str:
-    """End of a message: the name that is meant if one is, five that are alike, how to list all."""
+def suggestion(kind: str, name: str, valid: Iterable[str], folder: str = "") -> str:
+    """End of a message: the name that is meant if one is, five that are alike, how to list all.
+
+    The one that is meant has ``folder`` before it, and can be copied.
+    """
     names = sorted(n for n in valid if n)
     front, dot, last = name.rpartition(".")
     meant = front + dot + _SYMBOLS.get(last.casefold(), last)
     ranked = sorted(names, key=lambda v: (not _begins(meant, v), -sum(_likeness(meant, v))))
     alike = (n for n in ranked if _begins(meant, n) or min(_likeness(meant, n)) >= _ALIKE)
     near = next(alike, "")
-    hint = f"; did you mean {near!r}?" if near else ""
+    hint = f"; did you mean {folder + near!r}?" if near else ""
     listed, more = names, ""
     if len(names) > _SHOWN:
         listed, more = ranked[:_SHOWN], ", …"

@@ -332,6 +332,20 @@ def test_the_legend_s_bead_is_seen_on_a_dark_floor(gl):
     assert corner[around].min(axis=1).mean() > 150
 
 
+def test_the_legend_names_the_arrows_of_a_clip_in_which_bodies_touch(gl):
+    camera = mujoco.MjvCamera()
+    camera.lookat, camera.distance, camera.elevation = (0.0, 0.0, 5.0), 0.3, 80.0  # the sky alone
+    touching, red = pressing(2.0), []
+    assert any(map(len, touching.contacts))
+    apart = tuple(rows[:0] for rows in touching.contacts)
+    for frames in (touching, dataclasses.replace(touching, contacts=apart)):
+        size = {"width": 960, "height": 540, "camera": camera}
+        corner = next(draw_frames(load_model("finger"), frames, **size))[:, :40].astype(int)
+        red.append((np.abs(corner - (150, 20, 40)).max(axis=2) < 30).sum())
+    assert red[0] > 5
+    assert red[1] == 0
+
+
 @pytest.mark.parametrize(("above", "upper"), [(-0.08, False), (0.06, True)])
 def test_the_legend_is_in_the_emptier_corner(gl, above, upper):
     """The camera looks below the hand or above it, which is then in the other corner."""

@@ -78,6 +78,12 @@ def test_functions_of_a_recording_take_a_description_that_lies_elsewhere(tmp_pat
         assert function(table, description=description)
 
 
+def test_functions_of_one_recording_say_that_a_list_is_none():
+    for function in (tendon_mj.check, tendon_mj.plot_recording, tendon_mj.plot_fit):
+        with refusing(RecordingError, "a list is neither a recording nor its path | one at a time"):
+            function(["bend.csv", "pull.csv"])
+
+
 def test_init_writes_a_description_and_keeps_an_existing_one(tmp_path):
     path = tendon_mj.init("finger", tmp_path / "pull.toml")
     assert 'model = "finger"' in path.read_text("utf-8")

@@ -151,7 +151,9 @@ def check_file(path: Path, hint: str = "") -> None:
             files = [p.name for p in path.parent.iterdir() if p.is_file()]
             begins = path.name if not path.suffix else ""
             alike = [n for n in files if n.startswith(begins) and n.endswith(path.suffix)]
-            message = "no such file" + (suggestion("file", path.name, alike) if alike else "")
+            folder = str(path).removesuffix(path.name)
+            message = "no such file"
+            message += suggestion("file", path.name, alike, folder) if alike else ""
         raise RecordingError(f"{path}: {message}{hint}") from None
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {error.strerror}") from error

@@ -128,6 +128,11 @@ def read_given(
     """A recording as it is, or as `read_recording` reads it from its path."""
     if isinstance(recording, Recording):
         return recording
+    if not isinstance(recording, GivenRecording):
+        raise RecordingError(
+            f"a {type(recording).__name__} is neither a recording nor its path; of several "
+            "recordings give one at a time"
+        )
     return read_recording(recording, description)
 
 

@@ -41,6 +41,7 @@ _MOST_NAMED = 8  # tendons with their names in the scene; more names would hide 
 _ENDS = 2  # of a tendon; the other points of its path are guides
 _ARROW = 0.12  # length of the largest force's arrow over the model's extent
 _ARROW_COLOUR, _TWIN_ARROW = "#961428", style.GREY
+_ARROW_SIGN = "\N{HEAVY ROUND-TIPPED RIGHTWARDS ARROW}"
 _OVERSAMPLING = 4  # pixels drawn for each one shown
 _LEAST_FORCE = 0.2  # force that is shown, over the largest in the clip
 
@@ -308,7 +309,7 @@ class _FramePainter:
         draw.text(tuple(spot), text, fill=colour, font=self._font, anchor="mm", **self._halo)
 
     def _explain(self, picture: Picture.Image, draw: ImageDraw.ImageDraw) -> None:
-        """Explain the grey bead and the grey ghost in a left corner."""
+        """Explain the grey bead, the grey ghost and the arrows in a left corner."""
         size = float(self._font.size)
         x, radius = 1.4 * size, 0.35 * size
         lines = []
@@ -318,6 +319,9 @@ class _FramePainter:
             lines.append(
                 ("without friction, the same controls", self._theme.ghost, self._theme.ink)
             )
+        arrow = style.on_theme(_ARROW_COLOUR, self._theme)
+        if self._largest > 0.0:
+            lines.append(("contact force", arrow, ""))
         if not lines:
             return
         high = 1.5 * size * (len(lines) - 1)
@@ -333,10 +337,13 @@ class _FramePainter:
             half = 2.0 * radius if outline else radius  # of the ghost a piece as of a finger
             box = [x - half, y - radius, x + half, y + radius]
             around = [box[0] - _HALO, box[1] - _HALO, box[2] + _HALO, box[3] + _HALO]
-            draw.rounded_rectangle(around, radius + _HALO, fill=self._theme.background)
-            draw.rounded_rectangle(box, radius, fill=colour, outline=outline or None)
-            ink = self._theme.ink
-            draw.text((2.4 * size, y), text, fill=ink, font=self._font, anchor="lm", **self._halo)
+            written: dict[str, Any] = {"font": self._font, **self._halo}
+            if colour == arrow:
+                draw.text((x, y), _ARROW_SIGN, fill=arrow, anchor="mm", **written)
+            else:
+                draw.rounded_rectangle(around, radius + _HALO, fill=self._theme.background)
+                draw.rounded_rectangle(box, radius, fill=colour, outline=outline or None)
+            draw.text((2.4 * size, y), text, fill=self._theme.ink, anchor="lm", **written)
             y += 1.5 * size
 
 

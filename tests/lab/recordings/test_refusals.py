@@ -157,7 +157,8 @@ def test_a_description_that_is_not_utf8_is_refused_with_its_row(tmp_path: Path) 
 
 def test_a_missing_table_is_refused_with_the_nearest_file(tmp_path: Path) -> None:
     (tmp_path / "bend_060.csv").write_text(CSV)
-    with refusing(RecordingError, "bend_60.csv: no", "mean 'bend_060.csv'"):
+    meant = str(tmp_path / "bend_060.csv")  # with its folder, to be copied
+    with refusing(RecordingError, "bend_60.csv: no", f"mean {meant!r}?"):
         read_recording(tmp_path / "bend_60")
 
 
