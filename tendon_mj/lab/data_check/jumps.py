@@ -40,6 +40,7 @@ _SHARED = 0.3  # of a jump, which the model makes too
 _WRAPS = 0.6  # of its range, by which a counter jumps at least
 _NEARLY = 1.1  # times the period of a counter, that its range and its jumps are at most
 _LEAST_BITS, _SMOOTH = 6, 0.1  # of a counter; of its period, by which it changes at most otherwise
+_CERTAIN_BITS = 8  # from which a counter that goes on evenly needs no model
 _BETTER = 0.5  # of the error, that remains without a jump
 _PROBE = 0.02  # of the drive's range, a slip to try
 _TRIES = 4  # slips, each from the part that the last explains; places of a jump of a drive
@@ -138,7 +139,7 @@ def _wrap_warning(
 ) -> DataWarning | None:
     """A counter of 2^n steps that begins again, so that its column jumps from end to end."""
     series, unit = recording.columns[column], column_unit(column)
-    period, counts = _period(series, unit)
+    period, bits = _period(series)
     if not period:
         return None
     driven = column in recording.drive
@@ -150,42 +151,59 @@ def _wrap_warning(
         return None  # one value for all of it: a sensor that dropped out
     if not np.any(away[2:] & away[1:-1] & away[:-2]):
         return None  # spikes
-    unwrapped = _changed(recording, column, series - period * turns)
-    better = replay(unwrapped) if driven else simulated
-    most = _BETTER**2 * _errors(recording, simulated).sum()
-    if better is None or not _errors(unwrapped, better).sum() < most:
-        return None
+    if not (bits >= _CERTAIN_BITS and _goes_on(changes, period, resolution(series))):
+        unwrapped = _changed(recording, column, series - period * turns)
+        better = replay(unwrapped) if driven else simulated
+        most = _BETTER**2 * _errors(recording, simulated).sum()
+        if better is None or not _errors(unwrapped, better).sum() < most:
+            return None
     rows = np.flatnonzero(np.diff(turns))
     before, after = (quantity(series[rows[0] + k], unit) for k in (0, 1))
+    counts, number = "from end to end", f"{quantity(period, unit, 6)}, before any factor"
+    if bits:
+        step = quantity(resolution(series), unit)
+        counts = f"2^{bits} = {2**bits} of its steps of {step}"
+        number = f"{2**bits} of such steps, or {quantity(period, unit, 6)}"
     return DataWarning(
         "wraps",
         place_of(recording, column),
         f"jumps from {before} to {after} in {row_of(recording, rows[0] + 1)}{more(rows.size)}:"
         f" {counts}",
-        "a counter that begins again: unwrap it, by period in [columns], which is"
-        f" {quantity(period, unit, 6)} in the file's own numbers",
+        "a counter that begins again: unwrap it, by period in [columns], a number as the file has"
+        f" it: {number}",
         blocks=True,
     )
 
 
-def _period(series: FloatArray, unit: str) -> tuple[float, str]:
-    """Period of a counter that jumps from end to end, in words too; 0 where none does."""
+def _goes_on(changes: FloatArray, period: float, step: float) -> bool:
+    """Whether a counter moves at every jump, and as much over it as beside it."""
+    turns = np.rint(changes / period)
+    unwrapped = changes - period * turns
+    for row in np.flatnonzero(turns):
+        beside = np.append(unwrapped[max(0, row - _AROUND) : row], unwrapped[row + 1 :][:_AROUND])
+        low, high = beside.min() - 2.0 * step, beside.max() + 2.0 * step
+        if not low <= unwrapped[row] <= high or abs(float(np.median(beside))) < step:
+            return False
+    return True
+
+
+def _period(series: FloatArray) -> tuple[float, int]:
+    """Period of a counter that jumps from end to end, and its bits; 0 where there are none."""
     changes, step = np.diff(series), resolution(series)
     rows = np.flatnonzero(np.abs(changes) > _WRAPS * np.ptp(series))
     if not 0 < rows.size < _SHARED * changes.size:
-        return 0.0, ""
+        return 0.0, 0
     largest = float(np.abs(changes[rows]).max())
     bits = int(np.rint(np.log2(largest / step))) if step else 0
     period = step * 2.0**bits
-    counts = f"2^{bits} = {2**bits} of its steps of {quantity(step, unit)}"
     most = max(largest, float(np.ptp(series)))
     if bits < _LEAST_BITS or not most < _NEARLY * period < _NEARLY**2 * largest:
         # rounded once more in the file: about as long as its largest jump
-        period, counts = float(np.median(np.abs(changes[rows]))), "from end to end"
+        period, bits = float(np.median(np.abs(changes[rows]))), 0
         if not changes[rows].max() > 0.0 > changes[rows].min():
-            return 0.0, ""
+            return 0.0, 0
     smooth = float(np.percentile(np.abs(changes), _MOVES)) < _SMOOTH * period
-    return (period, counts) if smooth and np.ptp(series) <= _NEARLY * period else (0.0, "")
+    return (period, bits) if smooth and np.ptp(series) <= _NEARLY * period else (0.0, 0)
 
 
 def _drive_warning(

@@ -154,7 +154,16 @@ FAULTS: dict[str, tuple[Callable[[Recording], Recording], str, tuple[str, ...]]]
     "a counter that begins again": (
         with_output(lambda y: np.mod(np.round(y / 0.01), 2**10) * 0.01),
         "wraps",
-        ("2^10 = 1024 of its steps of 10 mN", "by period in [columns], which is 10.24 N in"),
+        ("2^10 = 1024 of its steps of 10 mN", "by period in [columns]", "1024 of such steps"),
+    ),
+    "a drive that begins again beside a load cell with the other sign": (
+        lambda p: changed(
+            p,
+            reel_m=np.mod(np.round(p.columns["reel_m"] / 1e-5), 2**8) * 1e-5,
+            out_N=-p.columns["out_N"],
+        ),
+        "wraps",
+        ("'reel_m'", "256 of such steps, or 2.56 mm"),
     ),
     "a spike": (with_output(at(slice(100, 101), 4e3)), "spike", ("4 kN in row 102, between",)),
     "hardly moving": (with_output(lambda y: 20.0 + 1e-5 * y), "nothing_moves", ("not connected",)),
