@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any
 
 import mujoco
 import numpy as np
@@ -15,7 +15,7 @@ import tyro
 
 from tendon_mj.cli.options import given_files
 from tendon_mj.cli.output import Output, console, progress_bar
-from tendon_mj.errors import EngineError, InvalidValueError, TendonError, unknown
+from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.lab import finger
 from tendon_mj.lab.recordings import Recording, write_recording
 from tendon_mj.lab.replay import (
@@ -32,7 +32,6 @@ from tendon_mj.models import Finger, load_model, model_names, model_path
 from tendon_mj.show import check_size, find_camera, finger_figure, render_clip
 from tendon_mj.show.live import open_window, prepare, serve
 
-_FINGERS: Final = ("finger", "finger_spring")
 FingerModel = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="{finger,finger_spring}")]
 _WITHOUT = "friction 0"
 
@@ -194,11 +193,7 @@ def simulate(
     Example:
         tendon-mj simulate finger --motion press --friction 0.2
     """
-    if model not in _FINGERS:
-        raise TendonError(
-            f"{unknown('model', model, _FINGERS)}; `tendon-mj view` and `tendon-mj render` show any"
-            " model in motion"
-        )
+    finger.check_finger(model)
     label = "friction as in the model" if friction is None else f"friction {friction:g}"
     runs = {label: friction} if friction == 0.0 else {label: friction, _WITHOUT: 0.0}
     stem = Path(motion).stem

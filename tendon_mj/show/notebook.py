@@ -87,9 +87,9 @@ def simulate(
         friction: friction coefficient of every sheath [-]; default: as in the model.
 
     Raises:
-        UnknownNameError: no such model or motion.
-        InvalidValueError: a motion that the finger cannot follow.
+        TendonError: another model, no such motion, or one that the finger cannot follow.
     """
+    finger.check_finger(model)
     trajectory = finger.find_trajectory(motion)
     return finger.simulate_finger(trajectory, load_model(model), name=model, friction=friction)
 

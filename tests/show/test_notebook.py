@@ -13,7 +13,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import tendon_mj
-from tendon_mj.errors import InvalidValueError, MissingPackageError, RecordingError
+from tendon_mj.errors import InvalidValueError, MissingPackageError, RecordingError, TendonError
 from tendon_mj.lab.diagnosis import SysidResult
 from tendon_mj.models import example_recording
 from tests.lab.diagnosis.toy import Toy, rig
@@ -143,6 +143,11 @@ def test_simulate_returns_a_recording_without_friction_where_there_is_none():
     answer = tendon_mj.simulate("finger", "tap", friction=0.0)
     tension = [answer.columns[f"flexor_{end}_tension_N"] for end in ("input", "output")]
     np.testing.assert_allclose(*tension, rtol=1e-9)
+
+
+def test_only_the_finger_is_simulated_along_trajectories():
+    with refusing(TendonError, "unknown model 'bench'", "'finger'", "tendon-mj view"):
+        tendon_mj.simulate("bench", "tap")
 
 
 def test_a_sweep_is_a_table_with_a_row_for_each_rollout(tmp_path):

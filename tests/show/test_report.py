@@ -128,7 +128,7 @@ def first_screen(html):
 @pytest.mark.parametrize(
     ("verdict", "closest", "heading"),
     [
-        ("named", (), "The model lacks a sensor with an offset (output_tension)."),
+        ("named", (), "The rig has a sensor with an offset (output_tension)."),
         ("parameter", (), "Coefficient of friction"),
         ("nothing missing", (), "Nothing is missing from the model."),
         ("unknown", ("creep",), "Nothing in the catalogue explains the error."),
@@ -165,7 +165,11 @@ def test_a_model_that_reads_files_says_which_to_send_along() -> None:
 
 def test_a_finding_is_stated_with_its_value():
     result = diagnosis()
-    stated = replace(result.findings[0], statement="dry friction of joint pip, 12 mN m")
+    stated = replace(
+        result.findings[0],
+        identifier="joint_friction",
+        statement="dry friction of joint pip, 12 mN m",
+    )
     assert headline(replace(result, findings=(stated,))) == (
         "The model lacks dry friction of joint pip, 12 mN m."
     )
@@ -176,6 +180,13 @@ def test_a_finding_is_stated_with_its_value():
     assert headline(both) == (
         "In part, the model lacks dry friction of joint pip, 12 mN m; the mass of body tip is too"
         " low: 12, not 9 g."
+    )
+    scaled = replace(
+        stated, identifier="sensor_gain", statement="a sensor with a wrong scale (dip), scale 1.2"
+    )
+    assert headline(replace(result, findings=(stated, scaled))) == (
+        "The model lacks dry friction of joint pip, 12 mN m; the rig has a sensor with a wrong"
+        " scale (dip), scale 1.2."
     )
     somewhere = replace(stated, elsewhere=("dip",))
     assert "(output_tension or dip)" in headline(replace(result, findings=(somewhere,)))

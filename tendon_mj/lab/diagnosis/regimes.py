@@ -142,7 +142,7 @@ def _coordinates(recording: Recording) -> list[tuple[str, str, FloatArray]]:
         ("load", column_unit(loads[0]), recording.columns[loads[0]]),
         ("time at rest", "s", rest),
         ("time", "s", time - time[0]),
-        ("posture", unit, position),
+        *([] if unit in ("N", "Nm") else [("posture", unit, position)]),  # a drive's force is none
     ]
 
 

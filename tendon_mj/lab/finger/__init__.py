@@ -3,6 +3,7 @@
 from tendon_mj.lab.finger.motions import OUT_OF_REACH as OUT_OF_REACH
 from tendon_mj.lab.finger.motions import Motion as Motion
 from tendon_mj.lab.finger.motions import Trajectory as Trajectory
+from tendon_mj.lab.finger.motions import check_finger as check_finger
 from tendon_mj.lab.finger.motions import clamped as clamped
 from tendon_mj.lab.finger.motions import curl as curl
 from tendon_mj.lab.finger.motions import find_motion as find_motion

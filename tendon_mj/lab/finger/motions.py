@@ -13,7 +13,13 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
+from tendon_mj.errors import (
+    InvalidValueError,
+    RecordingError,
+    TendonError,
+    UnknownNameError,
+    unknown,
+)
 from tendon_mj.lab import replay
 from tendon_mj.lab.recordings import TIME, Measured, Recording, read_table
 from tendon_mj.models import JOINTS, TENDONS, Finger, spool_angles
@@ -174,6 +180,19 @@ class Motion(NamedTuple):
 def motion_names(name: str) -> list[str]:
     """Motions with a name that a model has."""
     return list(NAMED) if name in _FINGERS else []
+
+
+def check_finger(name: str) -> None:
+    """Refuse a model that does not follow trajectories, by its name.
+
+    Raises:
+        TendonError: any but `finger` and `finger_spring`.
+    """
+    if name not in _FINGERS:
+        raise TendonError(
+            f"{unknown('model', name, _FINGERS)}; `tendon-mj view` and `tendon-mj render` show any"
+            " model in motion"
+        )
 
 
 def find_motion(

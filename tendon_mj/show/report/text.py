@@ -15,6 +15,7 @@ from tendon_mj.lab.diagnosis import (
     Diagnosis,
     Effect,
     ErrorReduction,
+    Finding,
     Value,
 )
 from tendon_mj.lab.recordings import noise_levels
@@ -46,17 +47,24 @@ def headline(diagnosis: Diagnosis) -> str:
         return "No effect is named: the recordings have a fault that would be taken for one."
     if diagnosis.verdict == "unknown":
         return "Nothing in the catalogue explains the error."
-    missing, wrong, happened = (
-        " and ".join(
-            f.summary for f in diagnosis.findings if ("happened" if f.recording else f.kind) == kind
-        )
-        for kind in ("missing", "parameter", "happened")
+    missing, sensors, wrong, happened = (
+        " and ".join(f.summary for f in diagnosis.findings if _kind(f) == kind)
+        for kind in ("missing", "sensor", "parameter", "happened")
     )
-    parts = (missing and f"the model lacks {missing}", happened, wrong)
+    has = sensors and f"the rig has {sensors}"
+    parts = (missing and f"the model lacks {missing}", has, happened, wrong)
     sentence = "; ".join(part for part in parts if part)
     if diagnosis.verdict == "partly":
         sentence = f"in part, {sentence}"
     return sentence[:1].upper() + sentence[1:] + "."
+
+
+def _kind(finding: Finding) -> str:
+    """What a finding is of: an effect of the rig or of a sensor, a parameter, or an event."""
+    if finding.recording:
+        return "happened"
+    is_of_sensor = finding.kind == "missing" and finding.identifier.startswith("sensor_")
+    return "sensor" if is_of_sensor else finding.kind
 
 
 def remainder(white: Mapping[str, tuple[Autocorrelation, Autocorrelation]]) -> str:

@@ -219,6 +219,18 @@ def test_bins_of_a_regime_are_the_same_in_every_recording_and_have_units() -> No
     assert (outer.bins.min(), outer.bins.max()) == (0, 5)
 
 
+def test_a_drive_of_force_has_no_posture() -> None:
+    places = recording("places", 1, {})
+    pulls = replace(
+        places,
+        columns={**places.columns, "pull_N": 10.0 + 1e3 * places.columns["input_displacement_m"]},
+        drive={"pull_N": "reel"},
+    )
+    (of_places,), (of_pulls,) = regimes([places]), regimes([pulls])
+    assert "posture" in {regime.name for regime in of_places}
+    assert {regime.name for regime in of_pulls} == {r.name for r in of_places} - {"posture"}
+
+
 def test_noise_on_the_drive_turns_no_motion_around() -> None:
     clean = recording("clean", 1, {})
     place = clean.columns["input_displacement_m"]
