@@ -226,7 +226,7 @@ def plot_sheath(model: mujoco.MjModel, data: mujoco.MjData, sheath: str) -> Figu
             xlabel=f"from the input end [{unit.symbol}]",
             ylabel="tension [N]",
         )
-        axes.set_ylim(0.0, 1.15 * view.tension.max() or 1.0)
+        axes.set_ylim(0.0, max(1.15 * view.tension.max(), 1e-6))  # a slack tendon has none
         style.legend_below(figure, axes, columns=2)
     return figure
 
