@@ -123,16 +123,23 @@ def _most_loss_sentence(rows: Sequence[Row]) -> str:
     if not sheathed:
         return "No tendon runs in a sheath: the last column says why."
     count = f"{len(sheathed)} of {len(rows)} tendons run in sheaths"
+    if len(rows) == 1:
+        count = f"{rows[0].tendon} runs in a sheath"
     slipping = [row for row in sheathed if row.acts and row.most_slid_bend > 0.0]
     if not slipping:
         return f"{count}; no joint feels sliding friction in the poses that were searched."
     if not any(row.friction for row in slipping):
         return f"{count}; friction = 0: none of them loses a share of its tension."
     most = min(slipping, key=lambda row: row.least_transmission)
+    now, worst = f"{1.0 - most.transmission:.0%}", f"{1.0 - most.least_transmission:.0%}"
+    loses = f"{count}; {most.tendon} loses most by friction, {now} of its tension"
+    if len(rows) == 1:
+        loses = f"{most.tendon} runs in a sheath, and loses {now} of its tension by friction"
+    if now == worst:
+        return f"{loses}, at qpos0 as in the worst of the poses that its joints allow."
     return (
-        f"{count}; {most.tendon} loses most by friction, {1.0 - most.transmission:.0%} of its "
-        f"tension at qpos0 and up to {1.0 - most.least_transmission:.0%} in the poses that its "
-        f"joints allow, where it bends by {most.least_bend:.2f} to {most.most_bend:.2f} rad."
+        f"{loses} at qpos0 and up to {worst} in the poses that its joints allow, where it bends by "
+        f"{most.least_bend:.2f} to {most.most_bend:.2f} rad."
     )
 
 
