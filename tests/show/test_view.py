@@ -105,6 +105,9 @@ def test_tensions_are_numbers_with_units_and_of_many_tendons_the_others_are_coun
         "12.3 to 5.6",
     ]
     assert "input [mN]" in tension_table(*small)
+    large = ["rope"], np.array([[4e5, 2e5]]), 3.21, force_unit([4e5])
+    assert "rope: input to output tension [kN]" in tension_text(*large)[0]
+    assert "| rope | 400.00 | 200.00 |" in tension_table(*large)
     assert "| flexor | 12.30 | 5.60 |" in tension_table(*small)
     left, right = tension_text([f"t{k}" for k in range(39)], np.ones((39, 2)), 0.0)
     assert len(left.splitlines()) == MOST_TENDONS + 2
@@ -170,6 +173,8 @@ def test_keys_explain_the_mark_only_where_a_tendon_can_slip():
     assert all(
         end in colour_bar((0.0, 0.02), False, force_unit([0.02])) for end in ("≤ 0 mN", "≥ 20 mN")
     )
+    huge = colour_bar((0.0, 1e8), False, force_unit([1e8]))
+    assert all(end in huge for end in ("≤ 0 MN", "50 MN", "≥ 100 MN"))
     with_mark, without = (
         colour_key((0.0, 20.0), [], np.zeros((0, 2, 3)), 420, key_height(0), slips)
         for slips in (True, False)
