@@ -191,6 +191,10 @@ def test_numbers_of_joints_and_touch_have_units():
     force = float(re.search(r"tip force \[N\] \| ([\d.]+)", table)[1])
     sensor = simulation.model.sensor("tip_force").adr[0]
     assert force == pytest.approx(simulation.data.sensordata[sensor], abs=0.006)
+    first = simulation.model.joint("mcp").qposadr[0]
+    for place, said in ((-7.2, "−7.2"), (7.2, "7.2"), (-0.01, "0.0")):  # never −0
+        simulation.data.qpos[first] = np.radians(place)
+        assert f"| mcp [°] | {said} |" in reading_table(simulation.model, simulation.data)
     assert reading_table(mujoco.MjModel.from_xml_string("<mujoco/>"), None) == ""
 
 

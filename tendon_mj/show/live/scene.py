@@ -202,7 +202,8 @@ def reading_table(
     ):
         for k in np.flatnonzero(model.jnt_type == kind.value)[:MOST_JOINTS]:
             name, place = model.joint(k).name or f"joint {k}", data.qpos[model.jnt_qposadr[k]]
-            rows.append(f"| {name} [{symbol}] | {factor * place:.1f} |")
+            now = f"{factor * place:z.1f}".replace("-", "−")
+            rows.append(f"| {name} [{symbol}] | {now} |")
     return "\n".join(["| sensor or joint | now |", "|---|---|", *rows]) if rows else ""
 
 
