@@ -38,6 +38,7 @@ _ASPECT = 1.15  # width over height of the narrowest window that needs no step b
 _RAISED = 0.22  # over the height of a narrower one
 _INCH = 100
 _FONT = 8  # [points]
+_NO_BREAK = "\N{NO-BREAK SPACE}"
 _NAME_COLUMNS = 2  # of names: input and output of a tendon
 # changed most, in the order in which they are shown; the others are folded away
 FIRST = ("friction", "pretension", "backlash", "axial_stiffness")
@@ -185,6 +186,16 @@ def tension_table(
     for name, (first, last) in zip(tendons, unit.factor * tensions, strict=True):
         rows.append(f"| {name} | {first:.2f} | {last:.2f} |")
     return "\n".join([*rows, "", f"time {time:.1f} s"])
+
+
+def curves_title(tendons: int, unit: EngineeringUnit = NEWTON) -> str:
+    """Title of a page's curves, which names the number of tendons where some have none."""
+    title = f"{labelled('tension', unit)} over time [s]"
+    if tendons <= MOST_TENDONS:
+        return title
+    kept = f"first {MOST_TENDONS} of {tendons} tendons"
+    # on a phone in a line of its own, apart from the button beside the first
+    return f"{title}, {kept.replace(' ', _NO_BREAK)}"
 
 
 def reading_table(
