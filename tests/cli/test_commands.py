@@ -114,9 +114,10 @@ def test_render_says_what_moves_a_model_without_control_ranges(actuator, said, t
     assert (tmp_path / "arm.mp4").stat().st_size > 500
 
 
-def test_render_says_small_tensions_in_a_unit_that_has_digits(tmp_path, capsys):
+@pytest.mark.parametrize(("pull", "unit"), [(0.03, "mN"), (3e4, "kN")])
+def test_render_says_tensions_in_a_unit_that_has_few_digits(pull, unit, tmp_path, capsys):
     path = tmp_path / "endoscope.xml"
-    motor = '<motor name="pull" tendon="t" gear="-1" ctrlrange="0 0.03"/>'
+    motor = f'<motor name="pull" tendon="t" gear="-1" ctrlrange="0 {pull}"/>'
     ground, moving = "a; b 1 0 0; c 1 0 .1", "d .2 0 0"
     path.write_text(
         rope(ground, moving, law={"friction": 0.2}, body='pos="1 0 .1"', actuator=motor)
@@ -126,7 +127,7 @@ def test_render_says_small_tensions_in_a_unit_that_has_digits(tmp_path, capsys):
         assert "OpenGL" in capsys.readouterr().err
         pytest.skip("no OpenGL on this machine")
     said = " ".join(capsys.readouterr().out.split())
-    low, high = map(float, re.search(r"tensions from ([\d.]+) to ([\d.]+) mN", said).groups())
+    low, high = map(float, re.search(rf"tensions from ([\d.]+) to ([\d.]+) {unit}", said).groups())
     assert 0.0 <= low < 1.0 < high < 30.0
 
 

@@ -151,9 +151,9 @@ def test_over_pulleys_a_clip_shows_the_ends_of_the_branch_that_friction_acts_on(
 
 
 @pytest.mark.parametrize(
-    ("force", "unit", "factor"), [(0.03, "mN", 1e3), (5.0, "N", 1.0), (6e4, "N", 1.0)]
+    ("force", "unit", "factor"), [(0.03, "mN", 1e3), (5.0, "N", 1.0), (6e4, "kN", 1e-3)]
 )
-def test_small_forces_have_digits_and_all_of_a_clip_are_in_one_unit(force, unit, factor):
+def test_forces_have_few_digits_and_all_of_a_clip_are_in_one_unit(force, unit, factor):
     model, frames = pulled(1, force=force)
     scale = colour_limits(frames.cables)
     panel = Panel(model, frames, scale, 436, 720)
@@ -168,7 +168,7 @@ def test_small_forces_have_digits_and_all_of_a_clip_are_in_one_unit(force, unit,
 
 
 @pytest.mark.parametrize("size", [(218, 360), (234, 540), (436, 720)])
-@pytest.mark.parametrize("force", [5.0, 6e4])
+@pytest.mark.parametrize("force", [5.0, 7e3])
 def test_two_pairs_of_tensions_stand_apart_in_the_table(force, size):
     model, frames = pulled(1, force=force)
     panel = Panel(model, frames, colour_limits(frames.cables), *size, frames)
@@ -229,14 +229,14 @@ def test_controls_of_one_chart_are_in_units_that_engineers_read():
     assert shown == pytest.approx({"command [°]": np.rad2deg(1.0), "reel_1 [mm]": 2.0})
 
 
-@pytest.mark.parametrize(("force", "unit"), [(0.03, "mN"), (0.7, "mN"), (5.0, "N"), (6e4, "N")])
+@pytest.mark.parametrize(("force", "unit"), [(0.03, "mN"), (0.7, "mN"), (5.0, "N"), (6e4, "kN")])
 def test_a_control_that_is_a_force_is_in_the_unit_of_the_tensions(force, unit):
     """Also where it is smaller than these, as here in the last frames."""
     model, frames = pulled(1, force=force)
     frames.controls[:, 0] = np.linspace(0.0, 1e-3 * force, len(frames.time))
     tensions, _, controls = charts(model, frames)
     assert (tensions.label, controls.label) == (f"tension [{unit}]", f"control [{unit}]")
-    factor = 1e3 if unit == "mN" else 1.0
+    factor = {"mN": 1e3, "N": 1.0, "kN": 1e-3}[unit]
     assert controls.lines[0].values[-1] == pytest.approx(factor * 1e-3 * force)
 
 

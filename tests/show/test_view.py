@@ -31,6 +31,7 @@ from tendon_mj.show.live.scene import (
     colour_key,
     control_slider,
     curve_colours,
+    curves_title,
     drawn_tendons,
     key_height,
     reading_table,
@@ -105,11 +106,20 @@ def test_tensions_are_numbers_with_units_and_of_many_tendons_the_others_are_coun
         "12.3 to 5.6",
     ]
     assert "input [mN]" in tension_table(*small)
+    large = ["rope"], np.array([[4e5, 2e5]]), 3.21, force_unit([4e5])
+    assert "rope: input to output tension [kN]" in tension_text(*large)[0]
+    assert "| rope | 400.00 | 200.00 |" in tension_table(*large)
     assert "| flexor | 12.30 | 5.60 |" in tension_table(*small)
     left, right = tension_text([f"t{k}" for k in range(39)], np.ones((39, 2)), 0.0)
     assert len(left.splitlines()) == MOST_TENDONS + 2
     assert f"and {39 - MOST_TENDONS} more tendons" in left
     assert right.count("to") == MOST_TENDONS
+
+
+def test_the_page_says_which_of_many_tendons_have_curves():
+    assert curves_title(MOST_TENDONS, force_unit([4e5])) == "tension [kN] over time [s]"
+    shown = " ".join(curves_title(39).split())
+    assert shown == f"tension [N] over time [s], first {MOST_TENDONS} of 39 tendons"
 
 
 @pytest.mark.parametrize("count", [1, 10, 3000])
@@ -170,6 +180,8 @@ def test_keys_explain_the_mark_only_where_a_tendon_can_slip():
     assert all(
         end in colour_bar((0.0, 0.02), False, force_unit([0.02])) for end in ("≤ 0 mN", "≥ 20 mN")
     )
+    huge = colour_bar((0.0, 1e8), False, force_unit([1e8]))
+    assert all(end in huge for end in ("≤ 0 MN", "50 MN", "≥ 100 MN"))
     with_mark, without = (
         colour_key((0.0, 20.0), [], np.zeros((0, 2, 3)), 420, key_height(0), slips)
         for slips in (True, False)
@@ -186,6 +198,10 @@ def test_numbers_of_joints_and_touch_have_units():
     force = float(re.search(r"tip force \[N\] \| ([\d.]+)", table)[1])
     sensor = simulation.model.sensor("tip_force").adr[0]
     assert force == pytest.approx(simulation.data.sensordata[sensor], abs=0.006)
+    first = simulation.model.joint("mcp").qposadr[0]
+    for place, said in ((-7.2, "−7.2"), (7.2, "7.2"), (-0.01, "0.0")):  # never −0
+        simulation.data.qpos[first] = np.radians(place)
+        assert f"| mcp [°] | {said} |" in reading_table(simulation.model, simulation.data)
     assert reading_table(mujoco.MjModel.from_xml_string("<mujoco/>"), None) == ""
 
 

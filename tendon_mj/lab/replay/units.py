@@ -41,7 +41,7 @@ _PREFIXED: Final = {
     "m": "mµ",
     "s": "mµ",
     "m/s": "mµ",
-    "N": "kmµ",
+    "N": "Mkmµ",
     "N/m": "Mkm",
     "N/s": "kmµ",
     "N s": "kmµ",
@@ -182,9 +182,13 @@ def engineering_unit(unit: str, values: Iterable[float]) -> EngineeringUnit:
 
 
 def force_unit(forces: Iterable[float]) -> EngineeringUnit:
-    """The unit of all forces [N] that are shown together: N, or less where none is as large."""
-    unit = engineering_unit("N", forces)
-    return unit if unit.factor > 1.0 else NEWTON
+    """The unit of all forces [N] that are shown together, by the largest of them.
+
+    It is smaller than N below 1 N, kN from 10 kN on and MN from 10 MN on.
+    """
+    seen = list(forces)
+    unit = engineering_unit("N", seen)
+    return unit if unit.factor >= 1.0 else engineering_unit("N", (0.1 * force for force in seen))
 
 
 def plain(value: float, digits: int = 3) -> str:

@@ -38,6 +38,7 @@ _ASPECT = 1.15  # width over height of the narrowest window that needs no step b
 _RAISED = 0.22  # over the height of a narrower one
 _INCH = 100
 _FONT = 8  # [points]
+_NO_BREAK = "\N{NO-BREAK SPACE}"
 _NAME_COLUMNS = 2  # of names: input and output of a tendon
 # changed most, in the order in which they are shown; the others are folded away
 FIRST = ("friction", "pretension", "backlash", "axial_stiffness")
@@ -187,6 +188,16 @@ def tension_table(
     return "\n".join([*rows, "", f"time {time:.1f} s"])
 
 
+def curves_title(tendons: int, unit: EngineeringUnit = NEWTON) -> str:
+    """Title of a page's curves, which names the number of tendons where some have none."""
+    title = f"{labelled('tension', unit)} over time [s]"
+    if tendons <= MOST_TENDONS:
+        return title
+    kept = f"first {MOST_TENDONS} of {tendons} tendons"
+    # on a phone in a line of its own, apart from the button beside the first
+    return f"{title}, {kept.replace(' ', _NO_BREAK)}"
+
+
 def reading_table(
     model: mujoco.MjModel, data: mujoco.MjData, unit: EngineeringUnit = NEWTON
 ) -> str:
@@ -202,7 +213,8 @@ def reading_table(
     ):
         for k in np.flatnonzero(model.jnt_type == kind.value)[:MOST_JOINTS]:
             name, place = model.joint(k).name or f"joint {k}", data.qpos[model.jnt_qposadr[k]]
-            rows.append(f"| {name} [{symbol}] | {factor * place:.1f} |")
+            now = f"{factor * place:z.1f}".replace("-", "−")
+            rows.append(f"| {name} [{symbol}] | {now} |")
     return "\n".join(["| sensor or joint | now |", "|---|---|", *rows]) if rows else ""
 
 

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, MissingPackageError, TendonError
 from tendon_mj.plugin import MARK, SLIPPING, THICKER
-from tendon_mj.show.figures.style import labelled
 from tendon_mj.show.live.scene import (
     FIRST,
     MOST_TENDONS,
@@ -22,6 +21,7 @@ from tendon_mj.show.live.scene import (
     colour_bar,
     control_slider,
     curve_colours,
+    curves_title,
     drawn_tendons,
     reading_table,
     slider,
@@ -321,7 +321,7 @@ class _Panel:
         return self._gui.add_uplot(
             tuple(np.zeros(1) for _ in series),
             tuple(series),
-            title=f"{labelled('tension', self._unit)} over time [s]",
+            title=curves_title(len(self._tendons), self._unit),
             scales={"x": uplot.Scale(time=False)},
             legend=uplot.Legend(show=True, live=False),
             height=_HEIGHT,

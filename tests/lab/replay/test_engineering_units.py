@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tendon_mj.lab.replay import engineering_unit, from_to, quantity
+from tendon_mj.lab.replay import engineering_unit, force_unit, from_to, quantity
 from tendon_mj.plugin import GAINS, PARAMETERS
 
 
@@ -15,6 +15,7 @@ from tendon_mj.plugin import GAINS, PARAMETERS
         (4.2e-5, "m", "42 µm"),
         (9.9999e-4, "m", "1 mm"),
         (20e3, "N", "20 kN"),
+        (2e6, "N", "2 MN"),
         (0.139, "N", "139 mN"),
         (math.pi, "rad", "180°"),
         (0.5, "rad/s", "28.6°/s"),
@@ -37,6 +38,23 @@ from tendon_mj.plugin import GAINS, PARAMETERS
 )
 def test_a_value_is_written_as_engineers_read_it(value, unit, said):
     assert quantity(value, unit) == said
+
+
+@pytest.mark.parametrize(
+    ("forces", "symbol"),
+    [
+        ([], "N"),
+        ([0.2, 0.9], "mN"),
+        ([0.2, 1.0], "N"),
+        ([9000.0, 3.0], "N"),
+        ([1e4], "kN"),
+        ([math.nan, 400e3], "kN"),
+        ([9e6], "kN"),
+        ([1e7], "MN"),
+    ],
+)
+def test_forces_that_are_shown_together_have_at_most_four_digits(forces, symbol):
+    assert force_unit(forces).symbol == symbol
 
 
 def test_two_values_share_the_unit_of_the_larger():
