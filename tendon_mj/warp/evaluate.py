@@ -363,16 +363,23 @@ def solve(b: Dynamics, t: Tendons, driven: bool) -> None:
 
 
 @wp.kernel
-def apply(b: Dynamics, t: Tendons, driven: bool, qfrc: wp.array2d[wp.float32]) -> None:
+def apply(
+    b: Dynamics,
+    t: Tendons,
+    moved: wp.array2d[wp.bool],
+    driven: bool,
+    qfrc: wp.array2d[wp.float32],
+) -> None:
     """Add the forces of the sheaths that are driven, or of the others; threads (dofs, worlds).
 
-    A thread adds up the forces on its degree of freedom, always in the same order.
+    A thread adds up the forces on its degree of freedom, always in the same order. ``moved``
+    (sheaths, dofs) says whether one moves part of a tendon's path.
     """
     dof, w = wp.tid()
     total = wp.float64(0.0)
     for k in range(t.tendon.shape[0]):
         if t.driven[k] == driven:
-            segments = wp.where(t.moved[k, dof], t.guides[k] + 1, 0)
+            segments = wp.where(moved[k, dof], t.guides[k] + 1, 0)
             for j in range(segments):
                 row = t.first_segment[k] + j
                 pull = t.pull[row, w]

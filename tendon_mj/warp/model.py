@@ -100,8 +100,8 @@ def sheaths_laid_out(data: Any, layout: SheathLayouts) -> Sheaths:
     return batch
 
 
-def _evaluate(m: Any, d: Any, layout: SheathLayouts, driven: bool) -> None:
-    """Solve the driven or the wound sheaths, and add their forces."""
+def _evaluate(m: Any, d: Any, layout: SheathLayouts, moved: Any, driven: bool) -> None:
+    """Solve the driven or the wound sheaths, and add their forces; ``moved`` as of `apply`."""
     batch = sheaths_laid_out(d, layout)
     scene, motion = _filled(Scene, m, d), _filled(Dynamics, m.opt, m, d)
     motion.spring = 0.0 if m.opt.disableflags & _SPRING_OFF else 1.0
@@ -115,7 +115,7 @@ def _evaluate(m: Any, d: Any, layout: SheathLayouts, driven: bool) -> None:
         (trace, of_sheaths, [scene, motion, tendons, driven]),
         (prepare, of_segments, [tendons, driven]),
         (solve, of_sheaths, [motion, tendons, driven]),
-        (apply, (m.nv, d.nworld), [motion, tendons, driven, d.qfrc_passive]),
+        (apply, (m.nv, d.nworld), [motion, tendons, moved, driven, d.qfrc_passive]),
     ):
         # blocks of 32: few long threads, which so are spread over all of the GPU
         block = 32 if kernel in (trace, solve) else 256
@@ -193,11 +193,12 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
     late = model.nactuator > 0 and not actuation_off and any(driven)  # they need actuator forces
 
     constrained = any(sheath.state["constrained"] for sheath in simulated.values())
+    moved = wp.array(_moved(model, simulated), dtype=wp.bool)
 
     def act_bias(m: Any, d: Any) -> None:
         check_options(m.opt, constrained)  # here too, as passive forces may all be off
         if late:
-            _evaluate(m, d, layout, True)
+            _evaluate(m, d, layout, moved, True)
 
     def passive(m: Any, d: Any) -> None:
         check_options(m.opt, constrained)
@@ -207,9 +208,9 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
                 " put that"
             )
         if not all(driven):
-            _evaluate(m, d, layout, False)
+            _evaluate(m, d, layout, moved, False)
         if any(driven) and not late:
-            _evaluate(m, d, layout, True)
+            _evaluate(m, d, layout, moved, True)
 
     put.callback.passive, put.callback.act_bias = passive, act_bias
     shown = shown_numbers(model, simulated)
@@ -361,7 +362,6 @@ def _with_sheaths(put: Any, model: mujoco.MjModel, simulated: dict[str, Simulate
                 unused,
                 addresses,
                 _beyond_spring(model),
-                _moved(model, simulated),
                 model.nbody,
                 put.nworld,
             )

@@ -35,7 +35,6 @@ class Sheaths:
         unused: Mapping[str, Mapping[str, str]],
         reels: list[int],
         beyond: list[float],
-        moved: ArrayLike,
         nbody: int,
         nworld: int,
     ) -> None:
@@ -45,7 +44,7 @@ class Sheaths:
             simulated: each by name.
             unused: by name of a sheath its parameters that have no use, and why.
             reels: address of the control of each one's reel, −1 without one.
-            beyond, moved: of `allocate`.
+            beyond: of `allocate`.
             nbody: number of bodies.
             nworld: number of worlds, all alike.
         """
@@ -53,7 +52,7 @@ class Sheaths:
         self._unused = unused
         self.layout = layout_of(simulated)
         self.nworld = nworld
-        self.tendons: Any = allocate(simulated, reels, beyond, moved, nworld)
+        self.tendons: Any = allocate(simulated, reels, beyond, nworld)
         self.written = [  # cfrc_ext and cfrc_int with the sheaths' reactions
             wp.full((nworld, nbody), wp.spatial_vector(*[np.nan] * 6), dtype=wp.spatial_vector)
             for _ in range(2)

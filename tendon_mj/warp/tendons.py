@@ -40,7 +40,6 @@ class Tendons:
     reel_radius: wp.array[wp.float64]  # [m]
     output_joint: wp.array[wp.int32]
     output_radius: wp.array[wp.float64]  # [m]
-    moved: wp.array2d[wp.bool]  # (sheaths, dofs), whether a dof moves part of the tendon's path
     # parameters, (worlds, sheaths)
     axial_stiffness: wp.array2d[wp.float32]  # EA [N]
     friction: wp.array2d[wp.float32]  # μ_d [-]

@@ -54,7 +54,6 @@ def allocate(
     simulated: dict[str, Simulated],
     reels: Sequence[int],
     beyond: ArrayLike,
-    moved: ArrayLike,
     nworld: int,
 ) -> Any:
     """Sheaths of all worlds, each as it is in the simulation.
@@ -63,13 +62,11 @@ def allocate(
         simulated: each sheath by name.
         reels: address of the control of each one's reel, −1 without one.
         beyond: by how much each one's length exceeds the rest length of its own spring [m].
-        moved: (sheaths, dofs), whether a degree of freedom moves part of the path.
         nworld: number of worlds.
     """
     tendons = Tendons()
     _describe(tendons, simulated, reels)
     tendons.beyond_spring = _array(beyond, wp.float64)
-    tendons.moved = _array(moved, wp.bool)
     counts = {
         "segments": sum(len(sheath.segments) for sheath in simulated.values()),
         "guides": sum(len(sheath.guides) for sheath in simulated.values()),

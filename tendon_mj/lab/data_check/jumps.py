@@ -40,7 +40,7 @@ _SHARED = 0.3  # of a jump, which the model makes too
 _WRAPS = 0.6  # of its range, by which a counter jumps at least
 _NEARLY = 1.1  # times the period of a counter, that its range and its jumps are at most
 _LEAST_BITS, _SMOOTH = 6, 0.1  # of a counter; of its period, by which it changes at most otherwise
-_CERTAIN_BITS = 8  # from which a counter that goes on evenly needs no model
+_CERTAIN_BITS = 8  # from which one that goes on evenly is a counter if any reading agrees better
 _BETTER = 0.5  # of the error, that remains without a jump
 _PROBE = 0.02  # of the drive's range, a slip to try
 _TRIES = 4  # slips, each from the part that the last explains; places of a jump of a drive
@@ -151,14 +151,17 @@ def _wrap_warning(
         return None  # one value for all of it: a sensor that dropped out
     if not np.any(away[2:] & away[1:-1] & away[:-2]):
         return None  # spikes
-    if not (bits >= _CERTAIN_BITS and _goes_on(changes, period, resolution(series))):
-        unwrapped = _changed(recording, column, series - period * turns)
-        better = replay(unwrapped) if driven else simulated
-        most = _BETTER**2 * _errors(recording, simulated).sum()
-        if better is None or not _errors(unwrapped, better).sum() < most:
-            return None
+    unwrapped = _changed(recording, column, series - period * turns)
+    better = replay(unwrapped) if driven else simulated
+    if better is None:
+        return None
+    before, after = _errors(recording, simulated), _errors(unwrapped, better)
+    if bits < _CERTAIN_BITS or not _goes_on(changes, period, resolution(series)):
+        before, after = before.sum(), after.sum()
+    if not np.any(after < _BETTER**2 * before):
+        return None
     rows = np.flatnonzero(np.diff(turns))
-    before, after = (quantity(series[rows[0] + k], unit) for k in (0, 1))
+    ends = " to ".join(quantity(series[rows[0] + k], unit) for k in (0, 1))
     counts, number = "from end to end", f"{quantity(period, unit, 6)}, before any factor"
     if bits:
         step = quantity(resolution(series), unit)
@@ -167,8 +170,7 @@ def _wrap_warning(
     return DataWarning(
         "wraps",
         place_of(recording, column),
-        f"jumps from {before} to {after} in {row_of(recording, rows[0] + 1)}{more(rows.size)}:"
-        f" {counts}",
+        f"jumps from {ends} in {row_of(recording, rows[0] + 1)}{more(rows.size)}: {counts}",
         "a counter that begins again: unwrap it, by period in [columns], a number as the file has"
         f" it: {number}",
         blocks=True,

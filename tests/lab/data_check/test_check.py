@@ -61,6 +61,14 @@ def test_a_sound_recording_is_warned_of_nothing(pull: Recording) -> None:
     assert set(checked.simulated.columns) == {"reel_m", "in_N", "out_N"}
 
 
+def test_a_sawtooth_over_all_of_a_converter_is_no_counter() -> None:
+    time = 0.01 * np.arange(600)
+    drive = 3e-6 * (np.mod(np.arange(600), 2**8) - 128.0)
+    read = {"in_N": ("input_tension", NOISE), "out_N": ("output_tension", NOISE)}
+    made = replay_recording(recorded(time, {"reel_m": ("reel", drive)}, read, name="saw"))
+    assert "wraps" not in said(made)
+
+
 @pytest.mark.parametrize("size", [2, 3, 7, 20, 45])
 def test_a_part_of_a_sound_recording_is_warned_of_nothing(pull: Recording, size: int) -> None:
     columns = {c: series[-size:] for c, series in pull.columns.items()}

@@ -146,8 +146,9 @@ def test_a_step_of_one_readings_zero_is_no_slip() -> None:
     assert "slip" not in (*outcome.effects, *outcome.closest)
 
 
-def test_another_zero_of_the_drive_from_the_start_is_no_slip() -> None:
-    another = {"reel.slip": 4e-4, "reel.slip_time": -1.0, "reel.slip_duration": 0.0}
+@pytest.mark.parametrize("size", [4e-4, -1e-3])
+def test_another_zero_of_the_drive_from_the_start_is_no_slip(size: float) -> None:
+    another = {"reel.slip": size, "reel.slip_time": -1.0, "reel.slip_duration": 0.0}
     assert "slip" not in diagnosed({}, another).effects
 
 
