@@ -122,8 +122,9 @@ def _most_loss_sentence(rows: Sequence[Row]) -> str:
     sheathed = [row for row in rows if row.sheath]
     if not sheathed:
         return "No tendon runs in a sheath: the last column says why."
+    is_alone = len(rows) == 1
     count = f"{len(sheathed)} of {len(rows)} tendons run in sheaths"
-    if len(rows) == 1:
+    if is_alone:
         count = f"{rows[0].tendon} runs in a sheath"
     slipping = [row for row in sheathed if row.acts and row.most_slid_bend > 0.0]
     if not slipping:
@@ -133,8 +134,8 @@ def _most_loss_sentence(rows: Sequence[Row]) -> str:
     most = min(slipping, key=lambda row: row.least_transmission)
     now, worst = f"{1.0 - most.transmission:.0%}", f"{1.0 - most.least_transmission:.0%}"
     loses = f"{count}; {most.tendon} loses most by friction, {now} of its tension"
-    if len(rows) == 1:
-        loses = f"{most.tendon} runs in a sheath, and loses {now} of its tension by friction"
+    if is_alone:
+        loses = f"{count}, and loses {now} of its tension by friction"
     if now == worst:
         return f"{loses}, at qpos0 as in the worst of the poses that its joints allow."
     return (

@@ -214,13 +214,13 @@ class _Scan:
             tried |= self._simulate(best, [at for at in dict.fromkeys(near) if at not in tried])
             best = max(tried.values(), key=lambda one: one.explained)
             step *= 0.5
+        if self._is_of_column(best):
+            return None
         first = float(self.problem.recordings[event.recording].time[0]) - interval
         (from_start,) = self._simulate(best, [(first, 0.0)]).values() or (None,)
         as_good = best.explained - _AS_GOOD * self.left(best.explained)
         if from_start is not None and from_start.explained > as_good:
             return None  # another zero, which the recording has from its start
-        if self._is_of_column(best):
-            return None
         return self._candidate(best, list(tried.values()))
 
     def _simulate(
