@@ -121,12 +121,17 @@ Side = tuple[float, float]  # slope and value of G_j on one side of its root
 
 @compiled
 def _search(
-    side: float, bound: float, tau: float, value: float, slope: float, near: Stack, far: Stack
+    side: float, tau: float, bound: float, at_zero: float, slope: float, near: Stack, far: Stack
 ) -> tuple[float, Side, Side, Stack, Stack]:
     """Root of G_j on the right of ``tau`` (``side`` +1) or on its left (−1), at most at ``bound``.
 
-    ``value`` and ``slope`` are G_j's at ``tau``; ``near`` holds the breakpoints on that side.
-    Returns the root, G_j just before and just beyond it, seen from ``tau``, and both stacks.
+    G_j at ``tau`` is on a line with this ``slope`` and this value ``at_zero``; ``near`` holds the
+    breakpoints on that side. Returns the root, G_j just before and just beyond it, seen from
+    ``tau``, and both stacks.
+
+    What a breakpoint changes of the value at 0 is at most a length of tendon. Elsewhere it would be
+    rounded: a segment that is next to nothing puts breakpoints at strains of 10⁶, and steep lines
+    of much friction begin at strains of 10⁻⁹.
     """
     while True:
         at, bend, jump, left = bound, 0.0, -side * math.inf, 0
@@ -137,15 +142,14 @@ def _search(
                 inner = tau  # rounding moves it neither past that nor off a slack segment's 0
             if side * (inner - bound) < -TOUCHING * abs(near.shift):
                 at, bend, jump, left = inner, point.bend * near.inverse, point.jump, near.size - 1
-        root = tau - value / slope
-        if side * (root - at) < 0.0:
-            return root, (slope, 0.0), (slope, 0.0), near, far
+        value = at_zero + slope * at
+        if side * value < 0.0:
+            return -at_zero / slope, (slope, 0.0), (slope, 0.0), near, far
         near = _cut(near, left)
-        value += slope * (at - tau)
         if not side * (value + jump) > 0.0:
             return at, (slope, value), (slope + bend, value + jump), near, far
         far = _pushed(far, at, -bend, -jump)
-        tau, value, slope = at, value + jump, slope + bend
+        tau, at_zero, slope = at, at_zero + jump - bend * at, slope + bend
 
 
 @compiled
@@ -187,11 +191,11 @@ def _walk_forward(
         root = tau - value / slope
         before = beyond = (slope, 0.0)
         if root < low:
-            value += slope * (low - tau)
-            root, beyond, before, left, right = _search(-1.0, least, low, value, slope, left, right)
+            zero = value - slope * tau
+            root, beyond, before, left, right = _search(-1.0, low, least, zero, slope, left, right)
         elif root > high:
-            value += slope * (high - tau)
-            root, before, beyond, right, left = _search(1.0, most, high, value, slope, right, left)
+            zero = value - slope * tau
+            root, before, beyond, right, left = _search(1.0, high, most, zero, slope, right, left)
         roots[j] = root
 
 

@@ -12,26 +12,13 @@ from __future__ import annotations
 
 import math
 
-from tendon_mj.native import Array, apart, compiled, entry
-from tendon_mj.sheath.records import GUIDE, ROUNDING, SEGMENT, Guides, Segments
+from tendon_mj.native import Array, compiled, entry
+from tendon_mj.sheath.records import GUIDE, SEGMENT, Guides, Segments
 from tendon_mj.sheath.tension_by_breakpoints import balance, find_slip, lies_slack
 from tendon_mj.sheath.tension_by_slip_pattern import follow_pattern, guess_from_motion
 from tendon_mj.sheath.tension_with_drag import balance_dragged
 
-_NEAR = 1e-6  # error of a tension over the largest, with which the slip is as a rule right
-
-
-@apart
-def _make_sluggish(segments: Segments, guides: Guides) -> None:
-    """Give the guides a drag that takes no more than rounding from any flow.
-
-    It decides where slack tendon goes, which tension-independent friction leaves open.
-    """
-    total = 0.0
-    for j in range(len(segments)):
-        total += segments[j].stored
-    for i in range(len(guides)):
-        guides[i].drag, guides[i].momentum = ROUNDING / total, 0.0
+_NEAR = 1e-3  # error of a tension over the largest, with which the slip is as a rule right
 
 
 @compiled
@@ -40,7 +27,7 @@ def _balance(segments: Segments, guides: Guides, given: bool) -> bool:
 
     The slip of the last step is tried first. Where it has changed, breakpoints find it, and
     followed again it gives the tensions to the last digit. That it does not where tendon lies
-    slack. What rounding leaves unsolved then, drag of the size of rounding decides.
+    slack.
     """
     if follow_pattern(segments, guides, given):
         return True
@@ -50,12 +37,7 @@ def _balance(segments: Segments, guides: Guides, given: bool) -> bool:
         return False
     if follow_pattern(segments, guides, given):
         return True
-    if balance(segments, guides, given):
-        return True
-    if given:
-        return False
-    _make_sluggish(segments, guides)
-    return balance_dragged(segments, guides)
+    return balance(segments, guides, given)
 
 
 @compiled

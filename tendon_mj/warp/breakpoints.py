@@ -100,8 +100,8 @@ def _search(
     t: Tendons,
     s: Sheath,
     side: wp.float64,
-    bound: wp.float64,
     start: wp.float64,
+    bound: wp.float64,
     lacks: wp.float64,
     falls: wp.float64,
     near: Stack,
@@ -109,12 +109,12 @@ def _search(
 ) -> tuple[wp.float64, wp.vec2d, wp.vec2d, Stack, Stack]:
     """Root of G_j on the right of ``start`` (``side`` +1) or left of it (−1), at most at ``bound``.
 
-    ``lacks`` and ``falls`` are value and slope of G_j at ``start``; ``near`` holds the breakpoints
-    on that side. Returns the root, slope and value of G_j just before and just beyond it, seen from
-    ``start``, and both stacks.
+    ``lacks`` and ``falls`` are the value at 0 and the slope of the line on which G_j is at
+    ``start``; ``near`` holds the breakpoints on that side. Returns the root, slope and value of G_j
+    just before and just beyond it, seen from ``start``, and both stacks.
     """
     w = s.world
-    tau, value, slope = wp.float64(start), wp.float64(lacks), wp.float64(falls)
+    tau, at_zero, slope = wp.float64(start), wp.float64(lacks), wp.float64(falls)
     while True:
         at, bend, jump, left = wp.float64(bound), wp.float64(0.0), -side * _INF, int(0)
         if near.count > 0:
@@ -125,16 +125,16 @@ def _search(
             if side * (inner - bound) < -TOUCHING * wp.abs(near.shift):
                 at, bend, jump = inner, t.bend[row, w] * near.inverse, wp.float64(t.jump[row, w])
                 left = near.count - 1
-        if side * value < -slope * side * (at - tau):  # a root before it
+        value = at_zero + slope * at
+        if side * value < _ZERO:
             before = wp.vec2d(slope, _ZERO)
-            return tau - value / slope, before, before, near, far
+            return -at_zero / slope, before, before, near, far
         near.count = left
-        value += slope * (at - tau)
         if not side * (value + jump) > _ZERO:
             beyond = wp.vec2d(slope + bend, value + jump)
             return at, wp.vec2d(slope, value), beyond, near, far
         far = _pushed(t, s, far, at, -bend, -jump)
-        tau, value, slope = at, value + jump, slope + bend
+        tau, at_zero, slope = at, at_zero + jump - bend * at, slope + bend
 
 
 @wp.func
@@ -185,9 +185,9 @@ def _walk_forward(t: Tendons, s: Sheath) -> None:
             bound, near, far = least, left, right
             if side > _ZERO:
                 bound, near, far = most, right, left
-            value += slope * (start - tau)
+            zero = value - slope * tau
             root, inner, outer, near, far = _search(
-                t, s, side, bound, start, value, slope, near, far
+                t, s, side, start, bound, zero, slope, near, far
             )
             if side > _ZERO:
                 before, beyond, left, right = inner, outer, far, near

@@ -25,7 +25,7 @@ from tendon_mj.warp.tendons import Sheath, Tendons, held
 wp.set_module_options({"enable_backward": False})
 
 _STEPS = wp.constant(4)
-_NEAR = wp.constant(wp.float64(1e-6))  # error of a tension, see `tendon_mj.sheath`
+_NEAR = wp.constant(wp.float64(1e-3))  # error of a tension, see `tendon_mj.sheath`
 _LARGEST = wp.constant(wp.float64(1e300))
 _ZERO = wp.constant(wp.float64(0.0))
 _ONE = wp.constant(wp.float64(1.0))

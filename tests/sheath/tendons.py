@@ -70,3 +70,20 @@ def random_tendons(draw, slack=True, constant=True, most=10):
     rubs = scale * draw(some.sampled_from([0.0, 0.0, 0.01, 0.1])) / n if constant else 0.0
     was = rng.integers(-1, 2, n).astype(float) * draw(some.integers(0, 1))
     return tendon(lengths, strains, bends, mu_s, mu_d, rubs, was)
+
+
+def wound_over_touching_guides(n, rng):
+    """A taut tendon of which up to 1 mm is wound up over an inner guide next to the motor.
+
+    The first segment and others have a length of 1e-9 m, as between a guide and a geom that the
+    tendon does not touch.
+    """
+    lengths = rng.uniform(0.1, 0.7, n + 1)
+    lengths[1:-1][rng.random(n - 1) < 0.3] = 1e-9
+    lengths[0] = 1e-9
+    strain = rng.choice([1e-3, 4e-3, 1e-2])
+    strains = strain + 1e-8 * rng.normal(size=n + 1) * (lengths > 1e-9)
+    bends = rng.uniform(0.0, 3.0, n) * (rng.random(n) < 0.6)
+    segments, guides = tendon(lengths, strains, bends, rng.choice([0.2, 0.4]), 0.2)
+    segments["stored"][0] -= rng.uniform(0.0, 1e-3)
+    return segments, guides

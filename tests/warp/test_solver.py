@@ -10,7 +10,7 @@ wp = pytest.importorskip("warp")
 from tendon_mj.sheath import GUIDE as GUIDE_TYPE  # noqa: E402
 from tendon_mj.sheath import SEGMENT as SEGMENT_TYPE  # noqa: E402
 from tendon_mj.warp.tendons import Tendons  # noqa: E402
-from tests.sheath.tendons import solve_flow  # noqa: E402
+from tests.sheath.tendons import solve_flow, wound_over_touching_guides  # noqa: E402
 from tests.warp.solver_kernel import solve_all  # noqa: E402
 
 CASES = 300
@@ -74,9 +74,11 @@ def on_device(cases, given):
 def test_tensions_and_flows_are_those_of_the_plugin(n, given):
     rng = np.random.default_rng(n)
     cases = [tendon(n, given, rng) for _ in range(CASES)]
+    if not given:
+        cases += [wound_over_touching_guides(n, rng) for _ in range(CASES)]
     t, ratios = on_device(cases, given)
-    solved = wp.zeros((1, CASES), dtype=wp.bool)
-    wp.launch(solve_all, dim=(1, CASES), inputs=[t, *ratios, solved])
+    solved = wp.zeros((1, len(cases)), dtype=wp.bool)
+    wp.launch(solve_all, dim=solved.shape, inputs=[t, *ratios, solved])
     assert all(solve_flow(s, g, False, given) for s, g in cases)
     assert solved.numpy().all()
     tension, flow = t.tension.numpy().T, t.flow.numpy().T
