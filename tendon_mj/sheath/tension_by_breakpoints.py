@@ -245,10 +245,10 @@ def _slip_at_bound(segments: Segments, guides: Guides, i: int, passed: float) ->
     Where τ* is at the bound itself, on a jump, the flow is what is needed of that.
     """
     left, right = segments[i].tension, segments[i + 1].tension
-    if passed > 0.0 and left >= highest(guides, i, right) * (1.0 - TOUCHING):
+    if passed > 0.0 and left >= highest(guides, i, right) * (1.0 - TOUCHING) - TOLERANCE:
         return 1.0
     least = guides[i].output_ratio * left + guides[i].constant_friction  # of the right, to slide
-    if passed < 0.0 and (left == 0.0 or right >= least * (1.0 - TOUCHING)):
+    if passed < 0.0 and (left == 0.0 or right >= least * (1.0 - TOUCHING) - TOLERANCE):
         return -1.0
     return 0.0
 

@@ -245,10 +245,10 @@ def _slip_at_bound(t: Tendons, s: Sheath, i: int, passed: wp.float64) -> int:
     """
     row, w = s.segment + i, s.world
     left, right = t.tension[row, w], t.tension[row + 1, w]
-    if passed > _ZERO and left >= highest(t, s, i, right) * (_ONE - TOUCHING):
+    if passed > _ZERO and left >= highest(t, s, i, right) * (_ONE - TOUCHING) - TOLERANCE:
         return 1
     least = t.output_ratio[s.guide + i, w] * left + t.constant[s.guide + i, w]  # of the right
-    if passed < _ZERO and (left == _ZERO or right >= least * (_ONE - TOUCHING)):
+    if passed < _ZERO and (left == _ZERO or right >= least * (_ONE - TOUCHING) - TOLERANCE):
         return -1
     return 0
 

@@ -58,6 +58,28 @@ def test_a_tendon_is_wound_over_guides_with_next_to_nothing_between_them(n, seed
 
 
 @EVERY
+@given(
+    some.integers(1, 20),
+    some.floats(0.0, 0.3),
+    some.floats(1e-7, 1e-4),
+    some.integers(0, 2**32 - 1),
+)
+def test_slack_is_drawn_over_guides_whose_tensions_are_at_their_bounds(n, bend, constant, seed):
+    rng = np.random.default_rng(seed)
+    strains = [0.0]
+    for _ in range(n):
+        strains.append(np.exp(bend) * strains[-1] + constant)
+    lengths = rng.uniform(0.01, 0.05, n + 1)
+    segments, guides = tendon(lengths, strains, np.full(n, bend), 1.0, 1.0, constant)
+    drawn = rng.uniform(0.1, 1.0) * (segments["length"] - segments["stored"]).sum()
+    segments["stored"][0] += 1.5 * drawn
+    segments["stored"][-1] -= drawn
+    assert solve_flow(segments, guides)
+    np.testing.assert_allclose(segments["tension"], strains, rtol=0, atol=1e-14 * np.exp(bend * n))
+    np.testing.assert_allclose(guides["flow"], -drawn, rtol=0, atol=1e-15)
+
+
+@EVERY
 @given(random_tendons())
 def test_every_segment_obeys_hooke_and_no_tendon_is_lost(tables):
     segments, guides = tables

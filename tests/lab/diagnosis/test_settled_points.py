@@ -14,9 +14,9 @@ from tendon_mj.lab.diagnosis import Problem, candidates, check_recordings, descr
 from tendon_mj.lab.diagnosis.data import training_samples
 from tendon_mj.lab.diagnosis.regimes import regimes
 from tendon_mj.lab.diagnosis.verdict import chance_excess
-from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.recordings import Recording, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulates, Simulator
-from tests.lab.diagnosis.settled_rigs import LEVER, settled, stairs, write_rig
+from tests.lab.diagnosis.settled_rigs import FINGER, LEVER, settled, stairs, write_rig
 from tests.lab.diagnosis.toy import problem_of
 from tests.lab.recorded import recorded
 from tests.refusals import refusing
@@ -142,3 +142,22 @@ def test_what_acts_in_motion_alone_is_no_candidate_at_rest(lever: Path) -> None:
     moving = {c.identifier for c in bound if c.effect.in_motion}
     assert moving >= {"joint_damping", "viscous_friction", "sensor_delay", "command_delay"}
     assert moving.isdisjoint({"sheath_friction", "backlash", "joint_friction", "springref"})
+
+
+@pytest.mark.long
+def test_a_compliant_mount_is_named_from_60_rests_of_a_finger_of_two_joints(tmp_path: Path) -> None:
+    rig = write_rig(FINGER, tmp_path, friction=0.12, axial_stiffness=3e3, pretension=1.0)
+    reads = {"pull_N": ("input_tension", 0.03)}
+    reads |= {f"{joint}_rad": (joint, 0.003) for joint in ("knuckle", "middle")}
+    made = settled(
+        rig,
+        stairs(low=0.0, high=0.012, steps=8, rows=60),
+        reads,
+        {"sheath.friction": 0.15, "sheath.sheath_compliance": 1e-4},
+        1,
+        uncertain={"sheath.friction": Uncertain(0.12, 0.03, 0.4)},
+    )
+    result = diagnose([made])
+    assert (result.verdict, result.effects) == ("named", ["sheath_compliance"])
+    value = result.parameters["sheath.sheath_compliance"]
+    assert value.low <= 1e-4 <= value.high
