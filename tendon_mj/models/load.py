@@ -102,7 +102,9 @@ def load_spec(name: str, *, scene: bool = False, beside: Path | None = None) -> 
     try:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
-        raise TendonError(f"{path}: {error}") from error
+        other = "decoder" in str(error)  # neither XML nor what a plugin of MuJoCo reads
+        hint = "; a model is an MJCF or a URDF file, such as hand.xml" if other else ""
+        raise TendonError(f"{path}: {error}{hint}") from error
 
 
 def load_model(name: str, *, scene: bool = False, beside: Path | None = None) -> mujoco.MjModel:

@@ -16,6 +16,13 @@ def test_missing_and_circular_includes_are_left_to_mujoco(file, tmp_path):
         load_model(str(path))
 
 
+def test_a_file_that_is_no_model_is_refused_with_what_is_one(tmp_path):
+    path = tmp_path / "rig.toml"
+    path.write_text("[recording]")
+    with refusing(TendonError, "rig.toml", "MJCF"):
+        load_model(str(path))
+
+
 def test_the_files_of_a_model_are_those_that_it_includes_or_attaches(tmp_path):
     texts = {
         "main.xml": "<include\n file = 'parts/a&#46;xml' /><model name='m' file=\"sub/child.xml\"/>"
