@@ -220,6 +220,8 @@ def _walk_back(segments: Segments, guides: Guides, given: bool, roots: FloatArra
         if j == 0 and given:  # rounding apart, the walk has left it
             break
         change = abs(tau - segments[j].tension)
+        if change * segments[j].strain_slope <= TOLERANCE:  # rounding, all there is if none is taut
+            change = 0.0
         if not change <= most:  # nor where it is not a number
             most = change
         largest = max(largest, tau)

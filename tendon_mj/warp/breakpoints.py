@@ -216,7 +216,7 @@ def _walk_back(t: Tendons, s: Sheath) -> wp.float64:
             tau = wp.min(wp.max(tau, low), high)
         if not (j == 0 and s.given):  # rounding apart, the walk has left that
             change = wp.abs(tau - t.tension[row, w])
-            if not change <= most:  # nor where it is not a number
+            if not change <= wp.max(most, TOLERANCE):  # nor where it is not a number
                 most = change
             largest = wp.max(largest, tau)
             t.tension[row, w] = tau

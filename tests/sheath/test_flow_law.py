@@ -81,6 +81,18 @@ def test_slack_is_drawn_over_guides_whose_tensions_are_at_their_bounds(n, bend, 
 
 
 @EVERY
+@given(some.integers(1, 10), some.sampled_from([0.01, 1.0]), some.integers(0, 2**32 - 1))
+def test_a_tendon_that_is_taut_or_slack_by_rounding_has_a_solution(n, strain_slope, seed):
+    rng = np.random.default_rng(seed)
+    strains = rng.integers(-2, 3, n + 1) * np.finfo(float).eps
+    bends, constant = rng.uniform(0.0, 1.5, n), rng.choice([0.0, 1e-4])
+    segments, guides = tendon(rng.uniform(0.01, 0.1, n + 1), strains, bends, 0.1, 0.1, constant)
+    segments["strain_slope"], segments["tension"] = strain_slope, 0.0
+    assert solve_flow(segments, guides)
+    assert segments["tension"].max() < 1e-14 / strain_slope
+
+
+@EVERY
 @given(random_tendons())
 def test_every_segment_obeys_hooke_and_no_tendon_is_lost(tables):
     segments, guides = tables

@@ -21,7 +21,7 @@ SEGMENT = {"length": "length", "give": "support_compliance", "kept": "stored"}
 def tendon(n, given, rng):
     """A random tendon: taut, slack in places or all over, with much friction or none."""
     segments, guides = np.zeros(n + 1, SEGMENT_TYPE), np.zeros(n, GUIDE_TYPE)
-    strain = rng.choice([1e-5, 1e-3, 1e-2])
+    strain = rng.choice([1e-16, 1e-5, 1e-3, 1e-2])
     taut = rng.choice([0.0, 1.0, 1.0, 1.0])
     segments["length"] = rng.uniform(0.01, 0.1, n + 1)
     segments["stored"] = segments["length"] / (1.0 + strain * (rng.normal(size=n + 1) + taut))
