@@ -59,7 +59,7 @@ def lowest(guides: Guides, i: int, right: float) -> float:
     """Smallest τ that guide i holds on its input side against ``right``."""
     constant = guides[i].constant_friction
     # the rounding of a difference must not make a slack segment taut
-    if right > constant * (1.0 + TOUCHING):
+    if right > constant * (1.0 + TOUCHING) + TOLERANCE:
         return (right - constant) / guides[i].output_ratio
     return 0.0
 
@@ -93,6 +93,7 @@ def _mapped(stack: Stack, scale: float, inverse: float, shift: float) -> Stack:
     """The stack with every τ moved to scale τ + shift; slopes shrink as distances grow."""
     shift += scale * stack.shift
     scale, inverse = scale * stack.scale, inverse * stack.inverse
+    inverse *= 2.0 - scale * inverse  # else what hundreds of guides round would add up
     if max(scale, inverse) > _FARTHEST:
         for k in range(stack.size):
             point = stack.points[k]
@@ -175,7 +176,7 @@ def _walk_forward(
             right = _mapped(right, back, inverse_back, constant)
             least, most = max(0.0, least - constant) * inverse, most * back + constant
             low, high = (root - constant) * inverse, root * back + constant
-            if low > least and root > constant * (1.0 + TOUCHING):
+            if low > least and root > constant * (1.0 + TOUCHING) + TOLERANCE:
                 left = _pushed(left, low, before[0] * ratio, before[1])
             else:
                 low, left = least, _cut(left, 0)
@@ -273,10 +274,11 @@ def _set_flows(segments: Segments, guides: Guides, given: bool) -> bool:
         if tau == 0.0:
             needed = _lacking(segments, guides, j - 1, first) if slip > 0.0 else 0.0
             passed = min(needed, passed)
-        if slip == 0.0 and j > 0 and abs(passed) > TOLERANCE * (total + abs(beyond) - slope):
+        counts = total + abs(beyond) - slope
+        if j > 0 and not passed * slip > 0.0 and abs(passed) > TOLERANCE * counts:
             slip = _slip_at_bound(segments, guides, j - 1, passed)
         if not passed * slip > 0.0:
-            holds &= abs(passed) <= TOUCHING * (total + abs(beyond) - slope)
+            holds &= abs(passed) <= TOUCHING * counts
             passed = slip = 0.0
         if j > 0:
             guides[j - 1].flow, guides[j - 1].slip = passed, slip

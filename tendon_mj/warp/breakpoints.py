@@ -13,6 +13,7 @@ wp.set_module_options({"enable_backward": False})
 
 _ZERO = wp.constant(wp.float64(0.0))
 _ONE = wp.constant(wp.float64(1.0))
+_TWO = wp.constant(wp.float64(2.0))
 _ROUNDS = wp.constant(64)
 _FARTHEST = wp.constant(wp.float64(16.0))  # scale of a map
 _HUGE = wp.constant(wp.float64(1e100))
@@ -35,7 +36,7 @@ def lowest(t: Tendons, s: Sheath, i: int, right: wp.float64) -> wp.float64:
     row, w = s.guide + i, s.world
     constant = t.constant[row, w]
     # the rounding of a difference must not make a slack segment taut
-    if right > constant * (_ONE + TOUCHING):
+    if right > constant * (_ONE + TOUCHING) + TOLERANCE:
         return (right - constant) * t.output_inverse[row, w]
     return _ZERO
 
@@ -72,7 +73,8 @@ def _mapped(
     w = s.world
     stack.shift = scale * stack.shift + shift
     stack.scale = scale * stack.scale
-    stack.inverse = inverse * stack.inverse
+    inverse *= stack.inverse
+    stack.inverse = inverse * (_TWO - stack.scale * inverse)
     if wp.max(stack.scale, stack.inverse) > _FARTHEST:
         for k in range(stack.count):
             row = stack.bottom + stack.step * k
@@ -102,19 +104,19 @@ def _search(
     side: wp.float64,
     start: wp.float64,
     bound: wp.float64,
-    lacks: wp.float64,
-    falls: wp.float64,
+    start_zero: wp.float64,
+    start_slope: wp.float64,
     near: Stack,
     far: Stack,
 ) -> tuple[wp.float64, wp.vec2d, wp.vec2d, Stack, Stack]:
     """Root of G_j on the right of ``start`` (``side`` +1) or left of it (−1), at most at ``bound``.
 
-    ``lacks`` and ``falls`` are the value at 0 and the slope of the line on which G_j is at
+    ``start_zero`` and ``start_slope`` are the value at 0 and the slope of the line on which G_j is at
     ``start``; ``near`` holds the breakpoints on that side. Returns the root, slope and value of G_j
     just before and just beyond it, seen from ``start``, and both stacks.
     """
     w = s.world
-    tau, at_zero, slope = wp.float64(start), wp.float64(lacks), wp.float64(falls)
+    tau, at_zero, slope = wp.float64(start), wp.float64(start_zero), wp.float64(start_slope)
     while True:
         at, bend, jump, left = wp.float64(bound), wp.float64(0.0), -side * _INF, int(0)
         if near.count > 0:
@@ -163,7 +165,7 @@ def _walk_forward(t: Tendons, s: Sheath) -> None:
             most = most * back + constant
             low = (root - constant) * inverse
             high = root * back + constant
-            if low > least and root > constant * (_ONE + TOUCHING):
+            if low > least and root > constant * (_ONE + TOUCHING) + TOLERANCE:
                 left = _pushed(t, s, left, low, before[0] * ratio, before[1])
             else:
                 low = wp.float64(least)
@@ -279,7 +281,8 @@ def set_flows(t: Tendons, s: Sheath) -> bool:
                 needed = _lacking(t, s, j - 1, first)
             passed = wp.min(needed, passed)
         counts = total + wp.abs(beyond) - slope
-        if slip == 0 and j > 0 and wp.abs(passed) > TOLERANCE * counts:
+        flows = passed * wp.float64(slip) > _ZERO
+        if j > 0 and not flows and wp.abs(passed) > TOLERANCE * counts:
             slip = _slip_at_bound(t, s, j - 1, passed)
         if not passed * wp.float64(slip) > _ZERO:
             solved = solved and wp.abs(passed) <= TOUCHING * counts

@@ -87,3 +87,13 @@ def wound_over_touching_guides(n, rng):
     segments, guides = tendon(lengths, strains, bends, rng.choice([0.2, 0.4]), 0.2)
     segments["stored"][0] -= rng.uniform(0.0, 1e-3)
     return segments, guides
+
+
+def drawn_tight_at_its_output(n, rng):
+    """A slack tendon that is evenly bent, and of which as much or more is taken out at its end."""
+    strain, bends = 10.0 ** rng.uniform(-5.0, -3.0), np.full(n, rng.uniform(0.0, 3.0) / n)
+    lengths, constant = np.full(n + 1, 1.0 / n), strain * 10.0 ** rng.uniform(-3.0, 0.0) / n
+    segments, guides = tendon(lengths, np.full(n + 1, -strain), bends, 1.0, 1.0, constant)
+    slack = (segments["stored"] - segments["length"]).sum()
+    segments["stored"][-1] -= min(rng.uniform(1.0, 3.0) * slack, 0.5 / n)
+    return segments, guides

@@ -10,7 +10,11 @@ wp = pytest.importorskip("warp")
 from tendon_mj.sheath import GUIDE as GUIDE_TYPE  # noqa: E402
 from tendon_mj.sheath import SEGMENT as SEGMENT_TYPE  # noqa: E402
 from tendon_mj.warp.tendons import Tendons  # noqa: E402
-from tests.sheath.tendons import solve_flow, wound_over_touching_guides  # noqa: E402
+from tests.sheath.tendons import (  # noqa: E402
+    drawn_tight_at_its_output,
+    solve_flow,
+    wound_over_touching_guides,
+)
 from tests.warp.solver_kernel import solve_all  # noqa: E402
 
 CASES = 300
@@ -76,6 +80,16 @@ def test_tensions_and_flows_are_those_of_the_plugin(n, given):
     cases = [tendon(n, given, rng) for _ in range(CASES)]
     if not given:
         cases += [wound_over_touching_guides(n, rng) for _ in range(CASES)]
+    check(cases, given)
+
+
+def test_a_slack_tendon_is_drawn_tight_over_many_guides_as_with_the_plugin():
+    rng = np.random.default_rng(0)
+    check([drawn_tight_at_its_output(200, rng) for _ in range(CASES)], False)
+
+
+def check(cases, given):
+    """All are solved, and as the plugin does it."""
     t, ratios = on_device(cases, given)
     solved = wp.zeros((1, len(cases)), dtype=wp.bool)
     wp.launch(solve_all, dim=solved.shape, inputs=[t, *ratios, solved])
