@@ -111,9 +111,9 @@ def _search(
 ) -> tuple[wp.float64, wp.vec2d, wp.vec2d, Stack, Stack]:
     """Root of G_j on the right of ``start`` (``side`` +1) or left of it (−1), at most at ``bound``.
 
-    ``start_zero`` and ``start_slope`` are the value at 0 and the slope of the line on which G_j is at
-    ``start``; ``near`` holds the breakpoints on that side. Returns the root, slope and value of G_j
-    just before and just beyond it, seen from ``start``, and both stacks.
+    ``start_zero`` and ``start_slope`` are the value at 0 and the slope of the line on which G_j is
+    at ``start``; ``near`` holds the breakpoints on that side. Returns the root, slope and value of
+    G_j just before and just beyond it, seen from ``start``, and both stacks.
     """
     w = s.world
     tau, at_zero, slope = wp.float64(start), wp.float64(start_zero), wp.float64(start_slope)
