@@ -59,7 +59,7 @@ def lowest(guides: Guides, i: int, right: float) -> float:
     """Smallest τ that guide i holds on its input side against ``right``."""
     constant = guides[i].constant_friction
     # the rounding of a difference must not make a slack segment taut
-    if right > constant * (1.0 + TOUCHING) + TOLERANCE:
+    if right > constant * (1.0 + TOUCHING):
         return (right - constant) / guides[i].output_ratio
     return 0.0
 
@@ -176,7 +176,7 @@ def _walk_forward(
             right = _mapped(right, back, inverse_back, constant)
             least, most = max(0.0, least - constant) * inverse, most * back + constant
             low, high = (root - constant) * inverse, root * back + constant
-            if low > least and root > constant * (1.0 + TOUCHING) + TOLERANCE:
+            if low > least and root > constant * (1.0 + TOUCHING):
                 left = _pushed(left, low, before[0] * ratio, before[1])
             else:
                 low, left = least, _cut(left, 0)
@@ -251,7 +251,7 @@ def _slip_at_bound(segments: Segments, guides: Guides, i: int, passed: float) ->
     if passed > 0.0 and left >= highest(guides, i, right) * (1.0 - TOUCHING) - TOLERANCE:
         return 1.0
     least = guides[i].output_ratio * left + guides[i].constant_friction  # of the right, to slide
-    if passed < 0.0 and (left == 0.0 or right >= least * (1.0 - TOUCHING) - TOLERANCE):
+    if passed < 0.0 and (left <= TOLERANCE or right >= least * (1.0 - TOUCHING) - TOLERANCE):
         return -1.0
     return 0.0
 
@@ -260,7 +260,8 @@ def _slip_at_bound(segments: Segments, guides: Guides, i: int, passed: float) ->
 def _set_flows(segments: Segments, guides: Guides, given: bool) -> bool:
     """Flows over the guides; whether every segment ends with the length of its tension.
 
-    A slack segment may end with more. It keeps what it has unless a neighbour needs it.
+    A segment that is slack, to rounding, may end with more. It keeps what it has unless a neighbour
+    needs it.
     """
     first = 1 if given else 0
     beyond, total, holds = 0.0, 0.0, True
@@ -271,9 +272,10 @@ def _set_flows(segments: Segments, guides: Guides, given: bool) -> bool:
         tau = segments[j].tension
         length, slope, _ = held(segments, j, tau)
         passed = segments[j].stored + beyond - length
-        if tau == 0.0:
+        if tau <= TOLERANCE:
             needed = _lacking(segments, guides, j - 1, first) if slip > 0.0 else 0.0
-            passed = min(needed, passed)
+            if needed < passed:
+                segments[j].tension, passed = 0.0, needed
         counts = total + abs(beyond) - slope
         if j > 0 and not passed * slip > 0.0 and abs(passed) > TOLERANCE * counts:
             slip = _slip_at_bound(segments, guides, j - 1, passed)

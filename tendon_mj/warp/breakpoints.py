@@ -36,7 +36,7 @@ def lowest(t: Tendons, s: Sheath, i: int, right: wp.float64) -> wp.float64:
     row, w = s.guide + i, s.world
     constant = t.constant[row, w]
     # the rounding of a difference must not make a slack segment taut
-    if right > constant * (_ONE + TOUCHING) + TOLERANCE:
+    if right > constant * (_ONE + TOUCHING):
         return (right - constant) * t.output_inverse[row, w]
     return _ZERO
 
@@ -165,7 +165,7 @@ def _walk_forward(t: Tendons, s: Sheath) -> None:
             most = most * back + constant
             low = (root - constant) * inverse
             high = root * back + constant
-            if low > least and root > constant * (_ONE + TOUCHING) + TOLERANCE:
+            if low > least and root > constant * (_ONE + TOUCHING):
                 left = _pushed(t, s, left, low, before[0] * ratio, before[1])
             else:
                 low = wp.float64(least)
@@ -250,7 +250,7 @@ def _slip_at_bound(t: Tendons, s: Sheath, i: int, passed: wp.float64) -> int:
     if passed > _ZERO and left >= highest(t, s, i, right) * (_ONE - TOUCHING) - TOLERANCE:
         return 1
     least = t.output_ratio[s.guide + i, w] * left + t.constant[s.guide + i, w]  # of the right
-    if passed < _ZERO and (left == _ZERO or right >= least * (_ONE - TOUCHING) - TOLERANCE):
+    if passed < _ZERO and (left <= TOLERANCE or right >= least * (_ONE - TOUCHING) - TOLERANCE):
         return -1
     return 0
 
@@ -259,7 +259,8 @@ def _slip_at_bound(t: Tendons, s: Sheath, i: int, passed: wp.float64) -> int:
 def set_flows(t: Tendons, s: Sheath) -> bool:
     """Flows over the guides; whether every segment ends with the length of its tension.
 
-    A slack segment may end with more. It keeps what it has unless a neighbour needs it.
+    A segment that is slack, to rounding, may end with more. It keeps what it has unless a neighbour
+    needs it.
     """
     w = s.world
     first = wp.where(s.given, 1, 0)
@@ -275,11 +276,13 @@ def set_flows(t: Tendons, s: Sheath) -> bool:
         tau = t.tension[row, w]
         holds, slope, _ = held(t, s, j, tau)
         passed = t.kept[row, w] + beyond - holds
-        if tau == _ZERO:
+        if tau <= TOLERANCE:
             needed = wp.float64(0.0)
             if slip > 0:
                 needed = _lacking(t, s, j - 1, first)
-            passed = wp.min(needed, passed)
+            if needed < passed:
+                passed = wp.float64(needed)
+                t.tension[row, w] = _ZERO
         counts = total + wp.abs(beyond) - slope
         flows = passed * wp.float64(slip) > _ZERO
         if j > 0 and not flows and wp.abs(passed) > TOLERANCE * counts:
