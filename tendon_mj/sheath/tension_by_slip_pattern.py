@@ -126,7 +126,7 @@ def _agrees(segments: Segments, guides: Guides) -> bool:
                 return False
         elif left + right == 0.0 and abs(guide.flow) < TOLERANCE * segments[i].length:
             guide.flow = 0.0  # a slack tendon that rounding would move
-        elif guide.flow * guide.slip < 0.0:
+        elif not guide.flow * guide.slip >= 0.0:  # nor where it is not a number
             if is_frictionless(guide):
                 guide.slip = -guide.slip  # nothing rubs: either direction will do
             elif abs(guide.flow) < TOLERANCE * segments[i].length:

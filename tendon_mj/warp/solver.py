@@ -161,7 +161,7 @@ def _set_flows(t: Tendons, s: Sheath) -> bool:
             is_small = wp.abs(flow) < TOLERANCE * t.length[segment - 1, w]
             if left + right == _ZERO and is_small:
                 flow = wp.float64(0.0)  # a slack tendon that rounding would move
-            elif flow * wp.float64(slip) < _ZERO:
+            elif not flow * wp.float64(slip) >= _ZERO:  # nor where it is not a number
                 if _is_frictionless(t, s, k - 1):
                     t.slip[row, w] = -slip  # nothing rubs: either direction will do
                 elif is_small:
