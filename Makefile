@@ -10,7 +10,8 @@ STAMP  := $(VENV)/.ready
 FOUND  := $(abspath $(VENV)) $(shell $(BIN)/python --version 2>/dev/null)
 GIVEN  := $(filter-out file,$(origin PYTHON))
 WANTED := $(if $(GIVEN),$(abspath $(VENV)) $(shell $(PYTHON) --version),$(FOUND))
-PIP    := -m pip --quiet --quiet --disable-pip-version-check
+# Python compiles what it imports; pip would compile all of it, for half of the time of an installation.
+PIP_INSTALL := -m pip --quiet --quiet --disable-pip-version-check install --no-compile
 # Real measurements are not in the repository (docs/data.md says where they come from).
 ifneq ($(wildcard ../shared/data),)
 export TENDON_MJ_DATA ?= $(abspath ../shared/data)
@@ -60,8 +61,8 @@ endif
 # requires, but for labmaze, which newer Pythons can't install (pyproject.toml).
 $(INSTALLED): pyproject.toml constraints.txt
 	$(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/python $(PIP) install -c constraints.txt -e '.[dev]'
-	$(BIN)/python $(PIP) install -c constraints.txt --no-deps dm-control
+	$(BIN)/python $(PIP_INSTALL) -c constraints.txt -e '.[dev]'
+	$(BIN)/python $(PIP_INSTALL) -c constraints.txt --no-deps dm-control
 	@echo "$(abspath $(VENV)) $$($(BIN)/python --version)" > $@
 
 $(STAMP): $(INSTALLED)
@@ -76,9 +77,9 @@ test-wheel: $(STAMP)
 	rm -rf dist
 	$(BIN)/python -m hatchling build -t wheel
 	$(BIN)/python -m venv --clear .venv-wheel
-	.venv-wheel/bin/python $(PIP) install -c constraints.txt pytest hypothesis dist/*.whl
+	.venv-wheel/bin/python $(PIP_INSTALL) -c constraints.txt pytest hypothesis dist/*.whl
 	.venv-wheel/bin/pytest --import-mode=importlib tests/test_snippets.py -k readme
-	.venv-wheel/bin/python $(PIP) install -c constraints.txt "$$(echo dist/*.whl)[lab]"
+	.venv-wheel/bin/python $(PIP_INSTALL) -c constraints.txt "$$(echo dist/*.whl)[lab]"
 	cd "$$(mktemp -d)" && $(CURDIR)/.venv-wheel/bin/tendon-mj demo
 
 # The plugin with other releases of MuJoCo: `make test-mujoco-3.14`; the oldest, the constraints' and the
@@ -87,7 +88,7 @@ test-mujocos: test-mujoco-3.11 test-mujoco-3.17 test-mujoco-4.0
 
 test-mujoco-%:
 	$(PYTHON) -m venv --clear .venv-mujoco-$*
-	.venv-mujoco-$*/bin/python $(PIP) install 'mujoco~=$*.0' 'mujoco-warp~=$*.0' -e '.[lab]' $(TESTED_WITH)
+	.venv-mujoco-$*/bin/python $(PIP_INSTALL) 'mujoco~=$*.0' 'mujoco-warp~=$*.0' -e '.[lab]' $(TESTED_WITH)
 	.venv-mujoco-$*/bin/pytest -n auto --dist worksteal -o filterwarnings=default tests/plugin tests/attach tests/sheath tests/theory tests/warp tests/test_native.py
 
 TESTED_WITH := numba pytest pytest-xdist hypothesis hatchling
@@ -100,7 +101,7 @@ test-oldest test-newest: test-%: .venv-%/.ready
 .venv-newest/.ready: RELEASES := highest
 .venv-oldest/.ready .venv-newest/.ready: pyproject.toml
 	$(PYTHON) -m venv --clear $(@D)
-	$(@D)/bin/python $(PIP) install uv
+	$(@D)/bin/python $(PIP_INSTALL) uv
 	VIRTUAL_ENV=$(@D) $(@D)/bin/uv pip install --quiet --resolution $(RELEASES) -e '.[dev]'
 	VIRTUAL_ENV=$(@D) $(@D)/bin/uv pip install --quiet --no-deps 'dm-control>=1.0.50,<2'
 	touch $@
