@@ -168,6 +168,7 @@ def test_constant_friction_alone_explains_no_sheath_friction_and_none_is_found_i
     assert load_share(recordings, "straight").exponent == pytest.approx(0.0, abs=0.01)
 
 
+@pytest.mark.long
 def test_everything_is_written(tmp_path, monkeypatch):
     monkeypatch.setattr(program, "read_folder", lambda folder: suite())
     cable_tool(tmp_path, tmp_path / "out", resamples=2)

@@ -61,10 +61,10 @@ def test_two_effects_are_both_found(tmp_path: Path) -> None:
     assert judged("pair", tmp_path).contains
 
 
-LONG = [pytest.param(name, marks=pytest.mark.long) for name in ("constant", "delay")]
+LONG = [pytest.param(name, marks=pytest.mark.long) for name in ("viscous", "constant", "delay")]
 
 
-@pytest.mark.parametrize("name", ["viscous", "backlash", *LONG])
+@pytest.mark.parametrize("name", ["backlash", *LONG])
 def test_one_effect_is_named_first_and_measured(name: str, tmp_path: Path) -> None:
     result = judged(name, tmp_path)
     assert result.hit > 0.0

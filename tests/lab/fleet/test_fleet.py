@@ -104,6 +104,7 @@ def test_a_second_run_computes_only_what_is_new(run, capsys):
     assert "1 changed (hand_2)" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_what_is_set_anew_each_day_is_no_change(tmp_path):
     write_fleet(tmp_path / "hands", rigs=2, zero=0.8)
     found = run_fleet(find_rigs(tmp_path / "hands"), tmp_path / "out", on=Workers(processes=1))
