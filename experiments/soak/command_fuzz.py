@@ -106,6 +106,7 @@ def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
                 ]
                 wrong = said or _left_wrong(folder, changed, typed)
             yield outcome, f"{wrong}: {typed}" if wrong else ""
+    exec("")  # where the last code given as text was interrupted, CPython would end by SIGINT
 
 
 def _fill(folder: Path) -> None:
