@@ -102,8 +102,8 @@ def load_spec(name: str, *, scene: bool = False, beside: Path | None = None) -> 
     try:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
-        other = "decoder" in str(error)  # neither XML nor what a plugin of MuJoCo reads
-        hint = "; a model is an MJCF or a URDF file, such as hand.xml" if other else ""
+        no_model = "decoder" in str(error)  # of a file that is neither XML nor what plugins read
+        hint = "; a model is an MJCF or a URDF file, such as hand.xml" if no_model else ""
         raise TendonError(f"{path}: {error}{hint}") from error
 
 
