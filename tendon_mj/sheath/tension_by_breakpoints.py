@@ -273,7 +273,7 @@ def _set_flows(segments: Segments, guides: Guides, given: bool) -> bool:
         length, slope, _ = held(segments, j, tau)
         passed = segments[j].stored + beyond - length
         if tau <= TOLERANCE:
-            needed = _lacking(segments, guides, j - 1, first) if slip > 0.0 else 0.0
+            needed = max(0.0, _lacking(segments, guides, j - 1, first)) if slip > 0.0 else 0.0
             if needed < passed:
                 segments[j].tension, passed = 0.0, needed
         counts = total + abs(beyond) - slope
@@ -346,7 +346,8 @@ def find_slip(segments: Segments, guides: Guides, given: bool, within: float) ->
         within: error of a tension, over the largest.
 
     Returns:
-        False without a solution: no tendon is left between the ends. The tensions are inf then.
+        False where no tendon is left between the ends, or where rounding keeps the rounds from
+        settling. The tensions are inf then.
     """
     solved = given or _has_tendon(segments)
     if solved:

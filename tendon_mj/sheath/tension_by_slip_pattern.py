@@ -28,6 +28,16 @@ def is_frictionless(guide: Guide) -> bool:
 
 
 @compiled
+def _over(guides: Guides, i: int, tau: float) -> tuple[float, float]:
+    """τ behind guide i, which slides, from τ before it; its growth per growth before it."""
+    if guides[i].slip > 0.0:
+        ratio = 1.0 / guides[i].input_ratio
+        return (tau - guides[i].constant_friction) * ratio, ratio
+    ratio = guides[i].output_ratio
+    return ratio * tau + guides[i].constant_friction, ratio
+
+
+@compiled
 def _solve_run(segments: Segments, guides: Guides, first: int, last: int) -> bool:
     """Tensions and flows of a run of sliding guides, from segment ``first`` to segment ``last``."""
     head = segments[first].tension
@@ -41,12 +51,7 @@ def _solve_run(segments: Segments, guides: Guides, first: int, last: int) -> boo
             slope += gain * falls
             curvature += gain * gain * curves
             if k < last:
-                if guides[k].slip > 0.0:
-                    ratio = 1.0 / guides[k].input_ratio
-                    tau = (tau - guides[k].constant_friction) * ratio
-                else:
-                    ratio = guides[k].output_ratio
-                    tau = ratio * tau + guides[k].constant_friction
+                tau, ratio = _over(guides, k, tau)
                 gain *= ratio
                 most = max(most, gain)
         step = -missing / slope
@@ -69,10 +74,7 @@ def _finish_run(segments: Segments, guides: Guides, first: int, last: int, tau: 
         if k < last:
             passed += held(segments, k, tau)[0] - segments[k].stored
             guides[k].flow = passed
-            if guides[k].slip > 0.0:
-                tau = (tau - guides[k].constant_friction) * (1.0 / guides[k].input_ratio)
-            else:
-                tau = guides[k].output_ratio * tau + guides[k].constant_friction
+            tau = _over(guides, k, tau)[0]
     return True
 
 
@@ -81,10 +83,7 @@ def _follow_input(segments: Segments, guides: Guides, last: int) -> bool:
     """Tensions and flows of the run from the input, whose tension is given, to segment ``last``."""
     tau = segments[0].tension
     for k in range(last):
-        if guides[k].slip > 0.0:
-            tau = (tau - guides[k].constant_friction) * (1.0 / guides[k].input_ratio)
-        else:
-            tau = guides[k].output_ratio * tau + guides[k].constant_friction
+        tau = _over(guides, k, tau)[0]
         if not tau >= 0.0:
             return False
         segments[k + 1].tension = tau
@@ -129,7 +128,7 @@ def _agrees(segments: Segments, guides: Guides) -> bool:
         elif not guide.flow * guide.slip >= 0.0:  # nor where it is not a number
             if is_frictionless(guide):
                 guide.slip = -guide.slip  # nothing rubs: either direction will do
-            elif abs(guide.flow) < TOLERANCE * segments[i].length:
+            elif abs(guide.flow) < TOLERANCE * min(segments[i].length, segments[i + 1].length):
                 guide.flow = 0.0
             else:
                 return False

@@ -57,7 +57,7 @@ def _release(guides: Guides) -> bool:
 def _is_bounded(segments: Segments, guides: Guides) -> bool:
     """Whether every tension has a bound; where one has none it is inf, and nothing flows.
 
-    A stretch was emptied then: there is no solution.
+    A stretch was emptied then, so that there is no solution, or the rounds did not settle.
     """
     bounded = True
     for j in range(len(segments)):

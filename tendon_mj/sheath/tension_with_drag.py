@@ -38,7 +38,7 @@ import numpy as np
 
 from tendon_mj.native import Array, External, apart, compiled
 from tendon_mj.sheath.records import ROUNDING, Guides, Segments
-from tendon_mj.sheath.tension_by_breakpoints import balance, lies_slack
+from tendon_mj.sheath.tension_by_breakpoints import TOLERANCE, balance, lies_slack
 from tendon_mj.sheath.tension_by_slip_pattern import is_frictionless
 from tendon_mj.typing import FloatArray
 
@@ -47,7 +47,6 @@ _FREE, _SLACK, _TAUT = -1.0, 0.0, 1.0  # a left side: as its tension is, or held
 _malloc = External("malloc", "ptr(i64)")
 _free = External("free", "void(ptr)")
 _numbers: Callable[[int, int], FloatArray] = Array("float64")
-TOLERANCE = 8 * ROUNDING  # of a tension, within which a law is met
 
 
 @compiled
@@ -143,7 +142,8 @@ def _newton_step(
             p, q, c = law(guides, i, guides[i].slip)
             drag = guides[i].drag
             missing = p * left - q * right - c - drag * guides[i].flow
-            rounding = ROUNDING * (p + q) * (1.0 + abs(left) + right)
+            rounding = p * (1.0 / segments[i].strain_slope + abs(left))
+            rounding = ROUNDING * (rounding + q * (1.0 / segments[i + 1].strain_slope + right))
             met &= abs(missing) <= 8.0 * rounding
             if abs(missing) <= rounding:
                 missing = 0.0
@@ -200,7 +200,7 @@ def _hold(segments: Segments, guides: Guides, held: FloatArray, least: float) ->
     for j in range(len(segments)):
         tau, _ = _pull(segments, j, stored_after(segments, guides, j), least)
         now = _TAUT if tau > 0.0 else _SLACK
-        if held[j] == _FREE or (held[j] != now and abs(tau) > TOLERANCE):
+        if held[j] == _FREE or (held[j] != now and segments[j].strain_slope * abs(tau) > TOLERANCE):
             held[j], same = now, False
     return same
 
@@ -266,13 +266,14 @@ def _is_beyond(
 @compiled
 def _yield(segments: Segments, guides: Guides, i: int) -> float:
     """Flow over guide i per unit τ that drives it while its neighbours rest, where taut [m]."""
-    near, beyond = segments[i].length, segments[i + 1].length
+    near = segments[i].strain_slope * segments[i].length
+    beyond = segments[i + 1].strain_slope * segments[i + 1].length
     return 1.0 / (guides[i].drag + 1.0 / near + 1.0 / beyond)
 
 
 @compiled
 def _correct(segments: Segments, guides: Guides, side: float, tolerance: float) -> int:
-    """Count and correct the guides whose slip the solution denies by more than a tolerance, in τ.
+    """Count and correct guides whose slip the solution denies by more than a tolerance [strain].
 
     With ``side`` +1 or −1 only between rest and sliding to that side; with 0 between all.
     """
@@ -280,17 +281,18 @@ def _correct(segments: Segments, guides: Guides, side: float, tolerance: float) 
     for i in range(len(guides)):
         left, right = segments[i].tension, segments[i + 1].tension
         slip = guides[i].slip
+        within = tolerance / min(segments[i].strain_slope, segments[i + 1].strain_slope)
         if slip == 0.0:
-            if side >= 0.0 and _is_beyond(guides, i, 1.0, left, right, tolerance):
+            if side >= 0.0 and _is_beyond(guides, i, 1.0, left, right, within):
                 guides[i].slip = 1.0
                 changed += 1
-            elif side <= 0.0 and _is_beyond(guides, i, -1.0, left, right, tolerance):
+            elif side <= 0.0 and _is_beyond(guides, i, -1.0, left, right, within):
                 guides[i].slip = -1.0
                 changed += 1
         elif guides[i].flow * slip < 0.0:
             if is_frictionless(guides[i]):
                 guides[i].slip = -slip
-            elif abs(guides[i].flow) < tolerance * _yield(segments, guides, i):
+            elif abs(guides[i].flow) < within * _yield(segments, guides, i):
                 guides[i].flow = 0.0
             elif slip * side >= 0.0:
                 guides[i].slip = 0.0

@@ -279,7 +279,7 @@ def set_flows(t: Tendons, s: Sheath) -> bool:
         if tau <= TOLERANCE:
             needed = wp.float64(0.0)
             if slip > 0:
-                needed = _lacking(t, s, j - 1, first)
+                needed = wp.max(_ZERO, _lacking(t, s, j - 1, first))
             if needed < passed:
                 passed = wp.float64(needed)
                 t.tension[row, w] = _ZERO
@@ -339,8 +339,8 @@ def _has_tendon(t: Tendons, s: Sheath) -> bool:
 def find_slip(t: Tendons, s: Sheath, within: wp.float64) -> bool:
     """Tensions and slip for given holding ratios; the first tangents are at ``tension``.
 
-    ``within`` is the error of a tension over the largest. Returns
-    False without a solution: no tendon is left between the ends. The tensions are inf then.
+    ``within`` is the error of a tension over the largest. Returns False where no tendon is left
+    between the ends, or where rounding keeps the rounds from settling. The tensions are inf then.
     """
     if s.given or _has_tendon(t, s):
         for _ in range(_ROUNDS):

@@ -5,7 +5,7 @@ they do not, `breakpoints` solves the whole tendon. The same as in `tendon_mj.sh
 where the method is explained; the tests hold one against the other.
 
 A GPU runs 32 threads in step, here 32 worlds, and takes as long for them as for the way of each one
-after the other where they differ. So every loop goes over all segments, whatever the guides do: the
+after the other where they differ. So loops here go over all segments, whatever the guides do: the
 equations of all runs advance together. Each function is called from one place, as all of them
 become one kernel, which is slower the longer it is.
 """
@@ -158,13 +158,13 @@ def _set_flows(t: Tendons, s: Sheath) -> bool:
             holds, _, _ = held(t, s, k, right)
             passed += t.kept[segment, w] - holds
             flow = wp.float64(passed)
-            is_small = wp.abs(flow) < TOLERANCE * t.length[segment - 1, w]
-            if left + right == _ZERO and is_small:
+            near, beyond = t.length[segment - 1, w], t.length[segment, w]
+            if left + right == _ZERO and wp.abs(flow) < TOLERANCE * near:
                 flow = wp.float64(0.0)  # a slack tendon that rounding would move
             elif not flow * wp.float64(slip) >= _ZERO:  # nor where it is not a number
                 if _is_frictionless(t, s, k - 1):
                     t.slip[row, w] = -slip  # nothing rubs: either direction will do
-                elif is_small:
+                elif wp.abs(flow) < TOLERANCE * wp.min(near, beyond):
                     flow = wp.float64(0.0)
                 else:
                     agrees = False
@@ -192,18 +192,14 @@ def _follow_pattern(t: Tendons, s: Sheath) -> bool:
 
 
 @wp.func
-def _balance(t: Tendons, s: Sheath, rubs_when_slack: bool) -> bool:
-    """Equilibrium for given holding ratios: the slip of the last step, or what breakpoints find.
-
-    A tendon longer than its path has taut parts only by constant friction (``rubs_when_slack``).
-    """
+def _balance(t: Tendons, s: Sheath) -> bool:
+    """Equilibrium for given holding ratios: the slip of the last step, or what breakpoints find."""
+    if not s.given:
+        if lies_slack(t, s):
+            return True
     within = wp.float64(_NEAR)
-    slack_at = wp.where(rubs_when_slack, 1, 0)
     attempt = int(0)
     while attempt < 3:
-        if attempt == slack_at and not s.given:
-            if lies_slack(t, s):
-                return True
         if attempt > 0:
             if not find_slip(t, s, within):
                 return False
@@ -261,16 +257,14 @@ def solve_flow(t: Tendons, s: Sheath) -> bool:
         False where the result is not the solution. The flow is then the best that was found, or 0
         where there is none.
     """
-    rubs_when_slack = bool(False)
     for i in range(s.guides):
         t.flow[s.guide + i, s.world] = _ZERO
-        rubs_when_slack = rubs_when_slack or t.constant[s.guide + i, s.world] > _ZERO
     if s.given:
         _guess_from_motion(t, s)
     solved = bool(False)
     tries = 1 + 2 * s.guides
     while tries > 0:
-        solved = _balance(t, s, rubs_when_slack)
+        solved = _balance(t, s)
         tries -= 1
         released = bool(False)
         if solved:

@@ -92,14 +92,19 @@ def test_a_slack_tendon_is_drawn_tight_at_its_output_over_many_guides(n, seed):
 
 
 @EVERY
-@given(some.integers(1, 10), some.sampled_from([0.01, 1.0]), some.integers(0, 2**32 - 1))
-def test_a_tendon_that_is_taut_or_slack_by_rounding_has_a_solution(n, strain_slope, seed):
+@given(
+    some.integers(1, 10),
+    some.sampled_from([1e-4, 0.01, 1.0]),
+    some.sampled_from([0.0, 1e-3, 1.0]),
+    some.integers(0, 2**32 - 1),
+)
+def test_a_tendon_that_is_taut_or_slack_by_rounding_has_a_solution(n, strain_slope, drag, seed):
     rng = np.random.default_rng(seed)
     strains = rng.integers(-2, 3, n + 1) * np.finfo(float).eps
     bends, constant = rng.uniform(0.0, 1.5, n), rng.choice([0.0, 1e-4])
     segments, guides = tendon(rng.uniform(0.01, 0.1, n + 1), strains, bends, 0.1, 0.1, constant)
-    segments["strain_slope"], segments["tension"] = strain_slope, 0.0
-    assert solve_flow(segments, guides)
+    segments["strain_slope"], segments["tension"], guides["drag"] = strain_slope, 0.0, drag
+    assert solve_flow(segments, guides, drag > 0.0)
     assert segments["tension"].max() < 1e-14 / strain_slope
 
 
@@ -185,6 +190,27 @@ def test_it_agrees_with_a_root_search_in_each_segment_and_solves_what_that_does(
     if segments["tension"].min() > 0.0:
         length = segments["length"].sum()
         np.testing.assert_allclose(held["flow"], guides["flow"], rtol=0, atol=1e-9 * scale * length)
+
+
+@EVERY
+@given(
+    some.sampled_from([(1.0, 1e-9), (0.1, 1e-8), (0.1, 1e-9, 0.1), (0.1, 0.2, 1e-9, 0.3)]),
+    some.booleans(),
+    some.integers(0, 2**32 - 1),
+)
+def test_beside_a_segment_of_next_to_nothing_it_agrees_with_that_too(lengths, driven, seed):
+    rng = np.random.default_rng(seed)
+    n = len(lengths) - 1
+    differs = rng.uniform(-0.3, 0.3, n + 1) * rng.choice([0.01, 0.1, 1.0])
+    strains = 10.0 ** rng.uniform(-6, -3) * (1.0 + differs)
+    was = rng.integers(-1, 2, n).astype(float)
+    segments, guides = tendon(lengths, strains, rng.uniform(0.0, 1.5, n), 0.3, 0.3, was=was)
+    other, held = segments.copy(), guides.copy()
+    assert solve_flow(segments, guides, given=driven)
+    held["input_ratio"], held["output_ratio"] = guides["input_ratio"], guides["output_ratio"]
+    assert sweep(other, held, driven)
+    rounding = 4.0 * np.finfo(float).eps * max(lengths) / min(lengths)  # of its strain
+    np.testing.assert_allclose(other["tension"], segments["tension"], rtol=0, atol=rounding)
 
 
 @EVERY
