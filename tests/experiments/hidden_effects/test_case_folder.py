@@ -64,6 +64,7 @@ def test_cases_that_cannot_be_read_are_told_and_stop_no_other(tmp_path, capsys):
     assert solved(tmp_path, capsys) == {"whole", "half"}
 
 
+@pytest.mark.long
 def test_a_case_whose_model_or_recording_changed_is_solved_again(tmp_path, capsys):
     model = tmp_path / "model.xml"
     text = model_path("bench").read_text("utf-8")

@@ -74,6 +74,7 @@ def test_one_effect_is_named_first_and_measured(name: str, tmp_path: Path) -> No
     assert all(error < 0.2 for _, error, _ in result.errors())
 
 
+@pytest.mark.long
 def test_a_wrong_parameter_is_no_missing_effect(tmp_path: Path) -> None:
     result = judged("wrong_parameter", tmp_path)
     assert result.verdict == "parameter"

@@ -220,6 +220,7 @@ def first_of_each(recordings):
     return {name: parts[:1] for name, parts in make_splits(recordings).items()}
 
 
+@pytest.mark.long
 def test_the_command_finds_planted_friction_and_writes_everything(tmp_path, monkeypatch):
     recordings = rig((0, 60, 120, 180, 240), samples=50)
     quick = tuple(c for c in CANDIDATES if c.name in ("Prandtl–Ishlinskii", "nearest curves"))
