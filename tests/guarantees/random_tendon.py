@@ -11,8 +11,8 @@ from hypothesis import strategies as some
 
 from tendon_mj import Spool, add_friction
 
-# examples of each law: some hundreds as a part of the suite, and more where they are asked for
-EXAMPLES = int(os.environ.get("TENDON_MJ_EXAMPLES", "80"))
+# examples of each law: some as a part of the suite, and more where they are asked for
+EXAMPLES = int(os.environ.get("TENDON_MJ_EXAMPLES", "40"))
 thorough = settings(
     max_examples=EXAMPLES, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
 )

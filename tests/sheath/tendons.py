@@ -11,7 +11,7 @@ from tendon_mj.native import load
 from tendon_mj.sheath.records import new_guides, new_segments
 
 EVERY = settings(
-    max_examples=int(os.environ.get("TENDON_MJ_EXAMPLES", "400")), derandomize=True, deadline=None
+    max_examples=int(os.environ.get("TENDON_MJ_EXAMPLES", "150")), derandomize=True, deadline=None
 )
 _PLACES, _BOOL = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64], ctypes.c_bool
 _solve = ctypes.CFUNCTYPE(_BOOL, *_PLACES, _BOOL, _BOOL)(load().address("tendon_mj_solve_flow"))
