@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
 
 from tendon_mj.lab.recordings import (
     Recording,
@@ -224,7 +224,7 @@ def _dropouts(
 
 def _near(samples: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(n,) samples that are among the given ones, or up to `_SOON` from one."""
-    near: NDArray[np.bool_] = binary_dilation(samples, np.ones(2 * _SOON + 1))
+    near: NDArray[np.bool_] = scipy.ndimage.binary_dilation(samples, np.ones(2 * _SOON + 1))
     return near
 
 

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
-from scipy.optimize import lsq_linear
 
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Term
@@ -336,7 +336,9 @@ def bounded_least_squares(
     lengths = np.sqrt(np.diag(normal))
     factor = cholesky(normal / np.outer(lengths, lengths))  # (p, p) in place of all samples
     aim = solve_triangular(factor, -(matrix.T @ residual) / lengths, trans="T")
-    scaled = lsq_linear(factor, aim, bounds * lengths, method="bvls", max_iter=_ACTIVE_SETS).x
+    scaled = scipy.optimize.lsq_linear(
+        factor, aim, bounds * lengths, method="bvls", max_iter=_ACTIVE_SETS
+    ).x
     step: FloatArray = np.clip(scaled / lengths, bounds[0], bounds[1])
     return step
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.diagnosis.data import Problem
@@ -79,7 +79,8 @@ def _rate(time: FloatArray, values: FloatArray) -> FloatArray:
         if np.sqrt(12.0) * noise / (step * count**1.5) < 0.5 * _REST * np.abs(rate).max():
             break
         if wider <= values.size:
-            rate, count = savgol_filter(values, wider, 1, deriv=1, delta=step), wider
+            rate = scipy.signal.savgol_filter(values, wider, 1, deriv=1, delta=step)
+            count = wider
     return rate
 
 

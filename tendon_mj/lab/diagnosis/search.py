@@ -22,8 +22,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from scipy.optimize import differential_evolution
-from scipy.stats import qmc
+import scipy
 
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
@@ -302,11 +301,10 @@ def search_globally(
         return np.array([float(np.mean(np.log1p((row[used] / _OUTLIER) ** 2))) for row in rows])
 
     random = np.random.default_rng(0)
-    first = qmc.scale(
-        qmc.LatinHypercube(low.size, rng=random).random(_POPULATION * low.size), low, high
-    )
+    spread = scipy.stats.qmc.LatinHypercube(low.size, rng=random)
+    first = scipy.stats.qmc.scale(spread.random(_POPULATION * low.size), low, high)
     first[0] = fitted.scaled[free]
-    best = differential_evolution(
+    best = scipy.optimize.differential_evolution(
         losses,
         list(zip(low, high, strict=True)),
         init=first,

@@ -34,8 +34,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import stats
 
 from tendon_mj.lab.diagnosis.data import Problem, step_error
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
@@ -284,7 +284,7 @@ def half_widths(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArr
     remains = max(float(np.mean(residual**2)) - 1.0, 0.0) + step_error(fit.correction[used])
     bias = _CORRELATION**2 * remains * residual.size * alone
     deviation = np.sqrt(np.maximum(np.diag(inverse @ clusters @ inverse), alone) + bias)
-    quantile = stats.t.ppf(0.5 + _LEVEL / 2.0, max(names.size - int(free.sum()), 1))
+    quantile = scipy.stats.t.ppf(0.5 + _LEVEL / 2.0, max(names.size - int(free.sum()), 1))
     widths: FloatArray = np.where(undetermined, np.inf, float(quantile) * deviation)
     return widths
 
@@ -293,7 +293,7 @@ def _jackknife(fit: Fit, refits: Sequence[Fit]) -> FloatArray:
     """(p,) half of the 95 % intervals of the scaled terms from leaving out whole recordings."""
     shifts = np.array([refitted.scaled for refitted in refits]) - fit.scaled
     count = len(refits)
-    quantile = stats.t.ppf(0.5 + _LEVEL / 2.0, count - 1)
+    quantile = scipy.stats.t.ppf(0.5 + _LEVEL / 2.0, count - 1)
     widths: FloatArray = quantile * np.sqrt((count - 1) / count * (shifts**2).sum(axis=0))
     return widths
 

@@ -22,11 +22,6 @@ from typing import Any
 
 import numpy as np
 
-try:
-    from mujoco import sysid
-except ModuleNotFoundError:  # before MuJoCo 3.17 without its dependencies
-    sysid = None
-
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis.data import (
     MakeSimulator,
@@ -90,6 +85,10 @@ class SysidResult:
 
 def sysid_is_there() -> bool:
     """Whether `mujoco.sysid` can be used; without its dependencies it is empty, or none."""
+    try:
+        from mujoco import sysid
+    except ModuleNotFoundError:  # before MuJoCo 3.17 without its dependencies
+        return False
     return hasattr(sysid, "optimize")
 
 
@@ -167,6 +166,8 @@ def _optimize(problem: Problem, progress: Progress) -> dict[str, tuple[float, fl
     ranges = {term.targets[0]: term for term in terms}
     if not ranges:
         return {}
+    from mujoco import sysid  # loads plotly
+
     parameters = sysid.ParameterDict()
     for name, u in ranges.items():
         parameters.add(sysid.Parameter(name, (u.inert - u.low) / (u.high - u.low), 0.0, 1.0))
@@ -220,6 +221,8 @@ def _optimize(problem: Problem, progress: Progress) -> dict[str, tuple[float, fl
 
 def _weighted(problem: Problem, answers: Sequence[Mapping[str, FloatArray]]) -> list[FloatArray]:
     """Training residuals of every recording as sysid weights them."""
+    from mujoco import sysid
+
     weighted = []
     for recording, kept, series in zip(problem.recordings, problem.train, answers, strict=True):
         columns = list(recording.measured)

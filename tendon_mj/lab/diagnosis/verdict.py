@@ -27,8 +27,8 @@ from itertools import combinations
 from typing import Any, Final, Literal
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import stats
 
 from tendon_mj.lab.diagnosis.data import Problem, by_recording
 from tendon_mj.lab.recordings import Recording, noise_of_repeats
@@ -91,8 +91,8 @@ def chance_excess(problem: Problem, count: int) -> float:
         if measured.noise is None
     ]
     if repeats:
-        return float(stats.f.ppf(_CERTAIN, count, max(1, min(repeats)))) - 1.0
-    return float(stats.chi2.ppf(_CERTAIN, count)) / count - 1.0
+        return float(scipy.stats.f.ppf(_CERTAIN, count, max(1, min(repeats)))) - 1.0
+    return float(scipy.stats.chi2.ppf(_CERTAIN, count)) / count - 1.0
 
 
 def discretisation_error(

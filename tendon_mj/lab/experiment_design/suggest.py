@@ -24,8 +24,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from scipy.linalg import cho_solve, cholesky
-from scipy.stats import qmc
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.diagnosis import (
@@ -538,7 +538,7 @@ class _Search:
         """Sample, fit the alternatives to each other where they differ most, and refine."""
         share = min(1.0, _ALTERNATIVES / len(self.alternatives))
         count = 2 ** int(np.log2(_SAMPLES * share))
-        sobol = qmc.Sobol(self.family.dimensions, seed=_SEED)
+        sobol = scipy.stats.qmc.Sobol(self.family.dimensions, seed=_SEED)
         tried = self._simulate(sobol.random(count), "simulate experiments")
         best_first = max(4, int(_ADAPTED * share))
         every = np.ones(len(self.pairs), bool)

@@ -23,7 +23,7 @@ from typing import Any, Literal, NamedTuple
 import mujoco
 import numpy as np
 import pandas as pd
-from scipy.stats import median_abs_deviation
+import scipy
 
 from tendon_mj.lab.data_check import timing_warnings
 from tendon_mj.lab.diagnosis import CATALOGUE
@@ -69,7 +69,7 @@ class RigDifference(NamedTuple):
 def spread_between(values: Mapping[str, float], errors: Mapping[str, float]) -> FleetSpread:
     """Median and spread of rig → value, in excess of their standard errors."""
     every = np.array(list(values.values()))
-    deviation = float(median_abs_deviation(every, scale="normal"))
+    deviation = float(scipy.stats.median_abs_deviation(every, scale="normal"))
     noise = float(np.median([errors[rig] for rig in values]))
     return FleetSpread(float(np.median(every)), float(np.sqrt(max(deviation**2 - noise**2, 0.0))))
 

@@ -22,8 +22,8 @@ from typing import Final, NamedTuple
 
 import mujoco
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.signal import lfilter
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.recordings import LARGEST
@@ -170,7 +170,7 @@ def low_pass(series: FloatArray, timestep: float, lag: float) -> FloatArray:
     now = 1.0 - passed / ratio
     before = passed - now
     start = [(1.0 - now) * series[0]]
-    smooth, _ = lfilter([now, before], [1.0, -(1.0 - passed)], series, zi=start)
+    smooth, _ = scipy.signal.lfilter([now, before], [1.0, -(1.0 - passed)], series, zi=start)
     return np.asarray(smooth, np.float64)
 
 

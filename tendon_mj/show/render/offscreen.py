@@ -21,11 +21,11 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import scipy
 from matplotlib import colormaps
 from matplotlib.colors import Normalize, to_rgb, to_rgba
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
 
 from tendon_mj.errors import EngineError, UnknownNameError
 from tendon_mj.lab.replay import POSE, Cable
@@ -380,8 +380,8 @@ def blend(image: Image, ghost: Image, depths: tuple[Depth, Depth, Depth]) -> Ima
     """
     whole, twin, background = depths
     # a pixel of an edge has colour of both sides, and the depth of one
-    shown = (twin < background) & ~binary_dilation(whole != background)
-    edge = shown & binary_dilation(twin >= background)
+    shown = (twin < background) & ~scipy.ndimage.binary_dilation(whole != background)
+    edge = shown & scipy.ndimage.binary_dilation(twin >= background)
     blended = image.astype(float)
     blended[shown] = (1.0 - _STRENGTH) * blended[shown] + _STRENGTH * ghost[shown]
     blended[edge] = 0.45 * blended[edge]

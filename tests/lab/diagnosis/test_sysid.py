@@ -3,11 +3,12 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+import mujoco
 import numpy as np
 import pytest
 
 from tendon_mj.errors import TendonError
-from tendon_mj.lab.diagnosis import fit_with_sysid, sysid, sysid_is_there
+from tendon_mj.lab.diagnosis import fit_with_sysid, sysid_is_there
 from tendon_mj.lab.recordings import Uncertain
 from tests.lab.diagnosis.toy import COLUMNS, NOISE, Toy, recording
 from tests.refusals import refusing
@@ -89,6 +90,6 @@ def test_of_different_states_each_is_predicted_by_a_fit_to_the_others():
 
 
 def test_without_its_extras_the_message_says_what_to_install(monkeypatch):
-    monkeypatch.setattr(sysid, "sysid", SimpleNamespace())
+    monkeypatch.setattr(mujoco, "sysid", SimpleNamespace(), raising=False)
     with refusing(TendonError, "pip install 'tendon-mj[sysid]'"):
         fit_with_sysid([record(1)], simulator=Toy)
