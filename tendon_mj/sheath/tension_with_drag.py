@@ -119,12 +119,12 @@ def _newton_step(
     ratios: FloatArray,
     held: FloatArray,
     least: float,
-) -> float:
-    """Newton's step of all sliding guides; how far it goes, in strain, 0 where there is none to go.
+) -> tuple[float, bool]:
+    """Newton's step of all sliding guides: how far it goes, in strain, and whether it need not.
 
-    What a law lacks by rounding alone is none: little drag would make much of it where it is slack.
-    What is left of a segment is known to the rounding of the flows beside it, by which no step
-    goes. The segments receive their tensions.
+    It need not where the laws lack rounding alone, of which little drag makes much where it is
+    slack. What is left of a segment is known to the rounding of the flows beside it, by which no
+    step goes. The segments receive their tensions.
     """
     n, met = len(guides), True
     segments[0].tension = tension_at(segments, 0, stored_after(segments, guides, 0), least)[0]
@@ -154,11 +154,9 @@ def _newton_step(
             steps[i], ratios[i] = (missing + lower * before) / pivot, upper / pivot
             loose = excess / pivot
         before = steps[i]
-    if met:
-        return 0.0
     for i in range(n - 2, -1, -1):
         steps[i] += ratios[i] * steps[i + 1]
-    return _most_strain(segments, guides, steps, least)
+    return _most_strain(segments, guides, steps, least), met
 
 
 @compiled
@@ -233,18 +231,18 @@ def _solve_in(segments: Segments, guides: Guides, least: float, work: int) -> bo
             for i in range(n):
                 guides[i].flow = first[i]
             _hold(segments, guides, held, least)
-        moves = _newton_step(segments, guides, steps, ratios, held, least)
-        if not math.isfinite(moves):
+        moves, met = _newton_step(segments, guides, steps, ratios, held, least)
+        # the error that Newton's method leaves is of the square, where none becomes slack
+        near, same = moves <= 1e-8, met or moves == 0.0
+        if not (same or math.isfinite(moves)):
             return False
-        same = moves == 0.0
-        if not same:
+        if moves != 0.0 and (near or not met):
             for i in range(n):
                 guides[i].flow += steps[i]
-            same = _set_tensions(segments, guides, least)
+            same = _set_tensions(segments, guides, least) or met
         if same and k >= _STEPS:
             same = _hold(segments, guides, held, least)
-        # the error that Newton's method leaves is of the square, where none becomes slack
-        if same and moves <= 1e-8:
+        if same and (near or met):
             return True
     return False
 

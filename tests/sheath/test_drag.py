@@ -104,6 +104,21 @@ def test_less_and_less_drag_is_none(tables):
     np.testing.assert_allclose(other["tension"], segments["tension"], rtol=0, atol=1e-7 * scale)
 
 
+@EVERY
+@given(some.sampled_from([1.0, 0.6, 0.05]), some.floats(0.05, 5.0), some.integers(0, 2**32 - 1))
+def test_between_slack_segments_a_law_lacks_no_more_than_rounding(strain_slope, drag, seed):
+    rng = np.random.default_rng(seed)
+    strains = rng.uniform([-0.7, -1e-3, -0.7], [0.0, 1e-3, 0.0])
+    segments, guides = tendon(rng.uniform(0.01, 0.1, 3), strains, [0.5, 0.5], 0.1, 0.1)
+    segments["strain_slope"] = strain_slope
+    guides["drag"], guides["momentum"] = drag, rng.uniform(3e-4, 5e-4, 2)
+    assert solve_flow(segments, guides, True)
+    flow, left, right = guides["flow"], segments["tension"][:-1], segments["tension"][1:]
+    up, down = left - guides["input_ratio"] * right, guides["output_ratio"] * left - right
+    lacks = np.where(flow > 0.0, up, down) - drag * flow - guides["momentum"]
+    assert np.abs(lacks[flow != 0.0]).max(initial=0.0) <= 3e-15 / strain_slope
+
+
 def test_more_drag_lets_less_pass():
     passed = []
     for drag in (1e-3, 1.0, 10.0, 1e3):
