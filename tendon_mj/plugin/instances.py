@@ -58,9 +58,7 @@ def sheaths(model: mujoco.MjModel) -> dict[str, Instance]:
 def sensor_kind(model: mujoco.MjModel, sensor: int) -> str:
     """Kind of a sheath's sensor, one of `KINDS`; empty for any other sensor."""
     instance = int(model.sensor_plugin[sensor])
-    if instance not in (k for k, _ in _instances(model, NAME)):
-        return ""
-    return _config(model, instance, "sensor")
+    return _config(model, instance, "sensor") if _is_of(model, instance, NAME) else ""
 
 
 def servos(model: mujoco.MjModel) -> dict[str, Instance]:
@@ -75,10 +73,17 @@ def servos(model: mujoco.MjModel) -> dict[str, Instance]:
     return named
 
 
+def _is_of(model: mujoco.MjModel, instance: int, plugin: str) -> bool:
+    if instance < 0:
+        return False
+    slot = int(model.plugin[instance])
+    return bool(C.mjp_getPluginAtSlot(slot).contents.name == plugin.encode())
+
+
 def _instances(model: mujoco.MjModel, plugin: str) -> Iterator[tuple[int, Instance]]:
     draft = Draft(model._address, ("tendon",))
     for k in range(model.nplugin):
-        if C.mjp_getPluginAtSlot(int(model.plugin[k])).contents.name == plugin.encode():
+        if _is_of(model, k, plugin):
             yield k, Instance(own_config(draft, k)["tendon"], int(model.plugin_stateadr[k]), k)
 
 

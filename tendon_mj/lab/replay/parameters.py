@@ -480,18 +480,18 @@ def _geared(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, dict[int, f
     ]
     sheath_of = {int(state["tendon"]): state for state in states}
 
-    def sense(sensor: int, actuator: int) -> float:
-        if model.sensor_type[sensor] == mujoco.mjtSensor.mjSENS_ACTUATORFRC.value:
-            return float(actuator == model.sensor_objid[sensor])
-        if not sheath_of or sensor_kind(model, sensor) != "input_tension":
-            return 0.0
-        state = sheath_of.get(_shown_tendon(model, sensor))
-        return 0.0 if state is None else _winding(model, actuator, state)
-
     places = [k for k in range(model.nactuator) if control_unit(model, k) in _PLACES]
-    geared = {s: {k: sense(s, k) for k in places} for s in range(model.nsensor)}
-    bearing = {s: {k: way for k, way in by.items() if way} for s, by in geared.items()}
-    return {sensor: by for sensor, by in bearing.items() if by}
+
+    def senses(sensor: int) -> dict[int, float]:
+        if model.sensor_type[sensor] == mujoco.mjtSensor.mjSENS_ACTUATORFRC.value:
+            return {k: 1.0 for k in places if k == model.sensor_objid[sensor]}
+        if not sheath_of or sensor_kind(model, sensor) != "input_tension":
+            return {}
+        state = sheath_of.get(_shown_tendon(model, sensor))
+        return {} if state is None else {k: _winding(model, k, state) for k in places}
+
+    geared = {s: {k: way for k, way in senses(s).items() if way} for s in range(model.nsensor)}
+    return {sensor: by for sensor, by in geared.items() if by}
 
 
 def _winding(model: mujoco.MjModel, actuator: int, state: NDArray[np.void]) -> float:
