@@ -43,6 +43,7 @@ from tendon_mj.sheath.tension_by_slip_pattern import is_frictionless
 from tendon_mj.typing import FloatArray
 
 _STEPS = 40  # of Newton's method, of which a taut tendon needs about 4
+_SHORT = 1e-8  # step [strain] that leaves rounding, its square, where none becomes slack or taut
 _FREE, _SLACK, _TAUT = -1.0, 0.0, 1.0  # a left side: as its tension is, or held slack or taut
 _malloc = External("malloc", "ptr(i64)")
 _free = External("free", "void(ptr)")
@@ -120,11 +121,10 @@ def _newton_step(
     held: FloatArray,
     least: float,
 ) -> tuple[float, bool]:
-    """Newton's step of all sliding guides: how far it goes, in strain, and whether it need not.
+    """Newton's step of all sliding guides: how far it goes [strain], and whether all laws are met.
 
-    It need not where the laws lack rounding alone, of which little drag makes much where it is
-    slack. What is left of a segment is known to the rounding of the flows beside it, by which no
-    step goes. The segments receive their tensions.
+    They are met where they lack rounding alone. What is left of a segment is known to the rounding
+    of the flows beside it, by which no step goes. The segments receive their tensions.
     """
     n, met = len(guides), True
     segments[0].tension = tension_at(segments, 0, stored_after(segments, guides, 0), least)[0]
@@ -175,6 +175,12 @@ def _most_strain(segments: Segments, guides: Guides, steps: FloatArray, least: f
         if not moves <= most:  # nor where it is not a number
             most = moves
     return most
+
+
+@compiled
+def _pass(guides: Guides, steps: FloatArray, share: float) -> None:
+    for i in range(len(guides)):
+        guides[i].flow += share * steps[i]
 
 
 @compiled
@@ -232,17 +238,20 @@ def _solve_in(segments: Segments, guides: Guides, least: float, work: int) -> bo
                 guides[i].flow = first[i]
             _hold(segments, guides, held, least)
         moves, met = _newton_step(segments, guides, steps, ratios, held, least)
-        # the error that Newton's method leaves is of the square, where none becomes slack
-        near, same = moves <= 1e-8, met or moves == 0.0
-        if not (same or math.isfinite(moves)):
-            return False
-        if moves != 0.0 and (near or not met):
-            for i in range(n):
-                guides[i].flow += steps[i]
-            same = _set_tensions(segments, guides, least) or met
+        # little drag makes a long step of rounding where the tendon is slack
+        same = moves == 0.0 or (met and moves > _SHORT)
+        if not same:
+            if not math.isfinite(moves):
+                return False
+            _pass(guides, steps, 1.0)
+            same = _set_tensions(segments, guides, least)
+            if met and not same:  # the step counted as slack what it makes taut
+                _pass(guides, steps, -1.0)
+                _set_tensions(segments, guides, least)
+                same = True
         if same and k >= _STEPS:
             same = _hold(segments, guides, held, least)
-        if same and (near or met):
+        if same and (met or moves <= _SHORT):
             return True
     return False
 

@@ -87,7 +87,7 @@ def sysid_is_there() -> bool:
     """Whether `mujoco.sysid` can be used; without its dependencies it is empty, or none."""
     try:
         from mujoco import sysid
-    except ModuleNotFoundError:  # before MuJoCo 3.17 without its dependencies
+    except ImportError:  # before MuJoCo 3.17 without its dependencies
         return False
     return hasattr(sysid, "optimize")
 
