@@ -10,7 +10,9 @@ STAMP  := $(VENV)/.ready
 FOUND  := $(abspath $(VENV)) $(shell $(BIN)/python --version 2>/dev/null)
 GIVEN  := $(filter-out file,$(origin PYTHON))
 WANTED := $(if $(GIVEN),$(abspath $(VENV)) $(shell $(PYTHON) --version),$(FOUND))
-# Python compiles what it imports; pip would compile all of it, for half of the time of an installation.
+# Python keeps what it compiles as it imports, unless this is set, as in some containers: a command would
+# take twice as long to start. pip would compile all there is, for half of the time of an installation.
+export PYTHONDONTWRITEBYTECODE :=
 PIP_INSTALL := -m pip --quiet --quiet --disable-pip-version-check install --no-compile
 # Real measurements are not in the repository (docs/data.md says where they come from).
 ifneq ($(wildcard ../shared/data),)
