@@ -28,6 +28,7 @@ from tendon_mj.lab.replay import (
     Parameter,
     Series,
     Simulates,
+    Simulator,
     claims,
     expand,
     name_in_session,
@@ -151,6 +152,14 @@ class Problem:
         with np.errstate(invalid="ignore"):
             extrapolated: FloatArray = finer if at_rest else 2.0 * finer - residual
         return np.where(np.isfinite(extrapolated), extrapolated, np.inf)
+
+    def without_tails(self) -> Problem:
+        """The problem, of which nothing after the training data is simulated; rests are, all."""
+        at_rest = any(recording.quasi_static for recording in self.recordings)
+        if at_rest or self.in_train.all() or not isinstance(self.simulate, Simulator):
+            return self
+        samples = [int(np.flatnonzero(mask)[-1]) + 1 for mask in self.train]
+        return replace(self, simulate=self.simulate.up_to(samples))
 
     def _residuals(
         self, simulate: Simulates, parameter_sets: Sequence[Mapping[str, float]]

@@ -123,9 +123,12 @@ class HeldOut:
             return self._recordings(fitted)
         if self.leaves_one_out:
             return self._each_by_the_others(fitted)
-        parameters = fitted.parameters(self.base)
-        stated = self.own.residuals([parameters])[0]
-        return Unseen(fitted.residual, fitted.correction, stated, {})
+        parameters, searched = fitted.parameters(self.base), with_step(self.own, self.step)
+        (stated,), (simulated,) = (p.residuals([parameters]) for p in (self.own, searched))
+        extrapolated = searched.extrapolate(parameters, simulated)
+        with np.errstate(invalid="ignore"):  # of a simulation that failed
+            correction = extrapolated - simulated
+        return Unseen(extrapolated, correction, stated, {})
 
     def _recordings(self, fitted: Fit) -> Unseen:
         shared, judged = _shared(fitted, self.base), with_step(self.proof, self.step)

@@ -118,7 +118,7 @@ def diagnose(
         made = (check_recording(r, model, described=True) for r in (*train, *held_out) if model)
         checks = [warning for checked in made for warning in checked.warnings]
     terms = (*uncertain_terms(own), *session_terms(train, simulate))
-    context = SelectionContext(own, system.values, terms, (), 0.0, 0.0, progress)
+    context = SelectionContext(own.without_tails(), system.values, terms, (), 0.0, 0.0, progress)
     context, calibrated, step = _calibrate(context, search_step(own))
     context = replace(
         context,
@@ -166,7 +166,8 @@ def _judge_with_short_steps(
     while step and step > _SHORTEST and _step_matters(context, selection, result.verdict):
         step *= 0.5
         context.progress("repeat with a shorter step", 0, 1)
-        context, selection = _fit_again(context, selection, with_step(proof.own, step))
+        problem = with_step(proof.own.without_tails(), step)
+        context, selection = _fit_again(context, selection, problem)
         result = proof.judge_selection(context, selection, step)
         context.progress("repeat with a shorter step", 1, 1)
     return result

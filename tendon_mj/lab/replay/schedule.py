@@ -42,6 +42,8 @@ class Schedule:
 
     ``settle``: time before the first sample [s]; with 0 the model starts in its reference pose;
     None: that of the recording. ``timestep``: longest step allowed [s]; None: the model's.
+    ``samples``: how many are read, from the first; in the others the last reading stays. None, or
+    where rows are rests: all.
     """
 
     def __init__(
@@ -50,6 +52,7 @@ class Schedule:
         model: mujoco.MjModel,
         settle: float | None,
         timestep: float | None = None,
+        samples: int | None = None,
     ) -> None:
         settle = recording.settle if settle is None else settle
         NOT_NEGATIVE.check("settle", settle, "s")
@@ -78,6 +81,7 @@ class Schedule:
                 f" {_MOST_STEPS} are not simulated; are the times in seconds, and settle too?"
             )
         self.lead = math.ceil(lead)  # steps before the first sample
+        self.samples = recording.time.size if samples is None or self._move else samples
         self._drive = {column: self._on_grid(column) for column in recording.drive}
         self._recorded = self.clock.time  # times of the recording at the steps
         if self._move:
@@ -100,8 +104,9 @@ class Schedule:
 
     @property
     def steps(self) -> int:
-        """From the start of settling to the last sample."""
-        return self.lead + self.clock.steps
+        """From the start of settling to the last sample that is read."""
+        last = int(self.clock.places[self.samples - 1]) + 1
+        return self.lead + min(last, self.clock.steps)
 
     def prepare(self, adjustable: Adjustable) -> None:
         """Make a model ready: its step, its clock, 0 at the first sample, and prescribed joints.
@@ -128,7 +133,7 @@ class Schedule:
         """
         model = adjustable.model
         width = model.nu + (model.nv if self.joints else 0)
-        control = np.zeros((self.steps + 1, width))
+        control = np.zeros((self.lead + self.clock.steps + 1, width))
         for column, actuator in self.actuators:
             command, event = adjustable.commands[actuator, :3], self._slip(adjustable, actuator)
             led = self._led(column, command, 0.0, event)
@@ -138,7 +143,7 @@ class Schedule:
             speed = np.diff(path, prepend=path[0]) / self.clock.timestep
             force = _RIGID * np.diff(speed) / self.clock.timestep
             control[:-1, model.nu + model.jnt_dofadr[joint]] = force
-        return control
+        return control[: self.steps + 1]
 
     def _path(self, adjustable: Adjustable, column: str, joint: int) -> FloatArray:
         """(steps+1,) positions of a joint that a column prescribes [rad or m]."""
@@ -185,7 +190,8 @@ class Schedule:
 
     def read_out(self, adjustable: Adjustable, readings: FloatArray) -> dict[str, FloatArray]:
         """(n,) of every measured column, from the (steps+1, nsensordata) readings."""
-        time = self.recording.time
+        time, missing = self.recording.time, self.lead + self.clock.steps + 1 - len(readings)
+        readings = np.pad(readings, ((0, missing), (0, 0)), "edge")
         return {
             column: Readout(*adjustable.readings[sensor].tolist()).of(
                 readings[self.lead :, address], self.clock, time, self._sense(adjustable, sensor)

@@ -556,10 +556,22 @@ class Simulator:
 
         No step is longer than the interval between samples, and each divides it evenly.
         """
+        return self._scheduled([(factor * s.clock.timestep, s.samples) for s in self._schedules])
+
+    def up_to(self, samples: Sequence[int]) -> Simulator:
+        """This simulator for the first ``samples`` of each recording; then the last reading stays.
+
+        Recordings whose rows are rests are simulated to their end.
+        """
+        steps = (schedule.clock.timestep for schedule in self._schedules)
+        return self._scheduled([*zip(steps, samples, strict=True)])
+
+    def _scheduled(self, how: Sequence[tuple[float, int]]) -> Simulator:
+        """This simulator with other longest steps [s] and numbers of samples."""
         other = copy.copy(self)
         other._schedules = [
-            Schedule(schedule.recording, self.model, self._settle, factor * schedule.clock.timestep)
-            for schedule in self._schedules
+            Schedule(recording, self.model, self._settle, *own)
+            for recording, own in zip(self.recordings, how, strict=True)
         ]
         other.steps = sum(schedule.steps for schedule in other._schedules)
         return other

@@ -98,6 +98,23 @@ def test_the_same_simulator_in_other_steps():
     assert own.in_steps(100.0).steps < own.in_steps(4.0).steps + 3  # no longer than a sample
 
 
+UNEVEN = np.cumsum(np.random.default_rng(0).uniform(0.005, 0.02, 60))
+
+
+@pytest.mark.parametrize("recordings", [RECORDINGS, [joint_recording()], [joint_recording(UNEVEN)]])
+def test_simulations_may_end_before_the_recordings_do(recordings):
+    own, samples = Simulator(recordings), [r.time.size // 3 for r in recordings]
+    sets = [given for given in SETS if given.keys() <= own.parameters.keys()]
+    sets.append(dict.fromkeys([n for n in own.parameters if n.endswith(("delay", "lag"))], 0.007))
+    shorter = own.up_to(samples)
+    for whole, part in ((own, shorter), (own.in_steps(2.0), shorter.in_steps(2.0))):
+        assert part.steps < 0.9 * whole.steps  # of which settling is a part
+        for row, short in zip(whole(sets), part(sets), strict=True):
+            for count, a, b in zip(samples, row, short, strict=True):
+                assert same(*({c: s[:count] for c, s in series.items()} for series in (a, b)))
+                assert all(s.shape == a[c].shape for c, s in b.items())
+
+
 def test_contacts_are_simulated_where_there_can_be_any():
     time = np.arange(0.0, 0.2, 0.01)
     recording = recorded(time, {}, {"height_m": "height"}, "ball")
