@@ -154,7 +154,7 @@ class Problem:
         return np.where(np.isfinite(extrapolated), extrapolated, np.inf)
 
     def without_tails(self) -> Problem:
-        """The problem, of which nothing after the training data is simulated; rests are, all."""
+        """The problem, of which fits simulate nothing after the training data; rests are, all."""
         at_rest = any(recording.quasi_static for recording in self.recordings)
         if at_rest or self.in_train.all() or not isinstance(self.simulate, Simulator):
             return self

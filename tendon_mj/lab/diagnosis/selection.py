@@ -51,7 +51,6 @@ _EVENT = 0.1  # of the excess, that an event explains by its scan, to be located
 _EXPLAINS = 0.75  # of the excess may be left by an effect, for no others to be looked at
 _LITTLE = 0.1  # of the initial excess: where more remains, other choices do not help either
 _HALFWAY, _MOST_POLISHED = 0.5, 3  # of the smallest gain, for a fit to be continued; fits
-_LOST = 3.0  # times what the best model leaves, of another one that has more effects
 _ROUNDS = 2  # in which the second-best choice is tried too
 _MOST_EFFECTS = 3
 
@@ -326,14 +325,12 @@ def select_forward(
     model: FittedCandidate,
     rivals: Rivals,
     seen: set[frozenset[str]],
-    best: FittedCandidate | None = None,
 ) -> ForwardSelection:
     """Add the best effect to a model until none improves it.
 
     Of tied effects that improve it the simplest is added. After each addition the effects without
     which the model is as good are eliminated; selection ends when that leads back to an earlier
-    model, of the labels in ``seen``, to which the models extended here are added. It also ends
-    where the next one would have more effects than the ``best`` so far and leave far more.
+    model, of the labels in ``seen``, to which the models extended here are added.
     """
     rivals, first, rounds = dict(rivals), None, list[list[FittedCandidate]]()
     while len(model.fit.effects) < _MOST_EFFECTS and model.excess > context.detection_limit:
@@ -350,20 +347,11 @@ def select_forward(
         if not improving:
             break
         rounds.append(ranked)
-        chosen = simplest(improving)
-        if best and _has_lost(chosen, best):
-            break
-        chosen = context.optimise(chosen)
+        chosen = context.optimise(simplest(improving))
         others = [other for other in ranked if other.candidate != chosen.candidate]
         rivals[chosen.added.label] = sorted([chosen, *others], key=lambda m: m.excess)
         model = eliminate_backward(context, chosen)
     return ForwardSelection(model, rivals, first, rounds)
-
-
-def _has_lost(model: FittedCandidate, best: FittedCandidate) -> bool:
-    """Whether a model has more effects than the best one so far, and leaves far more."""
-    more = len(model.fit.effects) > len(best.fit.effects)
-    return more and model.excess > _LOST * best.excess
 
 
 def eliminate_backward(context: SelectionContext, model: FittedCandidate) -> FittedCandidate:
@@ -387,7 +375,7 @@ def backtrack(
         if len(ranked) < 2 or best.model.excess <= context.detection_limit:
             continue
         rivals = {**selection.rivals, ranked[1].added.label: ranked}
-        again = select_forward(context, context.polish(ranked[1]), rivals, seen, best.model)
+        again = select_forward(context, context.polish(ranked[1]), rivals, seen)
         if context.improves(best.model, again.model):
             best = again
     return best

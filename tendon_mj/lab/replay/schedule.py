@@ -42,8 +42,8 @@ class Schedule:
 
     ``settle``: time before the first sample [s]; with 0 the model starts in its reference pose;
     None: that of the recording. ``timestep``: longest step allowed [s]; None: the model's.
-    ``samples``: how many are read, from the first; in the others the last reading stays. None, or
-    where rows are rests: all.
+    ``samples``: how many are simulated, from the first; later ones mean nothing. None, or where
+    rows are rests: all.
     """
 
     def __init__(

@@ -559,7 +559,7 @@ class Simulator:
         return self._scheduled([(factor * s.clock.timestep, s.samples) for s in self._schedules])
 
     def up_to(self, samples: Sequence[int]) -> Simulator:
-        """This simulator for the first ``samples`` of each recording; then the last reading stays.
+        """This simulator for the first ``samples`` ≥ 1 of each recording; later ones mean nothing.
 
         Recordings whose rows are rests are simulated to their end.
         """

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_mj.lab.diagnosis import FittedCandidate, SelectionContext
 from tests.lab.diagnosis.linear_rig import BLOCKS, Shape, context, effect, named, select, selected
 
 A, B, C = (effect(name) for name in "abc")
@@ -161,25 +160,6 @@ def test_a_second_best_choice_that_leads_to_less_is_not_kept() -> None:
     assert selection.first is not None
     assert [m.candidate for m in selection.first.fitted] == [C, again]
     assert [e.candidate for e in selection.effects] == [C]
-
-
-@pytest.mark.parametrize(("unknown", "tried"), [(2.0, False), (4.5, True)])
-def test_a_second_best_choice_is_given_up_where_two_effects_leave_far_more_than_the_best_one(
-    monkeypatch: pytest.MonkeyPatch, unknown: float, tried: bool
-) -> None:
-    """{a} leaves unknown². {b}, which writes a too, leaves 39 + unknown², with c 33 + unknown²."""
-    ended = list[set[str]]()
-    optimise = SelectionContext.optimise
-
-    def told(context: SelectionContext, model: FittedCandidate) -> FittedCandidate:
-        ended.append({effect.identifier for effect in model.fit.effects})
-        return optimise(context, model)
-
-    monkeypatch.setattr(SelectionContext, "optimise", told)
-    shapes = {"a": {"a": 1.0}, "b": {"d": 0.5}, "c": {"a": 1.0, "b": 1.0}}
-    both = replace(B, terms=(replace(B.terms[0], targets=("a", "b")),))
-    assert selected(shapes, {"a": 14.0, "w": unknown}, [A, both, C]) == {"a"}
-    assert ({"b", "c"} in ended) == tried
 
 
 def test_an_effect_is_not_swapped_for_one_that_only_ties() -> None:
