@@ -213,14 +213,15 @@ def locate(problem: Problem, residual: FloatArray, mask: NDArray[np.bool_]) -> L
         inside.setdefault(("signal", column), []).append(part)
     residual = residual[mask]
     total = float((residual**2).sum()) - residual.size
+    has_shares = 0.0 < total < np.inf  # infinite where a simulation failed
     bins = []
     for (name, label), samples_of in inside.items():
         power = np.concatenate(samples_of) ** 2
-        share = (float(power.sum()) - power.size) / total if total > 0.0 else 0.0
+        share = (float(power.sum()) - power.size) / total if has_shares else 0.0
         rms = float(np.sqrt(power.mean()))
         bins.append(Bin(name, label, share, power.size / residual.size, rms))
     rests = any(recording.quasi_static for recording in problem.recordings)
-    frequency = _half_frequency(problem, parts) if total > 0.0 and not rests else 0.0
+    frequency = _half_frequency(problem, parts) if has_shares and not rests else 0.0
     return Located(tuple(bins), _describe(bins, residual, frequency), frequency)
 
 

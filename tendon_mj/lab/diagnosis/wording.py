@@ -212,7 +212,12 @@ def _too_long(evidence: Evidence, error: float) -> str:
 
 
 def _steps_too_long(evidence: Evidence, error: float) -> int:
-    """Factor by which the timestep had to be shorter where it makes or hides an error; or 0."""
+    """Factor by which the timestep had to be shorter where it makes or hides an error; or 0.
+
+    0 also where a simulation failed, as its error is infinite.
+    """
+    if not math.isfinite(max(error, evidence.zero_step)):
+        return 0
     hides = evidence.zero_step > _COARSE * error and evidence.remaining > evidence.limit
     if error <= _COARSE * evidence.zero_step and not hides:
         return 0
