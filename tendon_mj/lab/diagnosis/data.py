@@ -88,6 +88,11 @@ class Problem:
         )
 
     @cached_property
+    def at_rest(self) -> bool:
+        """Whether the rows of any recording are rests."""
+        return any(recording.quasi_static for recording in self.recordings)
+
+    @cached_property
     def in_train(self) -> NDArray[np.bool_]:
         """(m,) which residuals are training data."""
         return np.concatenate([self.train[k] for k, _, _ in self.signals])
@@ -148,15 +153,13 @@ class Problem:
         if self.half_step is None:
             return residual
         finer = self._residuals(self.half_step, [parameters])[0]
-        at_rest = any(recording.quasi_static for recording in self.recordings)
         with np.errstate(invalid="ignore"):
-            extrapolated: FloatArray = finer if at_rest else 2.0 * finer - residual
+            extrapolated: FloatArray = finer if self.at_rest else 2.0 * finer - residual
         return np.where(np.isfinite(extrapolated), extrapolated, np.inf)
 
     def without_tails(self) -> Problem:
-        """The problem, of which fits simulate nothing after the training data; rests are, all."""
-        at_rest = any(recording.quasi_static for recording in self.recordings)
-        if at_rest or self.in_train.all() or not isinstance(self.simulate, Simulator):
+        """The problem, of which fits simulate nothing after the training data but rests."""
+        if not isinstance(self.simulate, Simulator):
             return self
         samples = [int(np.flatnonzero(mask)[-1]) + 1 for mask in self.train]
         return replace(self, simulate=self.simulate.up_to(samples))
@@ -255,8 +258,7 @@ def search_step(problem: Problem) -> float | None:
     own = problem.simulate
     if own.steps == 0:
         return None
-    at_rest = any(recording.quasi_static for recording in problem.recordings)
-    if at_rest or own.in_steps(_LONGEST).steps == own.steps:  # or a sample at every step
+    if problem.at_rest or own.in_steps(_LONGEST).steps == own.steps:  # or a sample at every step
         return 1.0
     tried = with_step(problem, _LONGEST)
     coarse = tried.residuals([{}])[0]

@@ -220,8 +220,7 @@ def locate(problem: Problem, residual: FloatArray, mask: NDArray[np.bool_]) -> L
         share = (float(power.sum()) - power.size) / total if has_shares else 0.0
         rms = float(np.sqrt(power.mean()))
         bins.append(Bin(name, label, share, power.size / residual.size, rms))
-    rests = any(recording.quasi_static for recording in problem.recordings)
-    frequency = _half_frequency(problem, parts) if has_shares and not rests else 0.0
+    frequency = _half_frequency(problem, parts) if has_shares and not problem.at_rest else 0.0
     return Located(tuple(bins), _describe(bins, residual, frequency), frequency)
 
 

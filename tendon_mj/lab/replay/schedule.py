@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
@@ -42,8 +43,6 @@ class Schedule:
 
     ``settle``: time before the first sample [s]; with 0 the model starts in its reference pose;
     None: that of the recording. ``timestep``: longest step allowed [s]; None: the model's.
-    ``samples``: how many are simulated, from the first; later ones mean nothing. None, or where
-    rows are rests: all.
     """
 
     def __init__(
@@ -52,7 +51,6 @@ class Schedule:
         model: mujoco.MjModel,
         settle: float | None,
         timestep: float | None = None,
-        samples: int | None = None,
     ) -> None:
         settle = recording.settle if settle is None else settle
         NOT_NEGATIVE.check("settle", settle, "s")
@@ -81,15 +79,24 @@ class Schedule:
                 f" {_MOST_STEPS} are not simulated; are the times in seconds, and settle too?"
             )
         self.lead = math.ceil(lead)  # steps before the first sample
-        self.samples = recording.time.size if samples is None or self._move else samples
+        self.samples = recording.time.size  # that are simulated, from the first
         self._drive = {column: self._on_grid(column) for column in recording.drive}
         self._recorded = self.clock.time  # times of the recording at the steps
         if self._move:
             self._recorded = np.interp(self.clock.time, times, recording.time)
         self._senses: dict[tuple[str, float], Sense] = {}
 
+    def up_to(self, samples: int) -> Schedule:
+        """This schedule for the first ``samples`` ≥ 1, or for all where rows are rests.
+
+        Readings of later samples mean nothing.
+        """
+        shorter = copy.copy(self)
+        shorter.samples = self.samples if self._move else samples
+        return shorter
+
     def _on_grid(self, column: str) -> FloatArray:
-        """(steps+1,) driven column between its samples."""
+        """(clock.steps+1,) driven column between its samples."""
         grid, series = self.clock.time, self.recording.columns[column]
         if self._move:
             places = np.arange(grid.size) / self.clock.steps * (series.size - 1)
@@ -146,7 +153,7 @@ class Schedule:
         return control[: self.steps + 1]
 
     def _path(self, adjustable: Adjustable, column: str, joint: int) -> FloatArray:
-        """(steps+1,) positions of a joint that a column prescribes [rad or m]."""
+        """(lead+clock.steps+1,) positions of a joint that a column prescribes [rad or m]."""
         rest = adjustable.model.qpos0[adjustable.model.jnt_qposadr[joint]]
         return self._led(column, adjustable.joint_commands[joint], float(rest))
 
@@ -162,7 +169,7 @@ class Schedule:
     def _led(
         self, column: str, command: FloatArray, rest: float, event: FloatArray | float = 0.0
     ) -> FloatArray:
-        """(steps+1,) driven column by scale, offset and delay, with the ramp from ``rest``."""
+        """(lead+clock.steps+1,) driven column, scaled, offset and delayed; a ramp from ``rest``."""
         scale, offset, delay = command.tolist()
         grid, recorded = self.clock.time, self._drive[column]
         if delay > 0.0:
@@ -190,11 +197,13 @@ class Schedule:
 
     def read_out(self, adjustable: Adjustable, readings: FloatArray) -> dict[str, FloatArray]:
         """(n,) of every measured column, from the (steps+1, nsensordata) readings."""
-        time, missing = self.recording.time, self.lead + self.clock.steps + 1 - len(readings)
-        readings = np.pad(readings, ((0, missing), (0, 0)), "edge")
+        missing = self.lead + self.clock.steps - self.steps
         return {
             column: Readout(*adjustable.readings[sensor].tolist()).of(
-                readings[self.lead :, address], self.clock, time, self._sense(adjustable, sensor)
+                np.pad(readings[self.lead :, address], (0, missing), "edge"),
+                self.clock,
+                self.recording.time,
+                self._sense(adjustable, sensor),
             )
             for column, (sensor, address) in self.addresses.items()
         }

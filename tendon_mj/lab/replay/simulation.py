@@ -7,7 +7,7 @@ import math
 import os
 import warnings
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
@@ -556,23 +556,23 @@ class Simulator:
 
         No step is longer than the interval between samples, and each divides it evenly.
         """
-        return self._scheduled([(factor * s.clock.timestep, s.samples) for s in self._schedules])
+        settle, longest = self._settle, [factor * s.clock.timestep for s in self._schedules]
+        return self._with(
+            Schedule(s.recording, self.model, settle, step).up_to(s.samples)
+            for s, step in zip(self._schedules, longest, strict=True)
+        )
 
     def up_to(self, samples: Sequence[int]) -> Simulator:
         """This simulator for the first ``samples`` ≥ 1 of each recording; later ones mean nothing.
 
         Recordings whose rows are rests are simulated to their end.
         """
-        steps = (schedule.clock.timestep for schedule in self._schedules)
-        return self._scheduled([*zip(steps, samples, strict=True)])
+        return self._with(s.up_to(n) for s, n in zip(self._schedules, samples, strict=True))
 
-    def _scheduled(self, how: Sequence[tuple[float, int]]) -> Simulator:
-        """This simulator with other longest steps [s] and numbers of samples."""
+    def _with(self, schedules: Iterable[Schedule]) -> Simulator:
+        """This simulator with other schedules of the recordings."""
         other = copy.copy(self)
-        other._schedules = [
-            Schedule(recording, self.model, self._settle, *own)
-            for recording, own in zip(self.recordings, how, strict=True)
-        ]
+        other._schedules = [*schedules]
         other.steps = sum(schedule.steps for schedule in other._schedules)
         return other
 
