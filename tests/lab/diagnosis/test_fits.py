@@ -146,6 +146,35 @@ def test_a_global_search_leaves_a_local_minimum() -> None:
     assert np.array_equal(around, search_globally(problem, {}, stuck, slice(1), lambda *_: None))
 
 
+class CountedSteps(Simulator):
+    """A simulator that writes down the steps of every call."""
+
+    made: list[int]
+
+    def __call__(self, parameter_sets: Sequence[Mapping[str, float]]) -> list[list[Series]]:
+        self.made.append(self.steps)
+        return super().__call__(parameter_sets)
+
+
+@pytest.mark.parametrize("pulled", ["early", "late"])
+def test_a_global_search_sees_the_misfit_whenever_it_comes(pulled: str) -> None:
+    made, random = list[Recording](), np.random.default_rng(3)
+    for interval in (0.005, 0.5):
+        time = np.arange(0.0, 2.0, interval)
+        since = np.maximum(time - (0.0 if pulled == "early" else 1.8), 0.0)
+        drive = 1e-3 * np.sin(25.0 * np.minimum(since, 0.2))  # in and out again, then at rest
+        blank = bench_recording(f"every {interval} s", time, drive, NOISE, list(COLUMNS))
+        made.append(measured_by(Simulator, blank, TRUTH, random))
+    problem = problem_of(CountedSteps, made)
+    assert isinstance(problem.simulate, CountedSteps)
+    steps = problem.simulate.made = list[int]()
+    wrong = fit(problem, {}, [FRICTION], (), np.array([0.35]), evaluations=1)
+    steps.clear()
+    around = search_globally(problem, {}, wrong, slice(1), lambda *_: None)
+    assert around == pytest.approx([0.2], abs=0.01)
+    assert (max(steps) < 0.75 * problem.simulate.steps) == (pulled == "early")
+
+
 def test_the_linearisation_holds_on_a_smooth_cost_only() -> None:
     non_smooth = non_smooth_problem()
     smooth = replace(non_smooth, simulate=Toy(non_smooth.recordings))  # cannot explain the ripple
