@@ -51,7 +51,7 @@ _WIDE = 4.0  # half intervals to either side
 _OUTLIER = 3.0  # scale of the Cauchy loss [noise]
 _GENERATIONS = 9
 _POPULATION = 6  # points of a generation, for every term
-_HALF, _THIRD = 0.5, 1.0 / 3.0  # of the samples and of a fit's squared residuals, at least
+_LEAST_DATA, _LEAST_MISFIT = 0.5, 1.0 / 3.0  # shares that a global search sees
 
 
 @dataclass(frozen=True, eq=False)
@@ -334,7 +334,7 @@ def _beginning(problem: Problem, fitted: Fit) -> Problem:
     at = np.concatenate([passed[k] for k, _, _ in problem.signals])[used]
     order = np.argsort(at, kind="stable")
     left = np.cumsum(fitted.residual[used][order] ** 2)
-    share = max(_HALF, at[order][np.searchsorted(left, _THIRD * left[-1])])
+    share = max(_LEAST_DATA, at[order][np.searchsorted(left, _LEAST_MISFIT * left[-1])])
     train = tuple(mask & (p <= share) for mask, p in zip(problem.train, passed, strict=True))
     shorter = replace(problem, train=train).without_tails()
     return shorter if shorter.simulate.steps < problem.simulate.steps else problem
