@@ -11,7 +11,8 @@ With stick and slip the squared misfit has many local minima, and least squares 
 where it began. Most of that misfit lies in the few samples between one slip and the other. A
 logarithm of the squares (Cauchy loss) is robust to them and leaves one wide basin; differential
 evolution (SciPy's) finds its bottom without derivatives in some three hundred simulations. These
-end where half of the data and a third of the misfit have been seen; a fit to all data follows.
+end where half of the training data have been seen, a third of the misfit and a third of what each
+searched term changes; a fit to all data follows.
 Where the linearisation of the response holds, which ten simulations show, there is no local minimum
 to leave.
 """
@@ -24,6 +25,7 @@ from itertools import product
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
@@ -51,7 +53,7 @@ _WIDE = 4.0  # half intervals to either side
 _OUTLIER = 3.0  # scale of the Cauchy loss [noise]
 _GENERATIONS = 9
 _POPULATION = 6  # points of a generation, for every term
-_LEAST_DATA, _LEAST_MISFIT = 0.5, 1.0 / 3.0  # shares that a global search sees
+_LEAST_DATA, _LEAST_SEEN = 0.5, 1.0 / 3.0  # shares of data and of squares that a search sees
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,7 +278,7 @@ def search_globally(
     """(p,) start values of the terms, from which another fit may end lower.
 
     The neighbourhood of the free terms of a fit is searched, and the terms ``widely`` in their
-    whole range, on the beginning of each recording. Deterministic: the random numbers are seeded.
+    whole range, with the beginning of each recording. Deterministic: the random numbers are seeded.
     """
     free = fitted.free.copy()
     half = np.full(free.size, np.inf)
@@ -286,7 +288,7 @@ def search_globally(
         return fitted.values.copy()
     low = np.maximum(fitted.scaled - _WIDE * half, fitted.bounds[0])[free]
     high = np.minimum(fitted.scaled + _WIDE * half, fitted.bounds[1])[free]
-    generation, problem = 0, _beginning(problem, fitted)
+    generation, problem = 0, _beginning(problem, fitted, free)
     used = problem.in_train
 
     def values(point: FloatArray) -> FloatArray:
@@ -324,17 +326,22 @@ def search_globally(
     return values(best.x)
 
 
-def _beginning(problem: Problem, fitted: Fit) -> Problem:
-    """The problem for half of each recording's training data, or more, to see a third of a misfit.
+def _beginning(problem: Problem, fitted: Fit, free: NDArray[np.bool_]) -> Problem:
+    """The problem for half of each recording's training data, or for more where a search needs it.
 
-    The misfit is the squared residuals of a fit. Where that saves no steps, nothing is left out.
+    It shows a third or more of the squared residuals above the noise, and of the squares of each
+    free term's derivatives. Where that saves no steps, nothing is left out.
     """
     passed = [(np.cumsum(mask) - 1) / mask.sum() for mask in problem.train]
     used = problem.in_train
     at = np.concatenate([passed[k] for k, _, _ in problem.signals])[used]
     order = np.argsort(at, kind="stable")
-    left = np.cumsum(fitted.residual[used][order] ** 2)
-    share = max(_LEAST_DATA, at[order][np.searchsorted(left, _LEAST_MISFIT * left[-1])])
+    squares = np.column_stack([fitted.residual**2 - 1.0, fitted.jacobian[:, free] ** 2])[used]
+    seen = np.minimum.accumulate(np.cumsum(squares[order], axis=0)[::-1])[
+        ::-1
+    ]  # or more, by any later sample
+    enough = np.argmax(seen >= _LEAST_SEEN * seen[-1], axis=0)
+    share = max(_LEAST_DATA, at[order][enough].max())
     train = tuple(mask & (p <= share) for mask, p in zip(problem.train, passed, strict=True))
     shorter = replace(problem, train=train).without_tails()
     return shorter if shorter.simulate.steps < problem.simulate.steps else problem

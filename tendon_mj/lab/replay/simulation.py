@@ -438,7 +438,8 @@ class Simulator:
     """Simulates recordings with any number of sets of parameters; see `Simulates`.
 
     Every simulation is that of `replay_recording`, to the bit, whatever the number of threads and
-    whatever else is in the call. Sets that differ in their sensors only share simulations.
+    whatever else is in the call. Sets that differ in their sensors only share simulations. A fit
+    may end before its recordings do, so a subclass answers no sample from those after it.
 
     Args:
         recordings: of one model, in any lengths.
