@@ -11,8 +11,8 @@ With stick and slip the squared misfit has many local minima, and least squares 
 where it began. Most of that misfit lies in the few samples between one slip and the other. A
 logarithm of the squares (Cauchy loss) is robust to them and leaves one wide basin; differential
 evolution (SciPy's) finds its bottom without derivatives in some three hundred simulations. These
-end where half of the training data have been seen, a third of the misfit and a third of what each
-searched term changes; a fit to all data follows.
+end where half of the training data have been seen, a third of the misfit beyond the noise and a
+third of what each searched term changes near the fit; a fit to all data follows.
 Where the linearisation of the response holds, which ten simulations show, there is no local minimum
 to leave.
 """
@@ -329,17 +329,15 @@ def search_globally(
 def _beginning(problem: Problem, fitted: Fit, free: NDArray[np.bool_]) -> Problem:
     """The problem for half of each recording's training data, or for more where a search needs it.
 
-    It shows a third or more of the squared residuals above the noise, and of the squares of each
-    free term's derivatives. Where that saves no steps, nothing is left out.
+    It shows a third or more of what the squared residuals sum to beyond the noise, and of the
+    squared derivatives by each free term. Where that saves no steps, nothing is left out.
     """
     passed = [(np.cumsum(mask) - 1) / mask.sum() for mask in problem.train]
     used = problem.in_train
     at = np.concatenate([passed[k] for k, _, _ in problem.signals])[used]
     order = np.argsort(at, kind="stable")
     squares = np.column_stack([fitted.residual**2 - 1.0, fitted.jacobian[:, free] ** 2])[used]
-    seen = np.minimum.accumulate(np.cumsum(squares[order], axis=0)[::-1])[
-        ::-1
-    ]  # or more, by any later sample
+    seen = np.cumsum(squares[order], axis=0)
     enough = np.argmax(seen >= _LEAST_SEEN * seen[-1], axis=0)
     share = max(_LEAST_DATA, at[order][enough].max())
     train = tuple(mask & (p <= share) for mask, p in zip(problem.train, passed, strict=True))

@@ -439,7 +439,7 @@ class Simulator:
 
     Every simulation is that of `replay_recording`, to the bit, whatever the number of threads and
     whatever else is in the call. Sets that differ in their sensors only share simulations. A fit
-    may end before its recordings do, so a subclass answers no sample from those after it.
+    may end before its recordings do: a subclass computes no sample from later ones.
 
     Args:
         recordings: of one model, in any lengths.

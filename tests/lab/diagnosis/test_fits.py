@@ -157,31 +157,38 @@ class CountedSteps(Simulator):
 
 
 @pytest.mark.parametrize(
-    ("pulled", "noise", "unlisted"),
-    [("early", NOISE, 0.0), ("late", NOISE, 0.0), ("late", 3.0, 0.0), ("late", NOISE, 8.0)],
+    ("pulled", "struck", "force", "noise", "begin"),
+    [
+        (0.0, 0.0, 0.0, NOISE, 0.35),
+        (1.8, 0.0, 0.0, NOISE, 0.35),
+        (1.8, 0.0, 0.0, 3.0, 0.35),
+        (1.8, 0.0, 20.0, NOISE, 0.35),
+        (0.0, 1.8, 20.0, NOISE, 0.35),
+        (0.0, 1.8, 12.0, 3.0, 0.2),
+    ],
 )
 def test_a_global_search_sees_what_it_searches_whenever_it_comes(
-    pulled: str, noise: float, unlisted: float
+    pulled: float, struck: float, force: float, noise: float, begin: float
 ) -> None:
-    """A short pull beside noise, or beside an early misfit that no friction makes."""
+    """A pull of 0.2 s shows friction; a vibration of 0.2 s is a misfit that no friction makes."""
     made, random = list[Recording](), np.random.default_rng(3)
     for interval in (0.005, 0.5):
         time = np.arange(0.0, 2.0, interval)
-        since = np.maximum(time - (0.0 if pulled == "early" else 1.8), 0.0)
-        drive = 1e-3 * np.sin(25.0 * np.minimum(since, 0.2))  # in and out again, then at rest
+        drive = 1e-3 * np.sin(25.0 * np.clip(time - pulled, 0.0, 0.2))  # in and out, then at rest
         blank = bench_recording(f"every {interval} s", time, drive, noise, list(COLUMNS))
         measured = measured_by(Simulator, blank, TRUTH, random)
-        early = unlisted * np.sin(60.0 * time) * (time < 0.9)
-        columns = {c: s + early if c in COLUMNS else s for c, s in measured.columns.items()}
+        during = (time >= struck) & (time < struck + 0.2)
+        vibration = force * np.sin(60.0 * time) * during
+        columns = {c: s + vibration if c in COLUMNS else s for c, s in measured.columns.items()}
         made.append(replace(measured, columns=columns))
     problem = problem_of(CountedSteps, made)
     assert isinstance(problem.simulate, CountedSteps)
     steps = problem.simulate.made = list[int]()
-    wrong = fit(problem, {}, [FRICTION], (), np.array([0.35]), evaluations=1)
+    wrong = fit(problem, {}, [FRICTION], (), np.array([begin]), evaluations=1)
     steps.clear()
     around = search_globally(problem, {}, wrong, slice(1), lambda *_: None)
     assert around == pytest.approx([0.2], abs=0.01 if noise == NOISE else 0.03)
-    assert (max(steps) < 0.75 * problem.simulate.steps) == (pulled == "early")
+    assert (max(steps) < 0.75 * problem.simulate.steps) == (pulled == struck == 0.0)
 
 
 def test_the_linearisation_holds_on_a_smooth_cost_only() -> None:
