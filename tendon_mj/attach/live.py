@@ -210,8 +210,8 @@ class SheathView:
     def tension(self) -> FloatArray:
         """(…, n+1) tension of each segment, input side first [N]."""
         arrays = self._read()
-        stiffness = arrays.state["law"]["axial_stiffness"]
-        return np.asarray(stiffness[..., None] * arrays.segments["tension"])
+        unit = plugin.tension_units(arrays.state)
+        return np.asarray(unit[..., None] * arrays.segments["tension"])
 
     @property
     def positions(self) -> FloatArray:

@@ -14,6 +14,7 @@ from tendon_mj.plugin.instances import servos as servos
 from tendon_mj.plugin.instances import sheath_arrays as sheath_arrays
 from tendon_mj.plugin.instances import sheaths as sheaths
 from tendon_mj.plugin.instances import tension_path as tension_path
+from tendon_mj.plugin.instances import tension_units as tension_units
 from tendon_mj.plugin.instances import unsolved_evaluations as unsolved_evaluations
 from tendon_mj.plugin.loading import register as register
 from tendon_mj.plugin.servo_plugin.state import FEEDBACKS as FEEDBACKS

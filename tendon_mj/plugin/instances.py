@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -122,7 +122,12 @@ def segment_tensions(
     if sheath not in known:
         raise UnknownNameError("sheath", sheath, known)
     state, segments, _, path = sheath_view(data.plugin_state, known[sheath].state)
-    return path.copy(), state.law.axial_stiffness * segments["tension"]
+    return path.copy(), tension_units(state) * segments["tension"]
+
+
+def tension_units(states: Any) -> Any:
+    """Tension that τ = 1 stands for in states of a sheath [N], as `tension_unit` has it."""
+    return np.where(states["inextensible"] != 0.0, 1.0, states["law"]["axial_stiffness"])
 
 
 def tension_path(

@@ -79,6 +79,13 @@ class Guide:
     is_pulley: float  # 1 for no guide, but the end of a branch
     is_on_arc: float  # 1 where it is on a geom, which the tendon may leave
     fed_by: float  # segment whose tension the branch behind a pulley takes over, −1: the input's
+    # of an inextensible tendon
+    unknown: float  # acceleration of its slip that constraints cause [m/s²]
+    trial_unknown: float  # [m/s²]
+    is_held: float  # whether friction was less than it can be in the step before
+    trial_is_held: float
+    way: float  # length from the guide to the output end [m]
+    trial_way: float  # [m]
 
 
 class Arc:

@@ -105,6 +105,9 @@ FIRST_PARAMETER: Final = len(ATTACHMENT)
 AXIAL_STIFFNESS: Final = FIRST_PARAMETER + list(PARAMETERS).index("axial_stiffness")
 PRETENSION: Final = FIRST_PARAMETER + list(PARAMETERS).index("pretension")
 SLACK: Final = FIRST_PARAMETER + list(PARAMETERS).index("slack")
+STIFFENING: Final = FIRST_PARAMETER + list(PARAMETERS).index("stiffening")
+CREEP: Final = FIRST_PARAMETER + list(PARAMETERS).index("creep")
+AXIAL_DAMPING: Final = FIRST_PARAMETER + list(PARAMETERS).index("axial_damping")
 INPUT_ENDS: Final = ("first", "last")  # sites of the path as it is drawn
 SPRINGS: Final = ("input", "cable")
 

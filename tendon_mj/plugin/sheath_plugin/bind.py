@@ -17,13 +17,14 @@ import mujoco
 
 from tendon_mj.native import LocalDoubles, apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import free, malloc
+from tendon_mj.plugin.abi.library import free, malloc, mjp_getPluginAtSlot
 from tendon_mj.plugin.abi.memory import doubles, integer, pointer, set_pointer, size
 from tendon_mj.plugin.compiled_checks import check_bound
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.input_force import (
     acts_on,
     has_spring,
+    holds_length,
     is_constrained,
     note_spring,
 )
@@ -41,6 +42,7 @@ from tendon_mj.plugin.sheath_plugin.state import (
     BINDING,
     SERVO,
     SHEATH,
+    WORKSPACE,
     Binding,
     adopt_binding,
     binding_at,
@@ -58,6 +60,7 @@ from tendon_mj.plugin.sheath_plugin.state import (
 _JOINT, _TENDON = mujoco.mjtObj.mjOBJ_JOINT.value, mujoco.mjtObj.mjOBJ_TENDON.value
 _COUNT = BINDING.itemsize // 8
 _passing = LocalDoubles(_COUNT)  # what is bound for the moment
+_SERVO_NAME = at.as_rows(("tendon_mj.servo",))
 _MOST = 2.0**53  # up to which doubles hold every whole number
 
 
@@ -79,6 +82,26 @@ def first_sheath(m: int, instance: int) -> int:
         if at.is_sheath(m, other, instance):
             return other
     return -1
+
+
+@compiled
+def last_sheath(m: int, instance: int) -> int:
+    """Last sheath of a model, of the plugin of ``instance``; −1 for none."""
+    for other in range(size(m + LAYOUT.m_nplugin) - 1, -1, -1):
+        if at.is_sheath(m, other, instance):
+            return other
+    return -1
+
+
+@apart
+def _is_last_plugin(m: int, last: int) -> bool:
+    """Whether only sensors of sheaths and servos come after the last sheath of a model."""
+    slots = pointer(m + LAYOUT.m_plugin)
+    for other in range(last + 1, size(m + LAYOUT.m_nplugin)):
+        name = pointer(mjp_getPluginAtSlot(integer(slots, other)))
+        if integer(slots, other) != integer(slots, last) and at.index_of(name, _SERVO_NAME) != 0:
+            return False
+    return True
 
 
 @compiled
@@ -105,7 +128,7 @@ def _bind_drive(m: int, instance: int, bound: Binding) -> None:
     """Find the forces along the tendon, for a sheath without a reel or spools."""
     tendon = int(bound.tendon)
     bound.first_actuator, bound.last_actuator = -1.0, -1.0
-    bound.driven, bound.leads, bound.constrained = 0.0, 0.0, 0.0
+    bound.driven = bound.inextensible = bound.constrained = bound.spreads = 0.0
     cable = at.is_cable_spring(m, instance)
     bound.own_spring = cable
     if cable or is_wound(bound):
@@ -119,7 +142,8 @@ def _bind_drive(m: int, instance: int, bound: Binding) -> None:
         return
     bound.driven = 1.0
     bound.constrained = is_constrained(m, tendon)
-    bound.leads = not _is_led(m, instance)
+    bound.spreads = holds_length(m, tendon)
+    bound.inextensible = not _is_elastic(m, instance)
 
 
 @compiled
@@ -128,25 +152,15 @@ def _is_pulled(m: int, instance: int, tendon: int) -> bool:
     return has_spring(m, tendon) or (not at.has_length(m, instance) and is_constrained(m, tendon))
 
 
-@apart
-def _is_led(m: int, instance: int) -> bool:
-    """Whether a sheath before this one is driven too."""
-    reels, actuators = pointer(m + LAYOUT.m_actuator_plugin), size(m + LAYOUT.m_nactuator)
-    for other in range(instance):
-        if not at.is_sheath(m, other, instance):
-            continue
-        wound = at.is_cable_spring(m, other)
-        wound |= at.is_given(m, other, at.REEL_JOINT)
-        wound |= at.is_given(m, other, at.OUTPUT_JOINT)
-        if wound or range_of(reels, actuators, other)[1] >= 0:
-            continue
-        tendon = resolve(m, other, at.TENDON, _TENDON)
-        if _is_pulled(m, other, tendon):
-            return True
-        for actuator in range(actuators):
-            if acts_on(m, actuator, tendon):
-                return True
-    return False
+@compiled
+def _is_elastic(m: int, instance: int) -> bool:
+    """Whether the elasticity of a sheath's tendon is stated."""
+    return (
+        at.number(m, instance, at.AXIAL_STIFFNESS) != 0.0
+        or at.number(m, instance, at.STIFFENING) != 0.0
+        or at.number(m, instance, at.CREEP) != 0.0
+        or at.number(m, instance, at.AXIAL_DAMPING) != 0.0
+    )
 
 
 @apart
@@ -156,7 +170,8 @@ def _bind(m: int, instance: int, address: int, signature: float) -> None:
     sensors, reels = pointer(m + LAYOUT.m_sensor_plugin), pointer(m + LAYOUT.m_actuator_plugin)
     bound.signature = signature
     bound.config_signature = config_signature(m, instance)
-    bound.first_sheath = first_sheath(m, instance)
+    bound.first_sheath, bound.last_sheath = first_sheath(m, instance), last_sheath(m, instance)
+    bound.is_last_plugin = _is_last_plugin(m, int(bound.last_sheath))
     bound.guides, bound.arcs = 0.0, 0.0
     bound.tendon = resolve(m, instance, at.TENDON, _TENDON)
     bound.reel_joint = resolve(m, instance, at.REEL_JOINT, _JOINT)
@@ -331,5 +346,7 @@ def release(d: int, instance: int) -> None:
     place = pointer(d + LAYOUT.d_plugin_data) + 8 * instance
     block = pointer(place)
     if block != 0 and SHEATH <= pointer(block) <= SERVO:
+        if pointer(block) == SHEATH:
+            free(pointer(block + 8 + WORKSPACE))
         free(block)
         set_pointer(place, 0)

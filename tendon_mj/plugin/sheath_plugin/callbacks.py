@@ -19,8 +19,10 @@ from tendon_mj.plugin.abi.checks import (
     asks,
 )
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import free, malloc, mj_passive, warn
+from tendon_mj.plugin.abi.library import free, malloc, mj_fwdActuation, mj_passive, mj_rne, warn
 from tendon_mj.plugin.abi.memory import (
+    byte,
+    coordinates,
     copy_doubles,
     doubles,
     integer,
@@ -29,21 +31,37 @@ from tendon_mj.plugin.abi.memory import (
     size,
 )
 from tendon_mj.plugin.compiled_checks import sensor_width, sheath_state
-from tendon_mj.plugin.sheath_plugin.attributes import is_sensor
+from tendon_mj.plugin.sheath_plugin.attributes import is_sensor, is_sheath
 from tendon_mj.plugin.sheath_plugin.bind import (
     check_bindable,
     ensure_bound,
     has_own_state,
     is_bound,
+    last_sheath,
     release,
     reset_sheath,
 )
-from tendon_mj.plugin.sheath_plugin.evaluate import commit, evaluate
+from tendon_mj.plugin.sheath_plugin.evaluate import (
+    commit,
+    evaluate,
+    is_driven,
+    read_inputs,
+    repeat_driven,
+    set_up_driven,
+    solve_driven,
+)
 from tendon_mj.plugin.sheath_plugin.forces import add_reactions
-from tendon_mj.plugin.sheath_plugin.input_force import follow_constraint
+from tendon_mj.plugin.sheath_plugin.inextensible import (
+    BASE,
+    FRICTION,
+    head_at,
+    vector_at,
+    workspace,
+)
+from tendon_mj.plugin.sheath_plugin.input_force import ON_TENDON, follow_constraint
 from tendon_mj.plugin.sheath_plugin.names import own_name
 from tendon_mj.plugin.sheath_plugin.sensors import show, show_ends
-from tendon_mj.plugin.sheath_plugin.signature import control_signature
+from tendon_mj.plugin.sheath_plugin.signature import pose_signature
 from tendon_mj.plugin.sheath_plugin.state import (
     SHEATH,
     binding_at,
@@ -53,6 +71,8 @@ from tendon_mj.plugin.sheath_plugin.state import (
     state_size_of,
 )
 
+_ACTUATION_OFF = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
+_DCMOTOR = mujoco.mjtBias.mjBIAS_DCMOTOR.value
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
 _PASSIVE_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value | mujoco.mjtDisableBit.mjDSBL_DAMPER.value
 _WARNING = Text("tendon_mj: sheath '")
@@ -65,10 +85,13 @@ _REASONS = Text(
 
 
 @apart
-def _warn(m: int, instance: int) -> None:
-    """Warn of the first evaluation since the reset that was not solved."""
-    name = own_name(m, instance)
-    warn(_WARNING(), name if name != 0 else _UNNAMED(), _REASONS())
+def _warn_once(m: int, d: int, instance: int) -> None:
+    """Warn of the first evaluation of a sheath since the reset that was not solved."""
+    state = state_at(state_of(m, d, instance))
+    if state.unsolved > 0.0 and state.warned == 0.0:
+        state.warned = 1.0
+        name = own_name(m, instance)
+        warn(_WARNING(), name if name != 0 else _UNNAMED(), _REASONS())
 
 
 @compiled
@@ -88,31 +111,143 @@ def _quiet_reel(m: int, d: int, instance: int) -> None:
         doubles(pointer(d + LAYOUT.d_actuator_force) + 8 * adr, 1)[0] = 0.0
 
 
-@apart
-def _compute_passive_again(m: int, d: int) -> None:
-    """Compute passive forces again, in the middle of MuJoCo's actuation.
-
-    The forces of actuators are left as MuJoCo has them by now, before it clamps them.
-    """
-    forces, count = pointer(d + LAYOUT.d_actuator_force), size(m + LAYOUT.m_nout)
-    kept = malloc(8 * count)
-    copy_doubles(kept, forces, count)
-    mj_passive(m, d)
-    copy_doubles(forces, kept, count)
-    free(kept)
+@compiled
+def _apply(m: int, d: int, work: int) -> None:
+    """Add the friction of all driven sheaths to the passive forces before it."""
+    nv = size(m + LAYOUT.m_nv)
+    base, friction = vector_at(work, nv, BASE), vector_at(work, nv, FRICTION)
+    before, added = coordinates(base), coordinates(friction)
+    passive = coordinates(pointer(d + LAYOUT.d_qfrc_passive))
+    for k in range(nv):
+        passive[k] = before[k] + added[k]
 
 
 @compiled
-def _meet_late_controls(m: int, d: int, instance: int) -> None:
-    """Let friction meet controls that were set after passive forces had been computed."""
-    binding = binding_of(d, instance, SHEATH)
-    if binding != 0 and binding_at(binding).leads == 0.0:
+def _solve(m: int, d: int, work: int, first: int, last: int) -> None:
+    """Solve all driven sheaths, and apply their friction."""
+    solve_driven(m, d, work, first, last)
+    _apply(m, d, work)
+    for instance in range(first, last + 1):
+        if is_driven(m, d, instance, first):
+            _warn_once(m, d, instance)
+
+
+@compiled
+def _is_actuated(m: int) -> bool:
+    """Whether MuJoCo computes actuators, after passive forces."""
+    off = integer(m + LAYOUT.o_disableflags, 0) & _ACTUATION_OFF != 0
+    return size(m + LAYOUT.m_nactuator) > 0 and not off
+
+
+@apart
+def _evaluate_driven(m: int, d: int, last: int) -> None:
+    """Set up all driven sheaths, which the last sheath does for all of them.
+
+    They are solved once MuJoCo has computed actuators. `mj_inverse` does not: what it shows is the
+    friction that was shown last, or, in another pose, that of tendons that slide as they move.
+    """
+    bound = binding_at(binding_of(d, last, SHEATH))
+    first, nv = int(bound.first_sheath), size(m + LAYOUT.m_nv)
+    if not read_inputs(m, d, first, last):
         return
-    if not has_own_state(m, d, instance):  # binds it in a copy
+    work = workspace(m, d, first, last)
+    head, pose = head_at(work), pose_signature(m, d)
+    copy_doubles(vector_at(work, nv, BASE), pointer(d + LAYOUT.d_qfrc_passive), nv)
+    if head.gives == 0.0:
+        moves = head.signature != pose
+        set_up_driven(m, d, work, first, last)
+        head.signature = pose
+        if _is_actuated(m):
+            repeat_driven(m, d, work, first, last, moves)
+        else:
+            bias = malloc(8 * nv)
+            copy_doubles(bias, pointer(d + LAYOUT.d_qfrc_bias), nv)
+            mj_rne(m, d, 0, pointer(d + LAYOUT.d_qfrc_bias))
+            _solve(m, d, work, first, last)
+            copy_doubles(pointer(d + LAYOUT.d_qfrc_bias), bias, nv)
+            free(bias)
+    _apply(m, d, work)
+
+
+@apart
+def _limit_forces(m: int, d: int) -> None:
+    """Clamp the forces of actuators as MuJoCo will: the sum on a tendon, then each."""
+    kinds, targets = pointer(m + LAYOUT.m_actuator_trntype), pointer(m + LAYOUT.m_actuator_trnid)
+    limited, adr = pointer(m + LAYOUT.m_tendon_actfrclimited), pointer(m + LAYOUT.m_actuator_outadr)
+    forces, count = coordinates(pointer(d + LAYOUT.d_actuator_force)), size(m + LAYOUT.m_nactuator)
+    for tendon in range(size(m + LAYOUT.m_ntendon)):
+        if byte(limited, tendon) == 0:
+            continue
+        total = 0.0
+        for k in range(count):
+            if integer(kinds, k) == ON_TENDON and integer(targets, 2 * k) == tendon:
+                total += forces[integer(adr, k)]
+        limits = doubles(pointer(m + LAYOUT.m_tendon_actfrcrange) + 16 * tendon, 2)
+        bound = min(max(total, limits[0]), limits[1])
+        for k in range(count):
+            if integer(kinds, k) == ON_TENDON and integer(targets, 2 * k) == tendon:
+                if bound != total:
+                    forces[integer(adr, k)] *= bound / total
+    for k in range(count):
+        if byte(pointer(m + LAYOUT.m_actuator_forcelimited), k) != 0:
+            limits = doubles(pointer(m + LAYOUT.m_actuator_forcerange) + 16 * k, 2)
+            for out in range(integer(pointer(m + LAYOUT.m_actuator_outnum), k)):
+                force = forces[integer(adr, k) + out]
+                forces[integer(adr, k) + out] = min(max(force, limits[0]), limits[1])
+
+
+@apart
+def _has_mechanical(m: int) -> bool:
+    """Whether an actuator on a tendon has forces that MuJoCo adds after it has clamped all."""
+    for k in range(size(m + LAYOUT.m_nactuator)):
+        if integer(pointer(m + LAYOUT.m_actuator_biastype), k) == _DCMOTOR and (
+            integer(pointer(m + LAYOUT.m_actuator_trntype), k) == ON_TENDON
+        ):
+            return True
+    return False
+
+
+@apart
+def _meet_actuators(m: int, d: int, last: int) -> None:
+    """Let friction meet the forces of actuators, which MuJoCo has before it clamps them by now.
+
+    It adds those of some, and those of plugins that come later, after that: then actuators are
+    computed once more to know them.
+    """
+    if not has_own_state(m, d, last):  # binds it in a copy
         return
-    bound = binding_at(binding_of(d, instance, SHEATH))
-    if bound.leads != 0.0 and bound.controls != control_signature(m, d):
-        _compute_passive_again(m, d)
+    bound = binding_at(binding_of(d, last, SHEATH))
+    first = int(bound.first_sheath)
+    for instance in range(first, last + 1):
+        if is_sheath(m, instance, last):
+            has_own_state(m, d, instance)
+    work = workspace(m, d, first, last)
+    head = head_at(work)
+    if head.is_nested != 0.0:
+        return
+    forces, count = pointer(d + LAYOUT.d_actuator_force), size(m + LAYOUT.m_nout)
+    kept = malloc(8 * count)
+    copy_doubles(kept, forces, count)
+    if bound.is_last_plugin == 0.0 or _has_mechanical(m):
+        head.is_nested = 1.0
+        mj_fwdActuation(m, d)
+        head.is_nested = 0.0
+    else:
+        _limit_forces(m, d)
+    skipped = _is_skipped(m)
+    if head.signature != pose_signature(m, d):
+        if skipped:
+            _evaluate_driven(m, d, last)
+        else:
+            mj_passive(m, d)  # in a copy they were computed elsewhere
+    if read_inputs(m, d, first, last):
+        _solve(m, d, work, first, last)
+        if bound.is_last_plugin == 0.0 and not skipped:
+            head.gives = 1.0
+            mj_passive(m, d)  # as other plugins have added to them
+            head.gives = 0.0
+    copy_doubles(forces, kept, count)
+    free(kept)
 
 
 @entry("tendon_mj_sheath_advance", "void(ptr, ptr, i32)")
@@ -122,11 +257,7 @@ def advance(m: int, d: int, instance: int) -> None:
         return
     address = state_of(m, d, instance)
     state = state_at(address)
-    if state.has_trial == 0.0:
-        if _is_skipped(m):
-            # it was not evaluated at all, as where MuJoCo finds the range of a muscle's length
-            state.unsolved += 1.0
-    elif is_bound(m, d, instance):
+    if state.has_trial != 0.0 and is_bound(m, d, instance):
         commit(address)
         follow_constraint(m, d, state)
 
@@ -182,13 +313,15 @@ def compute(m: int, d: int, instance: int, capability: int) -> None:
             show(m, d, instance)
         return
     if capability == _PASSIVE:
-        _evaluate(m, d, instance, False)
+        _evaluate(m, d, instance)
+        if _is_last(m, d, instance):
+            _evaluate_driven(m, d, instance)
     elif capability == _ACTUATOR:
         if _is_skipped(m):  # a sheath acts after the actuators then
-            _evaluate(m, d, instance, True)
-        else:
-            _meet_late_controls(m, d, instance)
+            _evaluate(m, d, instance)
         _quiet_reel(m, d, instance)
+        if _is_last(m, d, instance):
+            _meet_actuators(m, d, instance)
     elif capability == _SENSOR:
         show_ends(m, d, instance)
         binding = binding_of(d, instance, SHEATH)
@@ -197,17 +330,16 @@ def compute(m: int, d: int, instance: int, capability: int) -> None:
 
 
 @compiled
-def _evaluate(m: int, d: int, instance: int, late: bool) -> None:
-    """Evaluate a sheath; warn of the first evaluation since the reset that was not solved."""
-    if not ensure_bound(m, d, instance):
-        return
-    address = state_of(m, d, instance)
-    state = state_at(address)
-    if late and state.driven != 0.0:  # it needs the forces of all actuators: not there yet
-        return
-    before = state.unsolved
-    if state.leads != 0.0:
-        binding_at(binding_of(d, instance, SHEATH)).controls = control_signature(m, d)
-    evaluate(m, d, address)
-    if before == 0.0 and state.unsolved > 0.0:
-        _warn(m, instance)
+def _evaluate(m: int, d: int, instance: int) -> None:
+    """Evaluate a sheath, and with the last one all that are driven."""
+    if ensure_bound(m, d, instance):
+        evaluate(m, d, state_of(m, d, instance))
+        _warn_once(m, d, instance)
+
+
+@compiled
+def _is_last(m: int, d: int, instance: int) -> bool:
+    """Whether an instance is the last sheath of its model."""
+    binding = binding_of(d, instance, SHEATH)
+    last = int(binding_at(binding).last_sheath) if binding != 0 else last_sheath(m, instance)
+    return last == instance

@@ -125,10 +125,8 @@ _PASSES = 3  # over branches that feed one another; they differ by the tendon's 
 def let_guides_yield(m: int, d: int, state: State, segments: Segments, h: float) -> None:
     """Let the guides yield so far that a step of h [s] resolves the stretches between them.
 
-    Where no axial stiffness is given it is chosen.
+    See above for g_j.
     """
-    if not state.law.axial_stiffness > 0.0:
-        state.law.axial_stiffness = CHOSEN_STIFFNESS
     ea, nv = state.law.axial_stiffness, size(m + LAYOUT.m_nv)
     inverse = coordinates(pointer(m + LAYOUT.m_dof_invweight0))  # diagonal of M⁻¹ in `qpos0`
     mj_markStack(d)

@@ -9,11 +9,14 @@ from __future__ import annotations
 
 import math
 
-from tendon_mj.native import compiled
+from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import control, is_stage, mj_fwdActuation
-from tendon_mj.plugin.abi.memory import coordinates, double, integer, pointer
+from tendon_mj.plugin.abi.library import control, is_stage
+from tendon_mj.plugin.abi.memory import coordinates, double, integer, pointer, size
+from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
+from tendon_mj.plugin.sheath_plugin.bind import is_bound
 from tendon_mj.plugin.sheath_plugin.drive import (
+    CHOSEN_STIFFNESS,
     flank_stiffness,
     lay_driven,
     lay_wound,
@@ -31,9 +34,18 @@ from tendon_mj.plugin.sheath_plugin.friction import (
     store_trial_friction_work,
     update_ratios,
 )
+from tendon_mj.plugin.sheath_plugin.inextensible import (
+    FRICTION,
+    commit_inextensible,
+    head_at,
+    repeat,
+    set_up,
+    solve,
+    vector_at,
+)
 from tendon_mj.plugin.sheath_plugin.input_force import follow_spring, input_force
 from tendon_mj.plugin.sheath_plugin.path import update_path, update_spans
-from tendon_mj.plugin.sheath_plugin.state import State, state_at, unpack, unpack_arcs
+from tendon_mj.plugin.sheath_plugin.state import State, state_at, state_of, unpack, unpack_arcs
 from tendon_mj.plugin.sheath_plugin.strain import (
     commit_strain,
     fill_strain,
@@ -43,6 +55,7 @@ from tendon_mj.plugin.sheath_plugin.strain import (
 )
 from tendon_mj.plugin.sheath_plugin.wraps import trace_path
 from tendon_mj.sheath import Arcs, Guides, Segments, friction_work, solve_flow
+from tendon_mj.typing import FloatArray
 
 
 @compiled
@@ -80,11 +93,8 @@ def _store_trial(
 
 
 @compiled
-def _commit_arcs(segments: Segments, guides: Guides, arcs: Arcs) -> None:
-    """Hand over the tendon that guides on arcs have moved past, and keep where they are."""
-    for i in range(len(guides)):
-        segments[i].stored += guides[i].trial_shift
-        segments[i + 1].stored -= guides[i].trial_shift
+def _commit_arcs(arcs: Arcs) -> None:
+    """Keep where arcs begin and end."""
     for k in range(len(arcs)):
         arc = arcs[k]
         arc.touches = arc.trial_touches
@@ -99,9 +109,25 @@ def commit(address: int) -> None:
     segments, guides, _ = unpack(address)
     if state.has_trial == 0.0:
         return
-    last = len(guides)
+    state.finished = 1.0
     if state.arcs > 0.0:
-        _commit_arcs(segments, guides, unpack_arcs(address))
+        _commit_arcs(unpack_arcs(address))
+    if state.inextensible != 0.0:
+        commit_inextensible(state, segments, guides)
+    else:
+        _commit_elastic(state, segments, guides)
+    commit_velocity(state, guides)
+    state.commit_time = state.trial_time
+    state.has_trial = 0.0
+
+
+@compiled
+def _commit_elastic(state: State, segments: Segments, guides: Guides) -> None:
+    last = len(guides)
+    if state.arcs > 0.0:  # guides on arcs have moved past tendon
+        for i in range(last):
+            segments[i].stored += guides[i].trial_shift
+            segments[i + 1].stored -= guides[i].trial_shift
     segments[0].stored -= state.trial_wound_in - state.wound_in
     segments[0].stored += state.trial_spring_length - state.spring_length
     segments[last].stored -= state.trial_wound_out - state.wound_out
@@ -119,11 +145,8 @@ def commit(address: int) -> None:
         segments[j].previous_tension = segments[j].trial_tension
     if state.driven != 0.0:
         refill_inputs(segments, guides)
-    commit_velocity(state, guides)
     state.wound_in, state.wound_out = state.trial_wound_in, state.trial_wound_out
     state.spring_length = state.trial_spring_length
-    state.commit_time = state.trial_time
-    state.has_trial = 0.0
 
 
 _TANGENTS = 8  # to a strain law that is not a line; about 2 are needed
@@ -208,23 +231,14 @@ def _solve_from_last_step(
 
 
 @compiled
-def _evaluate_driven(
-    m: int, d: int, address: int, time: float, elapsed: float, stage: bool
-) -> None:
-    """Solve a tendon whose input tension is given, and apply what friction makes of it."""
+def _evaluate_driven(m: int, d: int, address: int, force: FloatArray) -> None:
+    """Solve an elastic tendon whose input tension is given; add what friction makes of it."""
     state = state_at(address)
     segments, guides, _ = unpack(address)
-    if state.leads != 0.0:
-        mj_fwdActuation(m, d)
-    state.input_force = input_force(m, d, address, state)
-    if not math.isfinite(state.input_force):
-        _refuse(state)
-        return
-    if state.started == 0.0:
+    time, stage, elapsed = _moment(m, d, state)
+    if state.finished == 0.0:
         let_guides_yield(m, d, state, segments, elapsed)
         lay_driven(state, segments)
-        state.started = 1.0
-    update_ratios(address, state, guides, time)
     if state.arcs > 0.0:
         _shift_guides(segments, guides)
     finite = _solve_from_last_step(state, segments, guides, elapsed, True)
@@ -236,10 +250,12 @@ def _evaluate_driven(
             guides[i].flow = 0.0
         state.has_trial = 0.0
         return
-    apply_forces(m, d, state, segments)
+    apply_forces(m, d, state, segments, force)
     if not stage:
         state.trial_elapsed = elapsed
         _store_trial(state, segments, guides, 0.0, 0.0, 0.0, time)
+    else:
+        _show_trial(segments, guides)
 
 
 @compiled
@@ -291,26 +307,123 @@ def _evaluate_wound(m: int, d: int, address: int, time: float, elapsed: float, s
     if not finite:
         state.has_trial = 0.0
         return
-    apply_forces(m, d, state, segments)
+    passive = coordinates(pointer(d + LAYOUT.d_qfrc_passive))
+    apply_forces(m, d, state, segments, passive)
     if not stage:
         state.trial_elapsed = elapsed
         _store_trial(state, segments, guides, wound_in, wound_out, rest, time)
+    else:
+        _show_trial(segments, guides)
+
+
+@compiled
+def _show_trial(segments: Segments, guides: Guides) -> None:
+    """After an inner stage of Runge-Kutta, show the result of the step's first evaluation again."""
+    for j in range(len(segments)):
+        segments[j].tension = segments[j].trial_tension
+    for i in range(len(guides)):
+        guides[i].flow, guides[i].slip = guides[i].trial_flow, guides[i].trial_slip
+
+
+@compiled
+def _moment(m: int, d: int, state: State) -> tuple[float, bool, float]:
+    """Time [s]; whether this is an inner stage of Runge-Kutta; time since the last step [s]."""
+    time = double(d + LAYOUT.d_time, 0)
+    stage = is_stage(m, time, state.has_trial, state.trial_time)
+    elapsed = time - state.commit_time
+    if not elapsed > 0.0:
+        elapsed = double(m + LAYOUT.o_timestep, 0)
+    return time, stage, elapsed
 
 
 @compiled
 def evaluate(m: int, d: int, address: int) -> None:
-    """Solve the tendon for the pose at hand, from the committed state, and apply its forces."""
+    """Bring a tendon's path up to date in the pose at hand.
+
+    One that is wound is solved from the committed state, and its forces applied; those that are
+    driven follow together, in `evaluate_driven`.
+    """
     state = state_at(address)
-    time = double(d + LAYOUT.d_time, 0)
-    stage = is_stage(m, time, state.has_trial, state.trial_time)
+    if state.finished == 0.0:
+        state.commit_time = double(d + LAYOUT.d_time, 0) - double(m + LAYOUT.o_timestep, 0)
+    time, stage, elapsed = _moment(m, d, state)
     _update_path(m, d, address, state.started == 0.0, stage)
-    if state.started == 0.0:
-        state.commit_time = time - double(m + LAYOUT.o_timestep, 0)
-    elapsed = time - state.commit_time
-    if not elapsed > 0.0:
-        elapsed = double(m + LAYOUT.o_timestep, 0)
     state.applied = 0.0
-    if state.driven != 0.0:
-        _evaluate_driven(m, d, address, time, elapsed, stage)
-    else:
+    if state.driven == 0.0:
         _evaluate_wound(m, d, address, time, elapsed, stage)
+    else:
+        if not state.law.axial_stiffness > 0.0 and state.inextensible == 0.0:
+            state.law.axial_stiffness = CHOSEN_STIFFNESS
+        state.started = 1.0
+        _, guides, _ = unpack(address)
+        update_ratios(address, state, guides, time)
+
+
+@compiled
+def is_driven(m: int, d: int, instance: int, first: int) -> bool:
+    """Whether an instance is a sheath whose input tension is given."""
+    if not is_sheath(m, instance, first) or not is_bound(m, d, instance):
+        return False
+    return state_at(state_of(m, d, instance)).driven != 0.0
+
+
+@apart
+def set_up_driven(m: int, d: int, work: int, first: int, last: int) -> None:
+    """Set up the groups of all inextensible tendons in the pose at hand."""
+    head = head_at(work)
+    head.members = head.groups = head.segments = head.rough = 0.0
+    for instance in range(first, last + 1):
+        if is_driven(m, d, instance, first):
+            state = state_at(state_of(m, d, instance))
+            if state.inextensible != 0.0:
+                _, stage, _ = _moment(m, d, state)
+                set_up(m, d, work, instance, stage)
+
+
+@apart
+def read_inputs(m: int, d: int, first: int, last: int) -> bool:
+    """Read the force along each driven tendon; return whether there are any."""
+    driven = False
+    for instance in range(first, last + 1):
+        if is_driven(m, d, instance, first):
+            address = state_of(m, d, instance)
+            state = state_at(address)
+            state.input_force, driven = input_force(m, d, address, state), True
+    return driven
+
+
+@apart
+def solve_driven(m: int, d: int, work: int, first: int, last: int) -> None:
+    """Solve all driven tendons under the forces at hand; their friction becomes FRICTION."""
+    nv = size(m + LAYOUT.m_nv)
+    force = coordinates(vector_at(work, nv, FRICTION))
+    for i in range(nv):
+        force[i] = 0.0
+    for instance in range(first, last + 1):
+        if not is_driven(m, d, instance, first):
+            continue
+        address = state_of(m, d, instance)
+        state = state_at(address)
+        state.applied = 0.0
+        if not math.isfinite(state.input_force):
+            _refuse(state)
+        elif state.inextensible == 0.0:
+            _evaluate_driven(m, d, address, force)
+    solve(m, d, work)
+
+
+@apart
+def repeat_driven(m: int, d: int, work: int, first: int, last: int, moves: bool) -> None:
+    """Set FRICTION without solving anything, from the tensions that were shown last."""
+    nv = size(m + LAYOUT.m_nv)
+    force = coordinates(vector_at(work, nv, FRICTION))
+    for i in range(nv):
+        force[i] = 0.0
+    for instance in range(first, last + 1):
+        if is_driven(m, d, instance, first):
+            address = state_of(m, d, instance)
+            state = state_at(address)
+            if state.inextensible == 0.0 and math.isfinite(state.input_force):
+                segments, _, _ = unpack(address)
+                apply_forces(m, d, state, segments, force)
+    repeat(m, d, work, moves)

@@ -49,6 +49,7 @@ from tendon_mj.plugin.sheath_plugin.state import (
     counted_strain,
     state_at,
     state_of,
+    tension_unit,
     unpack,
 )
 from tendon_mj.plugin.sheath_plugin.strain import spool_torque
@@ -148,15 +149,14 @@ def _add_torque(m: int, d: int, joint: float, torque: float) -> None:
 
 
 @compiled
-def apply_forces(m: int, d: int, state: State, segments: Segments) -> None:
-    """Apply the tendon's forces to the bodies along the path and to the spools."""
-    ea, counted, last = state.law.axial_stiffness, counted_strain(state), len(segments) - 1
+def apply_forces(m: int, d: int, state: State, segments: Segments, force: FloatArray) -> None:
+    """Add the tendon's forces on the bodies along the path to ``force``, and apply those on spools."""
+    ea, counted, last = tension_unit(state), counted_strain(state), len(segments) - 1
     state.applied = 1.0
-    passive = coordinates(pointer(d + LAYOUT.d_qfrc_passive))
     for j in range(last + 1):
         tension = _added(ea, counted, segments[j])
         if tension != 0.0:
-            pull_segment(m, d, state, segments[j], tension, passive)
+            pull_segment(m, d, state, segments[j], tension, force)
     if state.driven != 0.0:
         return
     _add_torque(m, d, state.reel_joint, -state.reel_torque)
@@ -309,7 +309,7 @@ def add_reactions(m: int, d: int, first: int, skipped: bool) -> None:
         address = state_of(m, d, instance)
         state = state_at(address)
         segments, _, _ = unpack(address)
-        counted, ea = counted_strain(state), state.law.axial_stiffness
+        counted, ea = counted_strain(state), tension_unit(state)
         uniform = 0.0 if counts_tendons else -uniform_force(m, d, address, state)
         for j in range(len(segments)):
             tension = _added(ea, counted, segments[j])

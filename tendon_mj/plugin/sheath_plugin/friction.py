@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 
 from tendon_mj.native import apart, compiled
-from tendon_mj.plugin.sheath_plugin.state import LiveLaw, State, keep_ratio_law
+from tendon_mj.plugin.sheath_plugin.state import LiveLaw, State, keep_ratio_law, tension_unit
 from tendon_mj.sheath import Guide, Guides, Segments, convected
 
 _HOLDS_ANYTHING = 37.0  # μφ: beyond it one tension is less than the rounding of the other
@@ -86,7 +86,7 @@ def update_ratios(address: int, state: State, guides: Guides, time: float) -> No
             guide.static_ratio_back = _capstan((static * back + more) * bend)
         guide.constant_friction = 0.0
         if shares:
-            guide.constant_friction = law.constant_friction / (shared * law.axial_stiffness)
+            guide.constant_friction = law.constant_friction / (shared * tension_unit(state))
 
 
 MEMORY = 0.02  # time constant with which friction follows a change of sliding speed [s]

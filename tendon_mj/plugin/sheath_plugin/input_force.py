@@ -27,18 +27,20 @@ from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.library import mj_actuatorDamping, mju_polyForce
 from tendon_mj.plugin.abi.memory import byte, coordinates, double, doubles, integer, pointer, size
+from tendon_mj.plugin.sheath_plugin.response import damping_of
 from tendon_mj.plugin.sheath_plugin.state import DAMPING_POLY, State
 
 ON_TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
 _TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
+_ACTUATION_OFF = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
 _SPRING_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value
 _DAMPER_OFF = mujoco.mjtDisableBit.mjDSBL_DAMPER.value
 _POLY = 2  # mjNPOLY
 _TENDON_LOSS = mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON.value
 _TENDON_LIMIT = mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON.value
 _OF_TENDONS = mujoco.mjtEq.mjEQ_TENDON.value
+_FOLLOWS = 0.2  # share of a constraint's change that counts in the next step of an elastic tendon
 _SAME = 1e-9  # relative; a tendon that is longer than its path by less is not slack
-_FOLLOWS = 0.2  # share of the change of a constraint's force that counts in the next step
 
 
 @compiled
@@ -101,17 +103,38 @@ def _damper(m: int, d: int, address: int, tendon: int) -> float:
     return -v * mju_polyForce(linear, work, v, _POLY, 1)
 
 
+@apart
+def tendon_damping(m: int, state: State) -> float:
+    """Linear damping of a tendon itself [N s/m]."""
+    if integer(m + LAYOUT.o_disableflags, 0) & _DAMPER_OFF:
+        return 0.0
+    return double(pointer(m + LAYOUT.m_tendon_damping), int(state.tendon))
+
+
+@apart
+def actuator_damping(m: int, d: int, state: State) -> float:
+    """Force along a tendon per velocity of it that its actuators add implicitly [N s/m]."""
+    damping = 0.0
+    if state.first_actuator >= 0.0:
+        for actuator in range(int(state.first_actuator), int(state.last_actuator) + 1):
+            if acts_on(m, actuator, int(state.tendon)):
+                adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
+                gear = double(pointer(m + LAYOUT.m_actuator_gear), 6 * adr)
+                damping += gear * gear * damping_of(m, d, actuator)
+    return damping
+
+
 @compiled
 def _unconstrained(m: int, d: int, address: int, state: State) -> float:
     """The force of actuators, spring and damper [N]."""
     tendon, force = int(state.tendon), 0.0
-    if state.first_actuator >= 0.0:
+    off = integer(m + LAYOUT.o_disableflags, 0)
+    if state.first_actuator >= 0.0 and not off & _ACTUATION_OFF:
         for actuator in range(int(state.first_actuator), int(state.last_actuator) + 1):
             if acts_on(m, actuator, tendon):
                 adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
                 gear = double(pointer(m + LAYOUT.m_actuator_gear), 6 * adr)
                 force += gear * double(pointer(d + LAYOUT.d_actuator_force), adr)
-    off = integer(m + LAYOUT.o_disableflags, 0)
     if not off & _SPRING_OFF:
         force += _spring(m, d, tendon)
     if not off & _DAMPER_OFF:
@@ -126,6 +149,20 @@ def input_force(m: int, d: int, address: int, state: State) -> float:
     if state.constrained != 0.0:
         force += state.constraint_force
     return force
+
+
+@compiled
+def holds_length(m: int, tendon: int) -> bool:
+    """Whether a limit, or an equality with no other tendon, holds the length of a tendon itself."""
+    if byte(pointer(m + LAYOUT.m_tendon_limited), tendon) != 0:
+        return True
+    for k in range(size(m + LAYOUT.m_neq)):
+        if integer(pointer(m + LAYOUT.m_eq_type), k) == _OF_TENDONS and (
+            integer(pointer(m + LAYOUT.m_eq_obj1id), k) == tendon
+            and integer(pointer(m + LAYOUT.m_eq_obj2id), k) < 0
+        ):
+            return True
+    return False
 
 
 @apart
@@ -176,7 +213,9 @@ def follow_constraint(m: int, d: int, state: State) -> None:
     """Let the force of this step's constraints count from the next step on."""
     if state.constrained != 0.0:
         solved = _constraint_force(m, d, int(state.tendon))
-        state.constraint_force += _FOLLOWS * (solved - state.constraint_force)
+        state.previous_constraint = state.constraint_force
+        follows = 1.0 if state.inextensible != 0.0 else _FOLLOWS
+        state.constraint_force += follows * (solved - state.constraint_force)
 
 
 @compiled

@@ -38,6 +38,7 @@ from tendon_mj.plugin.sheath_plugin.state import (
     binding_of,
     state_at,
     state_of,
+    tension_unit,
     unpack,
 )
 from tendon_mj.sheath import record_type
@@ -51,7 +52,7 @@ def _measure(address: int, kind: int, out: int) -> None:
     """Write at ``out`` the quantity ``kind`` of the sheath at ``address``."""
     state = state_at(address)
     segments, guides, _ = unpack(address)
-    ea, last = state.law.axial_stiffness, len(guides)
+    ea, last = tension_unit(state), len(guides)
     shown = doubles(out, last + 1)
     if kind == INPUT_TENSION:
         shown[0] = ea * segments[0].tension
@@ -173,7 +174,7 @@ def show_ends(m: int, d: int, instance: int) -> None:
     state, bound = state_at(sheath), binding_at(binding_of(d, instance, SHEATH))
     first, last = bound.first_sensor, bound.last_sensor
     segments, _, _ = unpack(sheath)
-    ea = state.law.axial_stiffness
+    ea = tension_unit(state)
     owners = pointer(m + LAYOUT.m_sensor_plugin)
     for sensor in range(int(first), int(last) + 1):
         if integer(owners, sensor) == instance:

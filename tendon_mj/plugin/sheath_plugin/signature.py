@@ -137,8 +137,9 @@ def model_signature(m: int) -> float:
 
 
 @compiled
-def control_signature(m: int, d: int) -> float:
-    """Signature of the controls and activations from which actuators make their forces."""
-    controls = hashed(pointer(d + LAYOUT.d_ctrl), 8 * size(m + LAYOUT.m_nu))
-    activations = hashed(pointer(d + LAYOUT.d_act), 8 * size(m + LAYOUT.m_na))
-    return as_number(mixed(controls, activations))
+def pose_signature(m: int, d: int) -> float:
+    """Signature of time, positions and velocities."""
+    h = mixed(
+        hashed(d + LAYOUT.d_time, 8), hashed(pointer(d + LAYOUT.d_qpos), 8 * size(m + LAYOUT.m_nq))
+    )
+    return as_number(mixed(h, hashed(pointer(d + LAYOUT.d_qvel), 8 * size(m + LAYOUT.m_nv))))

@@ -72,16 +72,18 @@ class Bound:
     branches: float  # signature of which branch feeds which, 0 without a pulley
     own_spring: float  # whether the tendon's own spring is the cable's elasticity
     driven: float  # whether actuators and the tendon's own spring give the input tension
+    inextensible: float  # whether it is driven, and no elasticity is stated
     constrained: float  # whether it is driven, and an equality or a limit may act on the tendon
+    spreads: float  # whether that holds the length of the tendon itself
     first_actuator: float  # that acts on the tendon, −1 without one
     last_actuator: float
-    leads: float  # whether this is the model's first sheath that is driven
     reel_joint: float
     output_joint: float
     reel_actuator: float
     first_sensor: float
     last_sensor: float
     first_sheath: float  # instance of the model's first sheath
+    last_sheath: float  # and of its last one
 
 
 class Binding(Bound):
@@ -94,7 +96,8 @@ class Binding(Bound):
     signature: float  # of the model for which this holds
     present: float  # signature of the model as it is now, in the binding of its first sheath
     config_signature: float  # of the attributes
-    controls: float  # signature of those for which the first driven sheath was last evaluated
+    workspace: float  # address of the groups of all guides, in the binding of the last sheath
+    is_last_plugin: float  # whether no other plugin comes after the last sheath
 
 
 class State(Bound, Live):
@@ -113,9 +116,12 @@ class State(Bound, Live):
     wound_out: float  # tendon on the output's spool [m]
     spring_length: float  # rest length of the tendon's own spring [m]
     spring_product: float  # its stiffness times that [N], 0 where EA is not made of it
+    finished: float  # whether a step has been finished since the reset
     constraint_force: float  # of equalities and limits of the tendon [N], pulling where negative
+    previous_constraint: float  # in the step before [N]
     commit_time: float  # [s]
     unsolved: float  # evaluations without a solution
+    warned: float  # whether one has been warned of
     rebound: float  # times that the state was another model's, or none's
     laid_pretension: float  # under which the tendon was laid [N]
     ratios_vary: float  # whether the ratios were computed for one moment only
@@ -138,6 +144,7 @@ _SEGMENT_COUNT, _GUIDE_COUNT = SEGMENT.itemsize // 8, GUIDE.itemsize // 8
 _ARC_COUNT = ARC.itemsize // 8
 _BOUND_COUNT: Final = len(get_type_hints(Bound))
 _BOUND: Final[int] = STATE.fields["tendon"][1]  # type: ignore[index]
+WORKSPACE: Final[int] = BINDING.fields["workspace"][1]  # type: ignore[index]
 DAMPING_POLY: Final[int] = STATE.fields["damping_poly_1"][1]  # type: ignore[index]
 _PARAMETER_COUNT, _LAW_COUNT = len(PARAMETERS), len(LAW)
 _RATIO_LAW = _COUNT - _LAW_COUNT  # where the last member begins
@@ -184,7 +191,7 @@ def clear_step(address: int, state_size: int) -> None:
     state.laid_pretension = state.ratios_vary = state.strain_kept = state.speed_kept = 0.0
     state.has_trial = state.trial_wound_in = state.trial_wound_out = 0.0
     state.trial_time = state.trial_elapsed = state.reel_torque = state.input_force = 0.0
-    state.applied = state.constraint_force = 0.0
+    state.applied = state.constraint_force = state.previous_constraint = state.finished = 0.0
     state.ratio_law.axial_stiffness = 0.0  # the ratios are those of no law
 
 
@@ -232,9 +239,15 @@ def is_wound(state: Bound) -> bool:
 
 
 @compiled
+def tension_unit(state: State) -> float:
+    """Tension that a segment's τ = 1 stands for [N]: EA, and 1 N of an inextensible tendon."""
+    return 1.0 if state.inextensible != 0.0 else state.law.axial_stiffness
+
+
+@compiled
 def input_strain(state: State) -> float:
     """τ that the force of this evaluation gives the first segment; 0 where it pushes."""
-    return max(0.0, -state.input_force) / state.law.axial_stiffness
+    return max(0.0, -state.input_force) / tension_unit(state)
 
 
 @compiled

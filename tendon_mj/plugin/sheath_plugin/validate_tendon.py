@@ -35,8 +35,13 @@ _GIVEN = (
     "has no meaning where an actuator, a spring, an equality or a limit gives the input tension of"
     " tendon {!r}"
 )
+_ELASTICITY = ("axial_stiffness", "axial_damping", "stiffening", "creep")
+_OF_ELASTICITY = (*_ELASTICITY, "creep_time")
+_INEXTENSIBLE = (
+    "has no meaning where tendon {!r} does not stretch: give it axial_stiffness in the model"
+)
 # Attributes that are read here.
-DRIVE: Final = (*_JOINTS, "spring", "axial_stiffness", *_OF_A_REEL)
+DRIVE: Final = (*_JOINTS, "spring", *_ELASTICITY, *_OF_A_REEL)
 
 
 class Drive(NamedTuple):
@@ -97,6 +102,8 @@ def unused_parameters(model: mujoco.MjModel, instance: int) -> dict[str, str]:
     }
     if read_drive(draft, config, draft.tendons[config["tendon"]], reels).is_given:
         unused |= dict.fromkeys(_OF_A_REEL, _GIVEN.format(config["tendon"]))
+        if not any(float(config[name] or 0.0) for name in _ELASTICITY):
+            unused |= dict.fromkeys(_OF_ELASTICITY, _INEXTENSIBLE.format(config["tendon"]))
     return unused
 
 

@@ -32,7 +32,7 @@ from tendon_mj.plugin.abi.memory import (
 )
 from tendon_mj.plugin.sheath_plugin.attributes import is_sensor
 from tendon_mj.plugin.sheath_plugin.bind import is_bound
-from tendon_mj.plugin.sheath_plugin.state import state_at, state_of, unpack
+from tendon_mj.plugin.sheath_plugin.state import state_at, state_of, tension_unit, unpack
 from tendon_mj.sheath import ROUNDING, Guides, Segments
 from tendon_mj.typing import FloatArray
 
@@ -228,7 +228,7 @@ def _draw_sheath(
     if state.started == 0.0 or _is_hidden(m, option, tendon):
         return
     segments, guides, _ = unpack(address)
-    ea = state.law.axial_stiffness
+    ea = tension_unit(state)
     width = double(pointer(m + LAYOUT.m_tendon_width), tendon)
     radius, mark = THICKER * width, MARK * THICKER * width
     path = pointer(d + LAYOUT.d_wrap_xpos)

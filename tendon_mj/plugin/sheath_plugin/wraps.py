@@ -151,7 +151,7 @@ def _wrap(
     if not jumped:
         there = _shift(p, (arc.x1, arc.y1, arc.z1), u)
         back = _shift(q, (arc.x2, arc.y2, arc.z2), v)
-    elif arc.touches == 0.0:
+    elif arc.touches == 0.0 and state.finished != 0.0 and state.inextensible == 0.0:
         turn = 0.0  # its guides move to it without friction
     if not stage:
         arc.trial_touches = 1.0

@@ -1,0 +1,740 @@
+"""Driven tendons without elasticity: dry friction of their guides, solved together for all tendons.
+
+Guides between which the tendon cannot change its length hold or slide as one: a *group*. With T_0
+the tension at the input, f_i what group i adds to it, and D_i = ∂L_i/∂q of the length L_i from the
+group to the output end, the tendon's force is
+
+    −T_0 D_0 − Σ f_i D_i,   T_i = T_{i−1} + f_i,   (T_{i−1} − c)/e^{λ} ≤ T_i ≤ T_{i−1} e^{λ} + c,
+
+at the upper bound where tendon slides towards the output, s_i = D_i q̇ > 0, and at the lower one
+where it slides back. MuJoCo applies T_0 D_0 itself. A group holds where its slip can be ended in the
+step at hand:
+
+    s_i/h + D_i M̂⁻¹ (F − Σ f_j D_j) + b_i = 0,   f_i at its bound where it slides,
+
+with F all forces but those of constraints, and M̂ as in `response`. What constraints do is known from
+the slip that they caused, b_i += s_i/h where a group held. Tensions start from those of the last
+step, T_i, not from f_i: a motor's change needs no slip. Projected Gauss-Seidel sweeps solve it.
+
+**Pulleys.** Tensions count times the divisor of their branch, lengths over it. A branch that begins
+where an earlier one ended takes over its tension.
+
+**Constraints** are solved after friction; their force of the last step is part of T_0. Where a limit
+or an equality holds the length of the tendon, its stretch is spread along it: D_i less the share
+L_i/L_0 of D_0, and T_0 less that share of f_i.
+
+**Dampers** that are integrated implicitly change T_0 within the step, by h k D_0 M̂⁻¹ (F − Σ f_j D_j).
+
+Equations: docs/theory.md, section 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from tendon_mj.native import Record, apart, compiled
+from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.library import RK4, free, malloc
+from tendon_mj.plugin.abi.memory import (
+    coordinates,
+    copy_doubles,
+    double,
+    doubles,
+    integer,
+    pointer,
+    set_pointer,
+    size,
+)
+from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
+from tendon_mj.plugin.sheath_plugin.forces import pull_segment
+from tendon_mj.plugin.sheath_plugin.input_force import actuator_damping, tendon_damping
+from tendon_mj.plugin.sheath_plugin.response import (
+    add_actuator_dampers,
+    add_damper,
+    add_smooth_forces,
+    is_implicit,
+    prepare_response,
+    respond,
+    response_size,
+)
+from tendon_mj.plugin.sheath_plugin.state import (
+    SHEATH,
+    WORKSPACE,
+    State,
+    binding_at,
+    binding_of,
+    state_at,
+    state_of,
+    unpack,
+)
+from tendon_mj.sheath import ROUNDING, Guide, Guides, Segments, record_type
+from tendon_mj.typing import FloatArray
+
+
+class Group:
+    """Guides that hold or slide as one; tensions times the divisor of their branch."""
+
+    member: float  # the sheath
+    begin: float  # first guide
+    end: float  # the one after the last guide
+    parent: float  # group whose tension comes in, −1: the input's
+    divisor: float
+    upper_ratio: float  # T_i ≤ upper_ratio T_{i−1} + upper_offset
+    upper_offset: float  # [N]
+    lower_ratio: float  # T_i ≥ (T_{i−1} − lower_offset) / lower_ratio
+    lower_offset: float  # [N]
+    is_rough: float  # whether there is any friction
+    is_static: float  # whether friction at rest is more than that of sliding
+    is_set_for: float  # ``slides`` for which these bounds are
+    slides: float  # +1 at the upper bound, −1 at the lower one, 0 where it holds
+    share: float  # L_i/L_0 where the stretch of the tendon is spread along it, else 0
+    passed: float  # Δl, since the last step towards the output [m]
+    wanted: float  # what the slip has to be slowed by in this step, with b [m/s²]
+    unknown: float  # b, by constraints [m/s²]
+    mobility: float  # A_ii [1/kg]
+    eases: float  # how much less T_0 is for each newton of friction
+    row: float  # of M̂⁻¹ Dᵀ, −1 where there is no friction
+    before: float  # T_i of the last step [N]
+    before_in: float  # the same in front of the group [N]
+    friction: float  # f [N]
+    tension: float  # T_i [N]
+
+
+GROUP = record_type(Group)
+_GROUP_COUNT = GROUP.itemsize // 8
+_group_at: Callable[[int], Group] = Record(GROUP)
+
+
+class Member:
+    """A sheath whose tendon is inextensible."""
+
+    instance: float
+    first: float  # group
+    last: float  # the one after its last
+    owners: float  # index of its first segment among those of all
+    is_stage: float  # whether this is an inner stage of Runge-Kutta
+    input: float  # T_0 [N]
+    constant: float  # what it would be without friction and acceleration
+    damping: float  # k of its implicit damping [N s/m]
+    spreads: float  # whether its stretch is spread along it
+
+
+MEMBER = record_type(Member)
+_MEMBER_COUNT = MEMBER.itemsize // 8
+_member_at: Callable[[int], Member] = Record(MEMBER)
+
+
+class Head:
+    """What is known of all groups, in front of them."""
+
+    room: float  # groups that there is memory for
+    spots: float  # segments that there is memory for
+    sheaths: float  # that there is memory for
+    members: float  # how many sheaths there are
+    groups: float  # how many groups
+    segments: float  # of these sheaths
+    rough: float  # how many of them have friction
+    signature: float  # of the velocities for which they were set up, 0: none
+    is_nested: float  # whether actuators are being computed once more
+    gives: float  # whether passive forces are being computed once more, with the friction known
+
+
+HEAD = record_type(Head)
+_HEAD_COUNT = HEAD.itemsize // 8
+head_at: Callable[[int], Head] = Record(HEAD)
+
+
+@compiled
+def _size_of(room: int, spots: int, sheaths: int, nv: int) -> int:
+    """Numbers of a workspace: groups, rows of D and of M̂⁻¹ Dᵀ, sheaths, owners, vectors."""
+    groups = room * (_GROUP_COUNT + 2 * nv)
+    return _HEAD_COUNT + groups + sheaths * (_MEMBER_COUNT + nv) + spots + 4 * nv
+
+
+@compiled
+def _group(work: int, g: int) -> Group:
+    return _group_at(work + 8 * (_HEAD_COUNT + _GROUP_COUNT * g))
+
+
+@compiled
+def _rows_at(work: int) -> int:
+    """Address of the rows of D."""
+    return work + 8 * (_HEAD_COUNT + _GROUP_COUNT * int(head_at(work).room))
+
+
+@compiled
+def _solved_at(work: int, nv: int) -> int:
+    """Address of the rows of M̂⁻¹ Dᵀ."""
+    return _rows_at(work) + 8 * nv * int(head_at(work).room)
+
+
+@compiled
+def _members_at(work: int, nv: int) -> int:
+    return _solved_at(work, nv) + 8 * nv * int(head_at(work).room)
+
+
+@compiled
+def _member(work: int, nv: int, k: int) -> Member:
+    return _member_at(_members_at(work, nv) + 8 * _MEMBER_COUNT * k)
+
+
+@compiled
+def _owners_at(work: int, nv: int) -> int:
+    return _members_at(work, nv) + 8 * _MEMBER_COUNT * int(head_at(work).sheaths)
+
+
+@compiled
+def _owners(work: int, nv: int, member: Member) -> FloatArray:
+    """Group whose tension a segment of a sheath has, −1: the input's."""
+    return coordinates(_owners_at(work, nv) + 8 * int(member.owners))
+
+
+@compiled
+def vector_at(work: int, nv: int, which: int) -> int:
+    """Address of a vector: passive forces before friction, friction, acceleration, room for one."""
+    head = head_at(work)
+    return _owners_at(work, nv) + 8 * (int(head.spots) + (int(head.sheaths) + which) * nv)
+
+
+BASE, FRICTION, _ACCELERATION, _ROOM = range(4)
+
+
+@compiled
+def _input_row(work: int, nv: int, k: int) -> FloatArray:
+    """D_0 of a sheath."""
+    return coordinates(_owners_at(work, nv) + 8 * (int(head_at(work).spots) + k * nv))
+
+
+@compiled
+def _response_at(work: int, nv: int) -> int:
+    return vector_at(work, nv, _ROOM + 1)
+
+
+@apart
+def workspace(m: int, d: int, first: int, last: int) -> int:
+    """Memory for the groups of all sheaths, kept in the binding of the last one."""
+    room, sheaths, nv = 0, 0, size(m + LAYOUT.m_nv)
+    for instance in range(first, last + 1):
+        if is_sheath(m, instance, first) and binding_of(d, instance, SHEATH) != 0:
+            guides = int(binding_at(binding_of(d, instance, SHEATH)).guides)
+            room, sheaths = room + guides, sheaths + 1
+    place = binding_of(d, last, SHEATH) + WORKSPACE
+    work = pointer(place)
+    spots = room + sheaths
+    if work != 0 and (head_at(work).room < room or head_at(work).sheaths < sheaths):
+        free(work)
+        work = 0
+    if work == 0:
+        count = _size_of(room, spots, sheaths, nv) + response_size(m, sheaths)
+        work = malloc(8 * count)
+        doubles(work, count)[:] = 0.0
+        head = head_at(work)
+        head.room, head.spots, head.sheaths = room, spots, sheaths
+        set_pointer(place, work)
+    return work
+
+
+@compiled
+def _is_span(segments: Segments, j: int) -> bool:
+    """Whether the length of a segment can change."""
+    return segments[j].point >= 0.0 and segments[j].near_body != segments[j].far_body
+
+
+@apart
+def _gather(work: int, nv: int, k: int, guides: Guides, segments: Segments) -> None:
+    """Gather the guides of a sheath into groups, in the order of its path."""
+    member = _member(work, nv, k)
+    owners, g = _owners(work, nv, member), int(member.first)
+    owners[0] = owner = -1.0
+    begins = True
+    for i in range(len(guides)):
+        owners[i + 1] = owner
+        if guides[i].is_pulley != 0.0:
+            fed_by = int(guides[i].fed_by)
+            owners[i + 1] = owner = owners[fed_by] if 0 <= fed_by <= i else -1.0
+            begins = True
+            continue
+        if begins or _is_span(segments, i):
+            group = _group(work, g)
+            group.member, group.begin = k, i
+            group.parent, group.divisor = owner, segments[i].divisor
+            owner, g = g, g + 1
+        _group(work, g - 1).end = i + 1
+        owners[i + 1] = owner
+        begins = False
+    member.last = g
+
+
+@compiled
+def _towards_output(guide: Guide, unit: float, slides: bool) -> tuple[float, float]:
+    """Ratio and offset of the largest tension behind a guide."""
+    ratio = guide.dynamic_ratio_back if slides else guide.static_ratio_back
+    return ratio, unit * guide.constant_friction
+
+
+@compiled
+def _towards_input(guide: Guide, unit: float, slides: bool) -> tuple[float, float]:
+    """Ratio and offset of the largest tension in front of a guide."""
+    return guide.dynamic_ratio if slides else guide.static_ratio, unit * guide.constant_friction
+
+
+@compiled
+def _set_bounds(group: Group, guides: Guides) -> None:
+    """Combine the bounds of a group's guides; at rest, those of static friction."""
+    upper, more, lower, less = 1.0, 0.0, 1.0, 0.0
+    static = False
+    for i in range(int(group.begin), int(group.end)):
+        guide = guides[i]
+        ratio, offset = _towards_output(guide, group.divisor, group.slides > 0.0)
+        upper, more = upper * ratio, more * ratio + offset
+        ratio, offset = _towards_input(guide, group.divisor, group.slides < 0.0)
+        lower, less = lower * ratio, less + offset * lower
+        static |= guide.static_ratio != guide.dynamic_ratio
+    group.upper_ratio, group.upper_offset = upper, more
+    group.lower_ratio, group.lower_offset = lower, less
+    group.is_static, group.is_set_for = static, group.slides
+    group.is_rough = upper > 1.0 or more > 0.0 or lower > 1.0
+
+
+@compiled
+def _upper(group: Group, tension: float) -> float:
+    return group.upper_ratio * tension + group.upper_offset
+
+
+@compiled
+def _lower(group: Group, tension: float) -> float:
+    return max(0.0, (tension - group.lower_offset) / group.lower_ratio)
+
+
+@compiled
+def _dot(a: FloatArray, b: FloatArray, n: int) -> float:
+    total = 0.0
+    for k in range(n):
+        total += a[k] * b[k]
+    return total
+
+
+@compiled
+def _add_to(a: FloatArray, b: FloatArray, factor: float, n: int) -> None:
+    for k in range(n):
+        a[k] += factor * b[k]
+
+
+@apart
+def _set_rows(m: int, d: int, work: int, k: int, state: State, segments: Segments) -> None:
+    """Set the rows D of a sheath's groups; where its stretch is spread, less their shares of D_0."""
+    nv = size(m + LAYOUT.m_nv)
+    member, at_input, rows = _member(work, nv, k), _input_row(work, nv, k), _rows_at(work)
+    owners, first, last = _owners(work, nv, member), int(member.first), int(member.last)
+    doubles(rows + 8 * nv * first, nv * (last - first))[:] = 0.0
+    for i in range(nv):
+        at_input[i] = 0.0
+    for j in range(len(segments)):
+        if _is_span(segments, j):
+            owner = int(owners[j])
+            row = coordinates(rows + 8 * nv * owner) if owner >= 0 else at_input
+            pull_segment(m, d, state, segments[j], -1.0 / segments[j].divisor, row)
+    for g in range(last - 1, first - 1, -1):
+        parent = int(_group(work, g).parent)
+        into = coordinates(rows + 8 * nv * parent) if parent >= 0 else at_input
+        _add_to(into, coordinates(rows + 8 * nv * g), 1.0, nv)
+    if member.spreads != 0.0:
+        for g in range(first, last):
+            _add_to(coordinates(rows + 8 * nv * g), at_input, -_group(work, g).share, nv)
+
+
+@apart
+def _set_ways(
+    work: int, nv: int, member: Member, state: State, segments: Segments, guides: Guides
+) -> None:
+    """Set the length from each group to the output end, and how far tendon has passed it."""
+    owners, first, last = _owners(work, nv, member), int(member.first), int(member.last)
+    whole = 0.0
+    for g in range(first, last):
+        _group(work, g).share = 0.0
+    for j in range(len(segments)):
+        owner = int(owners[j])
+        length = segments[j].length / segments[j].divisor
+        if owner >= 0:
+            _group(work, owner).share += length
+        whole += length
+    for g in range(last - 1, first - 1, -1):
+        group = _group(work, g)
+        if group.parent >= 0.0:
+            _group(work, int(group.parent)).share += group.share
+    for g in range(first, last):
+        group = _group(work, g)
+        way = group.share
+        end = int(group.end) - 1
+        group.passed = way - guides[end].way if state.finished != 0.0 else 0.0
+        if member.is_stage == 0.0:
+            for i in range(int(group.begin), end + 1):
+                guides[i].trial_way = way
+        group.share = way / whole
+
+
+@apart
+def set_up(m: int, d: int, work: int, instance: int, stage: bool) -> None:
+    """Set up the groups of a sheath in the pose at hand, and their friction as it was shown last.
+
+    In another pose than that of the last evaluation, groups that move slide.
+    """
+    address = state_of(m, d, instance)
+    state = state_at(address)
+    segments, guides, _ = unpack(address)
+    nv, head, h = size(m + LAYOUT.m_nv), head_at(work), double(m + LAYOUT.o_timestep, 0)
+    k, first = int(head.members), int(head.groups)
+    member = _member(work, nv, k)
+    member.instance, member.first, member.is_stage = instance, first, stage
+    member.owners, member.damping = head.segments, 0.0
+    member.spreads = state.spreads != 0.0 and state.constraint_force != 0.0
+    _gather(work, nv, k, guides, segments)
+    last, rough = int(member.last), False
+    head.members, head.groups, head.segments = k + 1, last, head.segments + len(segments)
+    _set_ways(work, nv, member, state, segments, guides)
+    for g in range(first, last):
+        group = _group(work, g)
+        guide = guides[int(group.end) - 1]
+        group.slides = -(guide.trial_slip if stage else guide.previous_slip)
+        group.wanted = group.unknown = group.mobility = group.eases = 0.0
+        if member.spreads == 0.0:
+            group.share = 0.0
+        _set_bounds(group, guides)
+        group.row = -1.0
+        rough |= group.is_rough != 0.0
+    if not rough:
+        return
+    _set_rows(m, d, work, k, state, segments)
+    velocity = coordinates(pointer(d + LAYOUT.d_qvel))
+    for g in range(first, last):
+        group = _group(work, g)
+        end = guides[int(group.end) - 1]
+        speed = _dot(coordinates(_rows_at(work) + 8 * nv * g), velocity, nv)
+        seen = speed
+        if member.spreads != 0.0 or end.is_on_arc != 0.0:
+            group.passed = h * speed
+        elif integer(m + LAYOUT.o_integrator, 0) != RK4:
+            seen = group.passed / h
+        if state.finished != 0.0:
+            group.unknown = end.unknown + (seen / h if end.is_held != 0.0 else 0.0)
+        group.wanted = group.unknown + speed / h
+        if group.is_rough != 0.0:
+            group.row = head.rough
+            head.rough += 1.0
+
+
+@compiled
+def _incoming(work: int, nv: int, group: Group) -> float:
+    """Tension in front of a group."""
+    if group.parent >= 0.0:
+        return _group(work, int(group.parent)).tension
+    return _member(work, nv, int(group.member)).input
+
+
+@compiled
+def _take_over(work: int, nv: int, group: Group, friction: float) -> None:
+    """Give a group its friction; where the stretch is spread the input bears its share."""
+    member = _member(work, nv, int(group.member))
+    member.constant += group.share * (friction - group.friction)
+    group.friction = friction
+
+
+@apart
+def _start(m: int, d: int, work: int, nv: int, k: int) -> None:
+    """Read T_0 of a sheath, and the tensions that its groups held."""
+    member = _member(work, nv, k)
+    state = state_at(state_of(m, d, int(member.instance)))
+    segments, guides, _ = unpack(state_of(m, d, int(member.instance)))
+    member.constant = state.input_force
+    incoming = member.input = max(0.0, -state.input_force)
+    before = state.input_force - state.constraint_force + state.previous_constraint
+    follows = incoming - max(0.0, -before) if member.spreads == 0.0 else 0.0
+    for g in range(int(member.first), int(member.last)):
+        group = _group(work, g)
+        group.friction = 0.0
+        group.before = group.before_in = incoming
+        if state.finished != 0.0:
+            group.before = segments[int(group.end)].previous_tension * group.divisor + follows
+            parent = int(group.parent)
+            first = segments[0].previous_tension
+            group.before_in = _group(work, parent).before if parent >= 0 else first
+
+
+@apart
+def _hold(work: int, nv: int, g: int) -> None:
+    """Let a group hold the tension behind it, or its friction where its stretch is spread."""
+    group = _group(work, g)
+    tension = _incoming(work, nv, group)
+    held = group.before
+    if _member(work, nv, int(group.member)).spreads != 0.0:
+        held = tension + group.before - group.before_in
+    group.tension = min(max(held, _lower(group, tension)), _upper(group, tension))
+    _take_over(work, nv, group, group.tension - tension)
+
+
+@apart
+def _repeat(m: int, d: int, work: int, nv: int, g: int, moves: bool) -> None:
+    """Let a group slide or hold as it was shown last, or, with ``moves``, slide as it moves."""
+    group = _group(work, g)
+    member = _member(work, nv, int(group.member))
+    segments, _, _ = unpack(state_of(m, d, int(member.instance)))
+    tension = _incoming(work, nv, group)
+    low, high = _lower(group, tension), _upper(group, tension)
+    held = group.divisor * segments[int(group.end)].tension
+    slides = group.passed if moves else group.slides
+    if slides != 0.0:
+        held = high if slides > 0.0 else low
+    group.tension = min(max(held, low), high)
+    _take_over(work, nv, group, group.tension - tension)
+
+
+@apart
+def repeat(m: int, d: int, work: int, moves: bool) -> None:
+    """Set the friction of all groups as it was shown last, or, with ``moves``, as they move now."""
+    nv, head = size(m + LAYOUT.m_nv), head_at(work)
+    for k in range(int(head.members)):
+        _start(m, d, work, nv, k)
+    for g in range(int(head.groups)):
+        _repeat(m, d, work, nv, g, moves)
+    _add_friction(work, nv)
+
+
+_SWEEPS = 100
+_CLOSE = 1e-11  # change of a tension, over the largest, that ends the sweeps
+
+
+@apart
+def _prepare(m: int, d: int, work: int, nv: int) -> None:
+    """Set M̂⁻¹ Dᵀ and the mobility of all groups with friction."""
+    head, response, h = head_at(work), _response_at(work, nv), double(m + LAYOUT.o_timestep, 0)
+    rows, solved = _rows_at(work), _solved_at(work, nv)
+    prepare_response(m, d, response)
+    if is_implicit(m):
+        room = coordinates(vector_at(work, nv, _ROOM))
+        add_actuator_dampers(m, d, response, room)
+        for k in range(int(head.members)):
+            member = _member(work, nv, k)
+            state = state_at(state_of(m, d, int(member.instance)))
+            own = tendon_damping(m, state)
+            member.damping = own + actuator_damping(m, d, state)
+            if own > 0.0 and _is_rough(work, member):
+                add_damper(m, response, _input_row(work, nv, k), own)
+    for g in range(int(head.groups)):
+        group = _group(work, g)
+        if group.row < 0.0:
+            continue
+        at = solved + 8 * nv * int(group.row)
+        copy_doubles(at, rows + 8 * nv * g, nv)
+        answer, member = coordinates(at), _member(work, nv, int(group.member))
+        respond(m, response, answer)
+        group.mobility = _dot(coordinates(rows + 8 * nv * g), answer, nv)
+        group.eases = group.share
+        if member.damping != 0.0:
+            along = _dot(_input_row(work, nv, int(group.member)), answer, nv)
+            group.eases += h * member.damping * along
+
+
+@compiled
+def _is_rough(work: int, member: Member) -> bool:
+    """Whether a sheath has friction at all."""
+    rough = False
+    for g in range(int(member.first), int(member.last)):
+        rough |= _group(work, g).row >= 0.0
+    return rough
+
+
+@compiled
+def _update_input(work: int, nv: int, k: int, h: float) -> None:
+    """T_0 of a sheath with the acceleration at hand."""
+    member = _member(work, nv, k)
+    force = member.constant
+    if member.damping != 0.0:
+        acceleration = coordinates(vector_at(work, nv, _ACCELERATION))
+        force -= h * member.damping * _dot(_input_row(work, nv, k), acceleration, nv)
+    member.input = max(0.0, -force)
+
+
+@compiled
+def _change(work: int, nv: int, group: Group, friction: float) -> None:
+    """Change the friction of a group, and the acceleration with it."""
+    change = friction - group.friction
+    if change != 0.0:
+        row = coordinates(_solved_at(work, nv) + 8 * nv * int(group.row))
+        _add_to(coordinates(vector_at(work, nv, _ACCELERATION)), row, -change, nv)
+        _take_over(work, nv, group, friction)
+
+
+@compiled
+def _bounds(group: Group, tension: float) -> tuple[float, float]:
+    """Least and largest friction of a group, as T_0 changes with it."""
+    tension += group.eases * group.friction
+    rise, fall = group.upper_ratio - 1.0, 1.0 / group.lower_ratio - 1.0
+    high = (rise * tension + group.upper_offset) / max(1e-3, 1.0 + group.eases * rise)
+    low = fall * tension - group.lower_offset / group.lower_ratio
+    return max(low / max(1e-3, 1.0 + group.eases * fall), -max(0.0, tension)), max(0.0, high)
+
+
+@apart
+def _sweep(work: int, nv: int, h: float) -> bool:
+    """Let every group hold or slide; return whether any tension still changed."""
+    rows, acceleration = _rows_at(work), coordinates(vector_at(work, nv, _ACCELERATION))
+    changed = largest = 0.0
+    for g in range(int(head_at(work).groups)):
+        group = _group(work, g)
+        if group.parent < 0.0:
+            _update_input(work, nv, int(group.member), h)
+        tension = _incoming(work, nv, group)
+        group.tension = tension
+        if group.row < 0.0:
+            continue
+        low, high = _bounds(group, tension)
+        friction = group.friction
+        missing = group.wanted + _dot(coordinates(rows + 8 * nv * g), acceleration, nv)
+        if group.mobility > 0.0:
+            friction += missing / group.mobility
+        elif missing != 0.0:
+            friction = high if missing > 0.0 else low
+        group.slides = 1.0 if friction > high else (-1.0 if friction < low else 0.0)
+        friction = min(max(friction, low), high)
+        changed = max(changed, abs(friction - group.friction))
+        _change(work, nv, group, friction)
+        if group.parent < 0.0:
+            _update_input(work, nv, int(group.member), h)
+            tension = _incoming(work, nv, group)
+        group.tension = tension + friction
+        largest = max(largest, group.tension, tension)
+    return changed > _CLOSE * largest
+
+
+@apart
+def _release(m: int, d: int, work: int, nv: int) -> bool:
+    """Let groups that broke loose slide at μ_d; return whether there are any."""
+    released = False
+    for g in range(int(head_at(work).groups)):
+        group = _group(work, g)
+        if group.is_static == 0.0 or group.slides == 0.0:
+            continue
+        instance = int(_member(work, nv, int(group.member)).instance)
+        _, guides, _ = unpack(state_of(m, d, instance))
+        upper, lower = group.upper_ratio, group.lower_ratio
+        _set_bounds(group, guides)
+        released |= group.upper_ratio != upper or group.lower_ratio != lower
+    return released
+
+
+@compiled
+def _write_guides(work: int, nv: int, group: Group, segments: Segments, guides: Guides) -> None:
+    """Write the tensions, flows and friction work of a group's guides, on trial.
+
+    Where friction holds, the tension along the group is that share of what it would be at the bound
+    which its end has.
+    """
+    incoming, up = _incoming(work, nv, group), group.friction > 0.0
+    bound = _upper(group, incoming) if up else _lower(group, incoming)
+    part = group.friction / (bound - incoming) if bound != incoming else 0.0
+    begin, end = int(group.begin), int(group.end)
+    passed, slides = group.passed, group.slides
+    if group.row < 0.0:
+        slides = 1.0 if passed > 0.0 else -1.0
+    still = abs(passed) <= ROUNDING * guides[end - 1].trial_way
+    flow = 0.0 if still or slides * passed <= 0.0 else -passed
+    extreme = tension = incoming
+    for i in range(begin, end):
+        guide, before = guides[i], tension
+        if up:
+            ratio, offset = _towards_output(guide, group.divisor, group.is_set_for > 0.0)
+            extreme = ratio * extreme + offset
+        else:
+            ratio, offset = _towards_input(guide, group.divisor, group.is_set_for < 0.0)
+            extreme = max(0.0, (extreme - offset) / ratio)
+        tension = group.tension if i == end - 1 else incoming + part * (extreme - incoming)
+        segments[i + 1].tension = tension / group.divisor
+        guide.flow = guide.trial_flow = flow
+        guide.slip = guide.trial_slip = -slides if flow != 0.0 else 0.0
+        guide.trial_unknown, guide.trial_is_held = group.unknown, group.slides == 0.0
+        guide.trial_friction_work = abs((tension - before) * flow)
+
+
+@apart
+def _write(m: int, d: int, work: int, nv: int, k: int, time: float) -> None:
+    """Write the result of a sheath, and keep it on trial."""
+    member = _member(work, nv, k)
+    address = state_of(m, d, int(member.instance))
+    state = state_at(address)
+    segments, guides, _ = unpack(address)
+    owners = _owners(work, nv, member)
+    for j in range(len(segments)):
+        owner = int(owners[j])
+        tension = _group(work, owner).tension if owner >= 0 else member.input
+        segments[j].tension = tension / segments[j].divisor
+    for g in range(int(member.first), int(member.last)):
+        _write_guides(work, nv, _group(work, g), segments, guides)
+    for j in range(len(segments)):
+        segments[j].trial_tension = segments[j].tension
+    state.trial_time, state.trial_elapsed = time, double(m + LAYOUT.o_timestep, 0)
+    state.has_trial = 1.0
+
+
+@apart
+def _add_friction(work: int, nv: int) -> None:
+    """Add the friction of all groups to the vector FRICTION."""
+    friction = coordinates(vector_at(work, nv, FRICTION))
+    for g in range(int(head_at(work).groups)):
+        group = _group(work, g)
+        if group.friction != 0.0:
+            _add_to(friction, coordinates(_rows_at(work) + 8 * nv * g), -group.friction, nv)
+
+
+@apart
+def solve(m: int, d: int, work: int) -> None:
+    """Solve the friction of all groups under the forces at hand, and add it to FRICTION."""
+    nv, head, h = size(m + LAYOUT.m_nv), head_at(work), double(m + LAYOUT.o_timestep, 0)
+    stage = False
+    for k in range(int(head.members)):
+        member = _member(work, nv, k)
+        stage |= member.is_stage != 0.0
+        state_at(state_of(m, d, int(member.instance))).applied = 1.0
+    if stage:
+        repeat(m, d, work, False)
+        return
+    for k in range(int(head.members)):
+        _start(m, d, work, nv, k)
+    if head.rough > 0.0:
+        _prepare(m, d, work, nv)
+        acceleration = coordinates(vector_at(work, nv, _ACCELERATION))
+        copy_doubles(vector_at(work, nv, _ACCELERATION), vector_at(work, nv, BASE), nv)
+        add_smooth_forces(m, d, acceleration)
+        respond(m, _response_at(work, nv), acceleration)
+        for g in range(int(head.groups)):
+            group = _group(work, g)
+            _hold(work, nv, g)
+            if group.friction != 0.0:
+                row = coordinates(_solved_at(work, nv) + 8 * nv * int(group.row))
+                _add_to(acceleration, row, -group.friction, nv)
+        for _ in range(1 + 2 * int(head.rough)):
+            for _ in range(_SWEEPS):
+                if not _sweep(work, nv, h):
+                    break
+            if not _release(m, d, work, nv):
+                break
+    else:
+        for g in range(int(head.groups)):
+            _group(work, g).tension = _incoming(work, nv, _group(work, g))
+    _add_friction(work, nv)
+    time = double(d + LAYOUT.d_time, 0)
+    for k in range(int(head.members)):
+        _write(m, d, work, nv, k, time)
+
+
+@compiled
+def commit_inextensible(state: State, segments: Segments, guides: Guides) -> None:
+    """Make the step on trial the committed state."""
+    for i in range(len(guides)):
+        guide = guides[i]
+        guide.unknown, guide.is_held = guide.trial_unknown, guide.trial_is_held
+        guide.way = guide.trial_way
+        guide.passed += guide.trial_flow
+        guide.previous_slip = guide.trial_slip
+        guide.friction_work += guide.trial_friction_work
+    for j in range(len(segments)):
+        segments[j].previous_tension = segments[j].trial_tension
