@@ -35,6 +35,7 @@ from tendon_mj.plugin.sheath_plugin.attributes import is_sensor, is_sheath
 from tendon_mj.plugin.sheath_plugin.bind import (
     check_bindable,
     ensure_bound,
+    first_sheath,
     has_own_state,
     is_bound,
     last_sheath,
@@ -214,13 +215,14 @@ def _meet_actuators(m: int, d: int, last: int) -> None:
     It adds those of some, and those of plugins that come later, after that: then actuators are
     computed once more to know them.
     """
-    if not has_own_state(m, d, last):  # binds it in a copy
+    first = first_sheath(m, last)
+    driven = False
+    for instance in range(first, last + 1):
+        if is_sheath(m, instance, last) and has_own_state(m, d, instance):  # binds it in a copy
+            driven |= state_at(state_of(m, d, instance)).driven != 0.0
+    if not driven or binding_of(d, last, SHEATH) == 0:
         return
     bound = binding_at(binding_of(d, last, SHEATH))
-    first = int(bound.first_sheath)
-    for instance in range(first, last + 1):
-        if is_sheath(m, instance, last):
-            has_own_state(m, d, instance)
     work = workspace(m, d, first, last)
     head = head_at(work)
     if head.is_nested != 0.0:

@@ -354,9 +354,9 @@ def evaluate(m: int, d: int, address: int) -> None:
     else:
         if not state.law.axial_stiffness > 0.0 and state.inextensible == 0.0:
             state.law.axial_stiffness = CHOSEN_STIFFNESS
-        state.started = 1.0
         _, guides, _ = unpack(address)
         update_ratios(address, state, guides, time)
+        state.started = 1.0
 
 
 @compiled

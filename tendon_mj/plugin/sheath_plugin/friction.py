@@ -28,7 +28,7 @@ def _are_current(address: int, state: State) -> bool:
     vary = fades or law.friction_gradient != 0.0 or law.friction_drift != 0.0
     varied = state.ratios_vary != 0.0
     state.ratios_vary = vary
-    return keep_ratio_law(address) and not (vary or varied)
+    return keep_ratio_law(address) and state.started != 0.0 and not (vary or varied)
 
 
 @compiled

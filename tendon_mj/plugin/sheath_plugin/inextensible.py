@@ -480,7 +480,7 @@ def _repeat(m: int, d: int, work: int, nv: int, g: int, moves: bool) -> None:
     segments, _, _ = unpack(state_of(m, d, int(member.instance)))
     tension = _incoming(work, nv, group)
     low, high = _lower(group, tension), _upper(group, tension)
-    held = group.divisor * segments[int(group.end)].tension
+    held = group.divisor * segments[int(group.end)].trial_tension
     slides = group.passed if moves else group.slides
     if slides != 0.0:
         held = high if slides > 0.0 else low
@@ -648,7 +648,7 @@ def _write_guides(work: int, nv: int, group: Group, segments: Segments, guides: 
             ratio, offset = _towards_input(guide, group.divisor, group.is_set_for < 0.0)
             extreme = max(0.0, (extreme - offset) / ratio)
         tension = group.tension if i == end - 1 else incoming + part * (extreme - incoming)
-        segments[i + 1].tension = tension / group.divisor
+        segments[i + 1].trial_tension = tension / group.divisor
         guide.flow = guide.trial_flow = flow
         guide.slip = guide.trial_slip = -slides if flow != 0.0 else 0.0
         guide.trial_unknown, guide.trial_is_held = group.unknown, group.slides == 0.0
@@ -666,11 +666,14 @@ def _write(m: int, d: int, work: int, nv: int, k: int, time: float) -> None:
     for j in range(len(segments)):
         owner = int(owners[j])
         tension = _group(work, owner).tension if owner >= 0 else member.input
-        segments[j].tension = tension / segments[j].divisor
+        segments[j].trial_tension = tension / segments[j].divisor
     for g in range(int(member.first), int(member.last)):
         _write_guides(work, nv, _group(work, g), segments, guides)
+    changes = max(0.0, -state.input_force) - member.input
     for j in range(len(segments)):
-        segments[j].trial_tension = segments[j].tension
+        changed = changes if member.damping != 0.0 else 0.0
+        segment = segments[j]
+        segment.tension = max(0.0, segment.trial_tension + changed / segment.divisor)
     state.trial_time, state.trial_elapsed = time, double(m + LAYOUT.o_timestep, 0)
     state.has_trial = 1.0
 
