@@ -96,10 +96,13 @@ def test_a_library_that_others_may_write_is_not_loaded(tmp_path):
 PROGRAM = r"""
 #include <mujoco/mujoco.h>
 #include <stdio.h>
+#include <string.h>
 int main(int argc, char** argv) {
   char error[1000] = "";
   mj_loadPluginLibrary(argv[1]);
-  mjModel* m = mj_loadXML(argv[2], NULL, error, sizeof error);
+  int is_binary = strstr(argv[2], ".mjb") != NULL;
+  mjModel* m = is_binary ? mj_loadModel(argv[2], NULL)
+                         : mj_loadXML(argv[2], NULL, error, sizeof error);
   if (!m) {
     fprintf(stderr, "%s\n", error);
     return 1;
@@ -135,24 +138,32 @@ def program(tmp_path_factory):
     return compiled_program(tmp_path_factory.mktemp("c"), PROGRAM)
 
 
+def model_file(name, folder):
+    """Path of a model of the package, or of the rig."""
+    if name == "rig":
+        return written(folder)
+    spec = load_spec(name)
+    spec.compile()
+    file = folder / "model.xml"
+    file.write_text(spec.to_xml(), "utf-8")
+    return str(file)
+
+
 @needs_compiler
 @pytest.mark.parametrize("name", ["bench", "joint", "finger", "rig"])
 def test_a_program_in_c_simulates_the_same_to_the_bit(name, program, tmp_path):
-    file = tmp_path / "model.xml"
-    if name == "rig":
-        file = written(tmp_path)
-    else:
-        spec = load_spec(name)
-        spec.compile()
-        file.write_text(spec.to_xml(), "utf-8")
-    model = mujoco.MjModel.from_xml_path(str(file))
+    file = model_file(name, tmp_path)
+    model = mujoco.MjModel.from_xml_path(file)
     data = mujoco.MjData(model)
     for k in range(10000):
         data.ctrl[:] = 1e-3 * (k % 200)
         mujoco.mj_step(model, data)
-    done = subprocess.run([*program, str(file)], capture_output=True, check=True)
+    binary = str(tmp_path / "model.mjb")
+    mujoco.mj_saveModel(model, binary, None)
     expected = np.concatenate([data.qpos, data.sensordata, data.plugin_state])
-    np.testing.assert_array_equal(np.frombuffer(done.stdout), expected)
+    for saved in (file, binary):
+        done = subprocess.run([*program, saved], capture_output=True, check=True)
+        np.testing.assert_array_equal(np.frombuffer(done.stdout), expected)
 
 
 @needs_compiler
@@ -232,6 +243,28 @@ def test_a_wrong_attribute_is_refused_in_c_by_instance_name_and_value(
     assert done.returncode == 1, done
     assert f"tendon_mj.{plugin} instance '{plugin}': {attribute}" in done.stderr
     assert re.search(re.escape(f"{attribute} = '{value}'" if value else attribute), done.stderr)
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    ("name", "slots", "where"),
+    [
+        ("rig", (0, 1), "reserved.0 instance 'sheath'"),
+        ("rig", (17, 16), "servo instance 'sheath'"),
+        ("bench", 15, "reserved.15 instance 'input_tension'"),  # a sensor, of which it asks first
+    ],
+)
+def test_a_binary_model_with_its_plugins_in_other_slots_is_refused(
+    name, slots, where, program, tmp_path
+):
+    model = mujoco.MjModel.from_xml_path(model_file(name, tmp_path))
+    model.plugin[:] = slots
+    file = str(tmp_path / "model.mjb")
+    mujoco.mj_saveModel(model, file, None)
+    options = {"capture_output": True, "text": True, "check": False, "cwd": tmp_path}
+    done = subprocess.run([*program, file], **options)
+    assert done.returncode == 1, done
+    assert f"tendon_mj.{where}: " in done.stderr
 
 
 LOCALE = """

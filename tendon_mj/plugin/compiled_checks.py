@@ -107,6 +107,11 @@ _branches = Text(" branches at a pulley, which only a driven one with its first 
 _no_scale = Text(" has no effect without the parameter that scales it")
 _nothing = Text(" must not be 0")
 _no_stiffness = Text(" is missing, as nothing pulls the tendon")
+_binary, _nothing_given = Text("the binary model"), Text("")
+_other_slots = Text(
+    " is of a program with another plugin in this slot: load its MJCF instead, or first the same"
+    " plugins in the same order"
+)
 
 
 @apart
@@ -134,6 +139,12 @@ def _refuse(m: int, d: int, instance: int, attribute: int, value: int, reason: i
         set_integer(d + LAYOUT.d_nplugin, instance)  # only those before it have begun
         mj_deleteData(d)
     mju_error(message)
+
+
+@apart
+def refuse_slot(m: int, d: int, instance: int) -> None:
+    """Refuse an instance in the slot of a placeholder, with the data of `init` if not 0."""
+    _refuse(m, d, instance, _binary(), _nothing_given(), _other_slots())
 
 
 @compiled

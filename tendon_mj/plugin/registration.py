@@ -4,6 +4,10 @@
 what it has. The offsets of the MuJoCo that is running are looked up in `releases`; with a release
 that is not there nothing is registered. A program in Python writes the offsets that it has
 verified, and which of its functions check a model, and has the plugins registered then.
+
+A binary model names a plugin by its slot alone, and what MuJoCo finds in a slot it calls unchecked.
+The plugins have the same slots in every program, behind placeholders for plugins that are not
+there: these refuse the instances of a model that has others.
 """
 
 from __future__ import annotations
@@ -31,10 +35,12 @@ from tendon_mj.plugin.abi.layout import LAYOUT, SCENE
 from tendon_mj.plugin.abi.library import (
     mj_version,
     mjp_getPlugin,
+    mjp_pluginCount,
     mjp_registerPlugin,
     mju_warning,
 )
 from tendon_mj.plugin.abi.memory import doubles, pointer, set_integer, set_pointer
+from tendon_mj.plugin.compiled_checks import refuse_slot
 from tendon_mj.plugin.servo_plugin import callbacks as _servo_callbacks  # noqa: F401, entries
 from tendon_mj.plugin.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
 from tendon_mj.plugin.sheath_plugin import callbacks as _sheath_callbacks  # noqa: F401
@@ -51,6 +57,8 @@ _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
 _STAGE = mujoco.mjtStage.mjSTAGE_ACC.value
 _WIDTH = 32  # of a row of text
 _SHEATH_NAMES, _SERVO_NAMES = as_rows(ATTRIBUTES, _WIDTH), as_rows(SERVO_ATTRIBUTES, _WIDTH)
+_SLOT = 16  # of the sheath, after MuJoCo's own plugins, which are half as many, and a user's
+_PLACEHOLDERS = as_rows((f"tendon_mj.reserved.{k}" for k in range(_SLOT)), _WIDTH)
 _sheath, _servo = Text("tendon_mj.sheath"), Text("tendon_mj.servo")
 _struct = Shared("tendon_mj_struct", 19)  # mjpPlugin, which MuJoCo copies
 _names = Shared("tendon_mj_names", max(len(_SHEATH_NAMES), len(_SERVO_NAMES)))
@@ -92,6 +100,8 @@ _servo_destroy = AddressOf("tendon_mj_servo_destroy")
 _servo_reset = AddressOf("tendon_mj_servo_reset")
 _servo_compute = AddressOf("tendon_mj_servo_compute")
 _servo_advance = AddressOf("tendon_mj_servo_advance")
+_placeholder_nsensordata = AddressOf("tendon_mj_placeholder_nsensordata")
+_placeholder_init = AddressOf("tendon_mj_placeholder_init")
 
 
 @apart
@@ -157,10 +167,36 @@ def _begin(name: int, attributes: int, count: int, capabilities: int) -> int:
     return struct
 
 
+@entry("tendon_mj_placeholder_nsensordata", "i32(ptr, i32, i32)")
+def placeholder_nsensordata(m: int, instance: int, sensor: int) -> int:
+    """`nsensordata` of a placeholder, which `mj_loadModel` asks."""
+    refuse_slot(m, 0, instance)
+    return 0
+
+
+@entry("tendon_mj_placeholder_init", "i32(ptr, ptr, i32)")
+def placeholder_init(m: int, d: int, instance: int) -> int:
+    """`init` of a placeholder, which `mj_makeData` asks."""
+    refuse_slot(m, d, instance)
+    return 0
+
+
+@apart
+def _reserve() -> None:
+    """Register placeholders in the slots before that of the sheath."""
+    while mjp_pluginCount() < _SLOT:
+        name = _PLACEHOLDERS.ctypes.data + _WIDTH * mjp_pluginCount()
+        struct = _begin(name, 0, 0, _ACTUATOR | _SENSOR | _PASSIVE)
+        set_pointer(struct + _NSENSORDATA, _placeholder_nsensordata())
+        set_pointer(struct + _INIT, _placeholder_init())
+        mjp_registerPlugin(struct)
+
+
 @entry("tendon_mj_register", "void()")
 def register() -> None:
     """Register the plugins that are not registered yet."""
     if not _is_registered(_sheath()):
+        _reserve()
         names, count = _SHEATH_NAMES.ctypes.data, len(_SHEATH_NAMES)
         struct = _begin(_sheath(), names, count, _ACTUATOR | _SENSOR | _PASSIVE)
         set_pointer(struct + NSTATE, _sheath_nstate())

@@ -107,6 +107,13 @@ def test_another_order_of_plugins_is_refused(monkeypatch):
         pickle.loads(text)
 
 
+def test_a_binary_model_of_a_process_with_another_plugin_there_is_refused(tmp_path):
+    model = arm()
+    model.plugin[:] = 15  # a placeholder's, whatever plugins this MuJoCo has
+    with refusing(mujoco.FatalError, "tendon_mj.reserved.15 instance 'input_tension'"):
+        mujoco.MjData(by_mjb(model, tmp_path))
+
+
 ENGINES = {"mujoco.mjx": "MJX", "mujoco_warp": "MuJoCo Warp"}
 ENGINE = "def put_model(m, device=None, **more):\n    return m.nq\n"
 

@@ -165,6 +165,8 @@ def init(m: int, d: int, instance: int) -> int:
     """`init` of `mjpPlugin`."""
     if asks(SERVO_INIT):
         ask_complete(SERVO_INIT, m, d, instance)
+    else:
+        servo_state(m, instance)  # of a binary model, whose `nstate` MuJoCo does not ask
     set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, 0)
     return 0
 

@@ -295,8 +295,10 @@ def init(m: int, d: int, instance: int) -> int:
     """`init` of `mjpPlugin`."""
     if asks(SHEATH_INIT):
         ask_complete(SHEATH_INIT, m, d, instance)
-    elif not is_sensor(m, instance):
-        check_bindable(m, d, instance)
+    else:
+        sheath_state(m, instance)  # of a binary model, whose `nstate` MuJoCo does not ask
+        if not is_sensor(m, instance):
+            check_bindable(m, d, instance)
     set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, 0)
     return 0
 
