@@ -2,8 +2,8 @@
 
 MuJoCo Warp runs no plugins. A copy of the model goes there in which a reel is an actuator without
 force and a sheath's sensor one of the user's. The sheaths are solved by kernels of ours, which its
-callbacks launch: wound tendons where passive forces are computed, and driven ones as soon as the
-actuators have their forces, both before accelerations are. Nothing of it waits for the device.
+callbacks launch: wound tendons where passive forces are computed, and driven ones where actuators
+are, both before accelerations are. Nothing of it waits for the device.
 """
 
 from __future__ import annotations
@@ -197,8 +197,15 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
 
     def act_bias(m: Any, d: Any) -> None:
         check_options(m.opt, constrained)  # here too, as passive forces may all be off
-        if late:
-            _evaluate(m, d, layout, moved, True)
+        if not late or (batch := sheaths_laid_out(d, layout)).asks:
+            return
+        unclamped, batch.asks = wp.clone(d.actuator_force), True
+        try:
+            mjw.fwd_actuation(m, d)  # limits and parts that come behind this callback
+        finally:
+            batch.asks = False
+        _evaluate(m, d, layout, moved, True)
+        wp.copy(d.actuator_force, unclamped)
 
     def passive(m: Any, d: Any) -> None:
         check_options(m.opt, constrained)
@@ -420,6 +427,11 @@ def _without_plugins(model: mujoco.MjModel, simulated: dict[str, Simulated]) -> 
     plain.actuator_biastype[reels] = mujoco.mjtBias.mjBIAS_NONE
     plain.actuator_gainprm[reels] = 0.0
     plain.actuator_plugin[reels] = -1
+    if "actuator_damping" not in mjw.Model.__annotations__:  # which MuJoCo Warp 3.11 leaves out
+        on = np.flatnonzero(plain.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON)
+        damping = plain.actuator_damping[on] * plain.actuator_gear[on, 0] ** 2
+        np.add.at(plain.tendon_damping, plain.actuator_trnid[on, 0], damping)
+        plain.actuator_damping[on] = 0.0
     shown = list(sensors_of_sheaths(model))
     plain.sensor_type[shown] = mujoco.mjtSensor.mjSENS_USER
     plain.sensor_datatype[shown] = mujoco.mjtDataType.mjDATATYPE_REAL

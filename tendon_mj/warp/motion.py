@@ -26,6 +26,7 @@ class Dynamics:
     tendon_stiffness: wp.array2d[wp.float32]
     tendon_damping: wp.array2d[wp.float32]
     tendon_lengthspring: wp.array2d[wp.vec2]
+    tendon_actuatorid: wp.array[wp.int32]  # which damps it: -1 none, below that all on it
     actuator_ctrllimited: wp.array[wp.bool]
     actuator_ctrlrange: wp.array2d[wp.vec2]
     spring: wp.float32  # 1 where the option leaves springs on, else 0
@@ -34,6 +35,7 @@ class Dynamics:
     actuator_trntype: wp.array[wp.int32]
     actuator_trnid: wp.array[wp.vec2i]
     actuator_gear: wp.array2d[wp.spatial_vector]
+    actuator_damping: wp.array2d[wp.float32]  # before 4.0 in `tendon_damping`
     # of the worlds
     time: wp.array[wp.float32]
     qpos: wp.array2d[wp.float32]
@@ -106,10 +108,15 @@ def spring_force(b: Dynamics, tendon: int, w: int) -> float:
 @wp.func
 def input_force(b: Dynamics, tendon: int, w: int) -> wp.float64:
     """Force along the tendon [N] by actuators, its spring and its damper; negative pulls."""
-    force = float(0.0)
+    force = spring_force(b, tendon, w)
+    damping = float(b.tendon_damping[w % b.tendon_damping.shape[0], tendon])
+    damps = int(-1)
+    if b.tendon_actuatorid.shape[0] > 0:
+        damps = b.tendon_actuatorid[tendon]
     for a in range(b.nactuator):
         if b.actuator_trntype[a] == _TENDON and b.actuator_trnid[a][0] == tendon:
-            force += b.actuator_gear[w % b.actuator_gear.shape[0], a][0] * b.actuator_force[w, a]
-    force += spring_force(b, tendon, w)
-    damping = b.damper * b.tendon_damping[w % b.tendon_damping.shape[0], tendon]
-    return wp.float64(force - damping * b.ten_velocity[w, tendon])
+            gear = b.actuator_gear[w % b.actuator_gear.shape[0], a][0]
+            force += gear * b.actuator_force[w, a]
+            if damps == a or damps < -1:
+                damping += gear * gear * b.actuator_damping[w % b.actuator_damping.shape[0], a]
+    return wp.float64(force - b.damper * damping * b.ten_velocity[w, tendon])

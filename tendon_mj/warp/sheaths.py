@@ -52,6 +52,7 @@ class Sheaths:
         self._unused = unused
         self.layout = layout_of(simulated)
         self.nworld = nworld
+        self.asks = False  # for the actuators' forces, within their computation
         self.tendons: Any = allocate(simulated, reels, beyond, nworld)
         self.written = [  # cfrc_ext and cfrc_int with the sheaths' reactions
             wp.full((nworld, nbody), wp.spatial_vector(*[np.nan] * 6), dtype=wp.spatial_vector)

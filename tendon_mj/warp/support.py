@@ -165,8 +165,6 @@ def _check_sheath(model: mujoco.MjModel, where: str, sheath: Simulated) -> None:
         if reel >= 0 and model.actuator_delay[reel] > 0.0:
             _refuse(f"{where}a reel with a delay", "delay the control yourself")
         return
-    if model.tendon_actfrclimited[tendon]:
-        _refuse(f"{where}actuatorfrcrange of its tendon", "give the actuator a forcerange")
     on = (model.actuator_trntype == _TENDON) & (model.actuator_trnid[:, 0] == tendon)
     if np.any(model.actuator_dampingpoly[on]):
         _refuse(f"{where}a polynomial damping of its actuator", "give it a linear one")

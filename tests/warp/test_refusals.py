@@ -65,9 +65,6 @@ REFUSED = {
     "sheath 'reel': backlash": lambda: reel(backlash=1e-3),
     "sheath 'reel': axial_damping": lambda: reel(axial_damping=1.0),
     "sheath 's': a tendon that branches at a pulley": lambda: arm(MOTOR, 0.1, path=PULLEY),
-    "actuatorfrcrange": lambda: arm(
-        MOTOR, 0.1, 'actuatorfrcrange="-5 0" actuatorfrclimited="true"'
-    ),
     "polynomial stiffness": lambda: arm(MOTOR, 0.1, 'stiffness="60 5 5"'),
     "springs and dampers both": lambda: disabled(reel()),
 }
