@@ -498,7 +498,7 @@ def _winding(model: mujoco.MjModel, actuator: int, state: NDArray[np.void]) -> f
     """Sense in which a control winds in the tendon of a sheath; 0 where it does not."""
     joint, gear = joint_of(model, actuator), model.actuator_gear[actuator, 0]
     if actuator == int(state["reel_actuator"]):
-        return 1.0
+        return float(np.sign(gear))
     if joint >= 0 and joint == int(state["reel_joint"]):
         return float(np.sign(gear * state["reel_radius"]))
     pulls = model.actuator_trntype[actuator] == _TRN.mjTRN_TENDON.value
