@@ -97,7 +97,8 @@ def add_friction(
 
     Warns:
         TendonWarning: of tendons that were named, left out, or have nothing to rub on; of actuators
-            that can push; of a side site that friction turns away from its tendon.
+            that can push; of a side site that friction turns away from its tendon; of an axial
+            stiffness of a tendon that is wound, if the time step of the model does not resolve it.
     """
     check_spec(spec)
     check_names(LAW, parameters, "add_friction")
@@ -352,6 +353,7 @@ def warnings_of(
     messages += [f"friction has no effect on {listed(on)}, {why}" for why, on in idle.items()]
     messages += [s.spool.warning for s in sheaths if s.spool and s.spool.warning]
     messages += [f"tendon {s.name!r}: {s.passing}" for s in sheaths if s.passing]
+    messages += [f"tendon {s.name!r}: {s.too_stiff}" for s in sheaths if s.too_stiff]
     return messages + _joint_warnings(spec, driven) + _push_warnings(driven, pulling)
 
 

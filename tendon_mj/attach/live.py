@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator, MutableMapping
 from typing import Any
 
@@ -9,8 +10,10 @@ import mujoco
 import numpy as np
 
 from tendon_mj import plugin
+from tendon_mj.attach.stiffness_limit import step_warning
 from tendon_mj.errors import (
     InvalidValueError,
+    TendonWarning,
     UnknownAttributeError,
     UnknownKeyError,
     UnknownNameError,
@@ -84,6 +87,17 @@ class _States:
         if not self.numbers.flags.writeable:
             raise InvalidValueError(f"{name}: the array of the states is read-only")
         self.numbers[..., address] = values
+        if kind == "axial_stiffness" and values.size:
+            self._warn_of_step(name, owner, float(values.max()))
+
+    def _warn_of_step(self, name: str, sheath: str, stiffness: float) -> None:
+        """Warn of an EA that the step does not resolve; the guides of a driven tendon yield."""
+        instance = plugin.sheaths(self.model)[sheath]
+        if "pretension" in plugin.unused_parameters(self.model, instance.instance):
+            return
+        said = step_warning(self.model, self.model.tendon(instance.tendon).id, stiffness)
+        if said:
+            warnings.warn(f"{name}: {said}", TendonWarning, stacklevel=4)
 
 
 class Parameters(MutableMapping[str, float]):
@@ -106,6 +120,9 @@ class Parameters(MutableMapping[str, float]):
         UnusedKeyError: a parameter that the sheath has no use for, and why.
         InvalidValueError: a value that is not a number or outside its range; data of another model,
             of other numbers, that holds no states of sheaths, or that cannot be written.
+
+    Warns:
+        TendonWarning: of an axial stiffness that the time step does not resolve.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | FloatArray) -> None:

@@ -11,6 +11,7 @@ import mujoco
 
 from tendon_mj.attach.instances import sheaths_by_tendon
 from tendon_mj.attach.spool import Spool, SpoolDesign, design_spool
+from tendon_mj.attach.stiffness_limit import step_warning
 from tendon_mj.attach.tendons import (
     Chosen,
     Constraints,
@@ -74,6 +75,7 @@ class NewSheath(NamedTuple):
     config: dict[str, str]  # of the plugin instance, but for the tendon's name
     idle: str  # why friction can do nothing, and the remedy; or empty
     passing: str  # force that passes the sheath, and the remedy; or empty
+    too_stiff: str  # for the time step, and the remedy; or empty
     is_driven: bool  # whether MuJoCo's forces along the tendon give the input tension
     spool: SpoolDesign | None
 
@@ -143,7 +145,18 @@ class Designer:
         spool = design_spool(
             self._spec, tendon, name, request.spool, at_last, config, actuators, compiled
         )
-        return NewSheath(tendon, name, config, idle, passing, is_driven, spool)
+        too_stiff = "" if is_driven or spool else self._step_warning(tendon)
+        return NewSheath(tendon, name, config, idle, passing, too_stiff, is_driven, spool)
+
+    def _step_warning(self, tendon: mujoco.MjsTendon) -> str:
+        """`step_warning` of a stated EA, if the model is as complete as to be compiled."""
+        if self._request.axial_stiffness is None:
+            return ""
+        try:
+            model = self._compiled()
+        except ValueError:
+            return ""
+        return step_warning(model, tendon.id, self._request.axial_stiffness)
 
     def _drives_itself(
         self,

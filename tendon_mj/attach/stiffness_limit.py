@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ from tendon_mj.typing import FloatArray
 _ON_TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
 _AFFINE = mujoco.mjtBias.mjBIAS_AFFINE.value
 _SITE = mujoco.mjtWrap.mjWRAP_SITE.value
+_ROUNDING = 1e-9  # relative
 _ON_SITE = -1  # in `mjData.wrap_obj`; below it is a pulley
 
 
@@ -59,6 +61,20 @@ def stiffness_limits(model: mujoco.MjModel, tendons: Sequence[int]) -> list[floa
                 limit = min(limit, length / (model.opt.timestep**2 * mobility))
         limits.append(limit)
     return limits
+
+
+def step_warning(model: mujoco.MjModel, tendon: int, stiffness: float) -> str:
+    """Sentence on an EA of a wound tendon that a step does not resolve; empty where it does."""
+    largest, step = stiffness_limits(model, [tendon])[0], model.opt.timestep
+    if stiffness <= largest * (1.0 + _ROUNDING):
+        return ""
+    shorter = step * math.sqrt(largest / stiffness)
+    digit = 10.0 ** (math.floor(math.log10(shorter)) - 1)  # the second, rounded down
+    return (
+        f"an axial stiffness of {stiffness:.4g} N is more than a time step of {step:g} s resolves,"
+        f" {largest:.2g} N, and the tendon may ring from step to step: take a step of"
+        f" {math.floor(shorter / digit) * digit:.2g} s, or a softer tendon"
+    )
 
 
 class Pull(NamedTuple):

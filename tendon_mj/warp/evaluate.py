@@ -267,7 +267,8 @@ def trace(m: Scene, b: Dynamics, t: Tendons, driven: bool) -> None:
     if not pulls:
         _hold_none(t, s, now)
         return
-    wound_in = wound(b, t.reel_joint[k], t.reel_radius[k], w) + reeled(b, t.reel[k], w)
+    wound_in = wound(b, t.reel_joint[k], t.reel_radius[k], w)
+    wound_in += reeled(b, t.reel[k], t.reel_output[k], w)
     wound_out = wound(b, t.output_joint[k], t.output_radius[k], w)
     if not wp.isfinite(wound_in + wound_out):
         t.unsolved[w, k] += 1

@@ -20,7 +20,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.plugin import offset, sheaths, unused_parameters
+from tendon_mj.plugin import C, offset, sheaths, unused_parameters
 from tendon_mj.warp.evaluate import (
     apply,
     commit,
@@ -56,6 +56,7 @@ from tendon_mj.warp.transfer import read_back
 _SPRING_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value
 _DAMPER_OFF = mujoco.mjtDisableBit.mjDSBL_DAMPER.value
 _put_model = inspect.unwrap(mjw.put_model)  # without our refusal of plugins
+_CLAMPCTRL_OFF = mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL.value
 _ACTUATION_OFF = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
 _SIZES = {  # array of the data → size in the model
     "qpos": "nq",
@@ -106,6 +107,8 @@ def _evaluate(m: Any, d: Any, layout: SheathLayouts, moved: Any, driven: bool) -
     scene, motion = _filled(Scene, m, d), _filled(Dynamics, m.opt, m, d)
     motion.spring = 0.0 if m.opt.disableflags & _SPRING_OFF else 1.0
     motion.damper = 0.0 if m.opt.disableflags & _DAMPER_OFF else 1.0
+    motion.actuates = not m.opt.disableflags & _ACTUATION_OFF
+    motion.clamps = not m.opt.disableflags & _CLAMPCTRL_OFF
     device = d.qpos.device
     tendons = batch.tendons
     of_segments = (tendons.sheath.shape[0], d.nworld)
@@ -355,7 +358,7 @@ def _check_data(model: mujoco.MjModel, data: Any) -> None:
 def _with_sheaths(put: Any, model: mujoco.MjModel, simulated: dict[str, Simulated]) -> Any:
     if simulated:
         reels = [int(sheath.state["reel_actuator"]) for sheath in simulated.values()]
-        addresses = [int(model.actuator_ctrladr[k]) if k >= 0 else -1 for k in reels]
+        addresses = [_addresses(model, k) if k >= 0 else (-1, -1) for k in reels]
         unused = {
             name: unused_parameters(model, instance.instance)
             for name, instance in sheaths(model).items()
@@ -373,6 +376,12 @@ def _with_sheaths(put: Any, model: mujoco.MjModel, simulated: dict[str, Simulate
                 put.nworld,
             )
     return put
+
+
+def _addresses(model: mujoco.MjModel, reel: int) -> tuple[int, int]:
+    """Of a reel's control and output; −1 for the output where its group is disabled."""
+    disabled = C.mj_actuatorDisabled(model._address, reel)
+    return int(model.actuator_ctrladr[reel]), -1 if disabled else int(model.actuator_outadr[reel])
 
 
 def _beyond_spring(model: mujoco.MjModel) -> list[float]:

@@ -27,6 +27,8 @@ class Dynamics:
     tendon_damping: wp.array2d[wp.float32]
     tendon_lengthspring: wp.array2d[wp.vec2]
     tendon_actuatorid: wp.array[wp.int32]  # which damps it: -1 none, below that all on it
+    actuates: wp.bool  # whether the option leaves actuators on
+    clamps: wp.bool  # whether it leaves controls within their ranges
     actuator_ctrllimited: wp.array[wp.bool]
     actuator_ctrlrange: wp.array2d[wp.vec2]
     spring: wp.float32  # 1 where the option leaves springs on, else 0
@@ -73,15 +75,16 @@ def wound(b: Dynamics, joint: int, radius: wp.float64, w: int) -> wp.float64:
 
 
 @wp.func
-def reeled(b: Dynamics, control: int, w: int) -> wp.float64:
-    """Control of a reel within its range [m]; 0 without a reel."""
-    if control < 0:
+def reeled(b: Dynamics, control: int, output: int, w: int) -> wp.float64:
+    """Control of a reel, within its range, times its gear [m]; 0 without a reel that actuates."""
+    if output < 0 or not b.actuates:
         return wp.float64(0.0)
     value = b.ctrl[w, control]
-    if b.actuator_ctrllimited[control]:
+    if b.clamps and b.actuator_ctrllimited[control]:
         limits = b.actuator_ctrlrange[w % b.actuator_ctrlrange.shape[0], control]
         value = wp.clamp(value, limits[0], limits[1])
-    return wp.float64(value)
+    gear = b.actuator_gear[w % b.actuator_gear.shape[0], output][0]
+    return wp.float64(gear) * wp.float64(value)
 
 
 @wp.func

@@ -33,7 +33,7 @@ class Sheaths:
         self,
         simulated: dict[str, Simulated],
         unused: Mapping[str, Mapping[str, str]],
-        reels: list[int],
+        reels: list[tuple[int, int]],
         beyond: list[float],
         nbody: int,
         nworld: int,
@@ -43,7 +43,7 @@ class Sheaths:
         Args:
             simulated: each by name.
             unused: by name of a sheath its parameters that have no use, and why.
-            reels: address of the control of each one's reel, −1 without one.
+            reels: of `allocate`.
             beyond: of `allocate`.
             nbody: number of bodies.
             nworld: number of worlds, all alike.

@@ -36,6 +36,7 @@ class Tendons:
     own_spring: wp.array[wp.bool]  # whether the tendon's own spring is the cable's elasticity
     beyond_spring: wp.array[wp.float64]  # unstretched length less the rest length of that [m]
     reel: wp.array[wp.int32]  # address of its control
+    reel_output: wp.array[wp.int32]  # and of its output; −1 where its group is disabled
     reel_joint: wp.array[wp.int32]
     reel_radius: wp.array[wp.float64]  # [m]
     output_joint: wp.array[wp.int32]

@@ -52,7 +52,7 @@ _NUMPY = {wp.bool: np.bool_, wp.int32: np.int32, wp.float32: np.float32}
 
 def allocate(
     simulated: dict[str, Simulated],
-    reels: Sequence[int],
+    reels: Sequence[tuple[int, int]],
     beyond: ArrayLike,
     nworld: int,
 ) -> Any:
@@ -60,7 +60,7 @@ def allocate(
 
     Args:
         simulated: each sheath by name.
-        reels: address of the control of each one's reel, −1 without one.
+        reels: addresses of the control and the output of each one's reel, −1 without one.
         beyond: by how much each one's length exceeds the rest length of its own spring [m].
         nworld: number of worlds.
     """
@@ -89,7 +89,9 @@ def _array(values: Any, kind: Any) -> Any:
     return wp.array(np.asarray(values).astype(_NUMPY.get(kind, np.float64)), dtype=kind)
 
 
-def _describe(tendons: Any, simulated: dict[str, Simulated], reels: Sequence[int]) -> None:
+def _describe(
+    tendons: Any, simulated: dict[str, Simulated], reels: Sequence[tuple[int, int]]
+) -> None:
     """Set the description of each sheath."""
     guides = np.array([len(sheath.guides) for sheath in simulated.values()])
     arcs, arc_guides = state_field(simulated, "arcs"), state_field(simulated, "arc_guides")
@@ -107,7 +109,8 @@ def _describe(tendons: Any, simulated: dict[str, Simulated], reels: Sequence[int
         ("driven", wp.bool, state_field(simulated, "driven")),
         ("constrained", wp.bool, state_field(simulated, "constrained")),
         ("own_spring", wp.bool, state_field(simulated, "own_spring")),
-        ("reel", wp.int32, reels),
+        ("reel", wp.int32, [control for control, _ in reels]),
+        ("reel_output", wp.int32, [output for _, output in reels]),
         ("reel_joint", wp.int32, state_field(simulated, "reel_joint")),
         ("reel_radius", wp.float64, state_field(simulated, "reel_radius")),
         ("output_joint", wp.int32, state_field(simulated, "output_joint")),

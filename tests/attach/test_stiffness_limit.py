@@ -1,10 +1,13 @@
 """Largest axial stiffness that a step carries: its closed form, and what lies beyond it."""
 
+import re
+import warnings
+
 import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj import add_friction, largest_stiffness
+from tendon_mj import Parameters, TendonWarning, add_friction, largest_stiffness, view_sheath
 from tendon_mj.errors import UnknownNameError
 from tests.refusals import refusing
 from tests.rigs import compiled, rope, simulated
@@ -37,9 +40,8 @@ def test_it_is_the_length_over_the_mobility_and_the_step_squared(step):
 def swing(stiffness):
     """Largest angle of the link after a push, its tendon held by friction at the middle site."""
     spec = mujoco.MjSpec.from_string(link())
-    add_friction(
-        spec, "tendon", friction=20.0, axial_stiffness=stiffness, pretension=1e-3 * stiffness
-    )
+    add_friction(spec, "tendon", friction=20.0, axial_stiffness=1.0, pretension=1e-3 * stiffness)
+    spec.plugin("sheath").config |= {"axial_stiffness": repr(stiffness)}
     model = spec.compile()
     data = simulated(model)
     data.qfrc_applied[:] = -data.qfrc_passive  # in balance
@@ -72,3 +74,71 @@ def test_what_hangs_behind_a_pulley_is_another_stretch():
 def test_an_unknown_tendon_is_refused_with_the_nearest_name():
     with refusing(UnknownNameError, "did you mean 'tendon'"):
         largest_stiffness(compiled(link()), "tendn")
+
+
+def said(act, *given):
+    """The warning of what a function does, or nothing."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", TendonWarning)
+        act(*given)
+    assert len(caught) < 2
+    return str(caught[0].message) if caught else ""
+
+
+def step_in(message):
+    return float(re.search("take a step of (.*) s,", message)[1])
+
+
+def wound(stiffness, step=2e-3):
+    """A spec with a wound tendon of this stiffness, and the warning of that."""
+    spec, law = mujoco.MjSpec.from_string(link(step)), {"pretension": 1.0, "friction": 0.2}
+    return spec, said(lambda: add_friction(spec, "tendon", axial_stiffness=stiffness, **law))
+
+
+@pytest.mark.parametrize("excess", [1.01, 37.0, 1e4])
+def test_more_than_the_step_carries_is_told_with_the_step_that_would_do(excess):
+    largest = largest_stiffness(compiled(link()), "tendon")
+    assert not wound(largest)[1]
+    message = wound(excess * largest)[1]
+    assert f"tendon 'tendon': an axial stiffness of {excess * largest:.4g} N" in message
+    assert 0.9 < step_in(message) / (2e-3 / np.sqrt(excess)) <= 1.0
+    assert not wound(excess * largest, step_in(message))[1]
+
+
+def test_a_live_write_is_told_with_the_model_s_step_at_that_time():
+    largest = largest_stiffness(compiled(link()), "tendon")
+    model = wound(largest)[0].compile()
+    data = mujoco.MjData(model)
+    live, states = Parameters(model, data), np.tile(data.plugin_state, (3, 1))
+    for write in (
+        lambda ea: live.update({"sheath.axial_stiffness": ea}),
+        lambda ea: setattr(view_sheath(model, data, "sheath"), "axial_stiffness", ea),
+        lambda ea: setattr(view_sheath(model, states, "sheath"), "axial_stiffness", [1.0, ea, 1.0]),
+    ):
+        model.opt.timestep = 2e-3
+        assert not said(write, largest)
+        message = said(write, 5.0 * largest)
+        assert message.startswith("sheath.axial_stiffness: an axial stiffness of")
+        model.opt.timestep = step_in(message)
+        assert not said(write, 5.0 * largest)
+        model.opt.timestep = 4e-3
+        assert said(write, largest)
+
+
+def test_a_driven_tendon_yields_instead():
+    spec = mujoco.MjSpec.from_string(link())
+    tendon = mujoco.mjtTrn.mjTRN_TENDON
+    spec.add_actuator(target="tendon", trntype=tendon, ctrlrange=[-1.0, 0.0], ctrllimited=1)
+    assert not said(lambda: add_friction(spec, "tendon", friction=0.2, axial_stiffness=1e7))
+    model = spec.compile()
+    live = Parameters(model, mujoco.MjData(model))
+    assert not said(lambda: live.update({"sheath.axial_stiffness": 1e8}))
+
+
+def test_a_model_that_is_not_complete_yet_is_not_asked():
+    spec = mujoco.MjSpec.from_string(link())
+    spec.worldbody.add_body().add_joint()  # without mass
+    with pytest.raises(ValueError, match="mass"):
+        spec.compile()
+    law = {"axial_stiffness": 1e7, "pretension": 1.0, "friction": 0.2}
+    assert not said(lambda: add_friction(spec, "tendon", **law))

@@ -177,7 +177,8 @@ def test_each_more_sheath_costs_as_many_reads_as_the_one_before(monkeypatch):
     for method in ("config", "name", "plugin"):
         monkeypatch.setattr(Draft, method, counting(getattr(Draft, method)))
     for count in (10, 20, 40):
+        spec = rig_many_sheaths(count)
         reads.clear()
-        mujoco.MjData(rig_many_sheaths(count).compile())
+        mujoco.MjData(spec.compile())
         counts.append(len(reads))
     assert counts[2] - counts[1] == 2 * (counts[1] - counts[0])

@@ -47,6 +47,15 @@ def test_a_negative_radius_turns_the_motor_the_other_way_and_the_control_has_its
     assert np.sign(seen[-1, 3]) == np.sign(radius)
 
 
+def test_without_clampctrl_the_control_has_no_range():
+    model, references = servo_model(friction=0.3), np.full(400, 80.0)
+    wanted = respond(model, references)
+    model.actuator_ctrllimited[0], model.actuator_ctrlrange[0] = 1, (0.0, 40.0)
+    assert respond(model, references)[-1, 1] < wanted[-1, 1]
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL.value
+    np.testing.assert_array_equal(respond(model, references), wanted)
+
+
 def test_the_gear_holds_what_the_tendon_pulls():
     seen = respond(servo_model(friction=0.2), np.full(100, SERVO_PRETENSION))
     assert np.abs(seen[:, 4]).max() < 1e-12
@@ -220,6 +229,9 @@ def run(source, timestep, duration, **servo):
     return respond(model, np.full(round(duration / timestep), REFERENCE), data)
 
 
+@pytest.mark.filterwarnings(
+    "ignore:add_friction. tendon .tendon.. an axial stiffness"
+)  # it is damped
 @pytest.mark.parametrize("source", SOURCES, ids=lambda s: s.__name__)
 def test_at_rest_the_tension_gives_way_by_the_torque_over_its_gain(source):
     tension = run(source, TIMESTEP, 2.0, motor_inertia=INERTIA)[-1, 1]
@@ -227,6 +239,9 @@ def test_at_rest_the_tension_gives_way_by_the_torque_over_its_gain(source):
     assert tension == pytest.approx(REFERENCE + EXTRA / (GAIN * RADIUS), rel=2e-4)
 
 
+@pytest.mark.filterwarnings(
+    "ignore:add_friction. tendon .tendon.. an axial stiffness"
+)  # it is damped
 @pytest.mark.parametrize("backdrive", [False, True])
 def test_on_the_way_it_costs_no_accuracy(backdrive):
     """The error of a step of this size is the same with another torque and without."""

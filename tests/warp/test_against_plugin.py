@@ -117,6 +117,33 @@ def test_a_slack_tendon_pulls_where_the_plugin_s_does():
     agree(plugin, warp, apart)
 
 
+@pytest.mark.parametrize(
+    ("gear", "flags", "disabled", "winds"),
+    [
+        (-1.7, 0, 0b10, -1.7),
+        (1.0, mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL, 0, 1.0),
+        (1.0, mujoco.mjtDisableBit.mjDSBL_ACTUATION, 0, 0.0),
+        (1.0, 0, 0b01, 0.0),
+    ],
+)
+def test_a_reel_winds_what_the_plugin_s_does(gear, flags, disabled, winds):
+    # without actuation MuJoCo Warp's implicitfast moves a model without sheaths otherwise, too
+    model = fingers(kinds=("reel",), integrator="Euler")
+    model.actuator_gear[0, 0] = gear
+    model.actuator_ctrllimited[0], model.actuator_ctrlrange[0] = bool(flags), (0.0, 1e-4)
+    model.opt.disableflags |= int(flags)
+    model.opt.disableactuator = disabled
+    m, d = put(model)
+    data = mujoco.MjData(model)
+    for control in np.linspace(0.0, 5e-4, 40):
+        data.ctrl[:] = control
+        mujoco.mj_step(model, data)
+        step(m, d, control)
+    assert data.sensor("reel_reel_displacement").data[0] == pytest.approx(5e-4 * winds)
+    shown = tw.sheaths_of(d).tension.numpy()[0]
+    np.testing.assert_allclose(shown, tensions(model, data), rtol=2e-3)
+
+
 def write_spring(model, m, k, rest):
     """Write stiffness and rest length to the first tendon, here and on the device."""
     model.tendon_stiffness[0], model.tendon_lengthspring[0] = k, rest

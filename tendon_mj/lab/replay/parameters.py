@@ -29,6 +29,7 @@ for the value of one in a single recording.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Collection, Mapping
 from fnmatch import fnmatchcase
 from functools import cached_property
@@ -39,7 +40,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.attach import Parameters, checked_number
-from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownKeyError, UnknownNameError
 from tendon_mj.lab.recordings import LARGEST, Recording
 from tendon_mj.lab.replay.readout import (
     USER_NUMBERS,
@@ -319,7 +320,9 @@ class Adjustable:
             elif self.bends.has(name):
                 self.bends.set(name, value)
             else:
-                self.live[name] = value
+                with warnings.catch_warnings():  # values of a search; of the step it tells itself
+                    warnings.simplefilter("ignore", TendonWarning)
+                    self.live[name] = value
         for name in values.keys() - self._entries.keys():
             self._check_sheath(name.rsplit(".", 1)[0])
         gears = [name for name in values.keys() & self._entries.keys() if name.endswith(".gear")]
@@ -498,7 +501,7 @@ def _winding(model: mujoco.MjModel, actuator: int, state: NDArray[np.void]) -> f
     """Sense in which a control winds in the tendon of a sheath; 0 where it does not."""
     joint, gear = joint_of(model, actuator), model.actuator_gear[actuator, 0]
     if actuator == int(state["reel_actuator"]):
-        return 1.0
+        return float(np.sign(gear))
     if joint >= 0 and joint == int(state["reel_joint"]):
         return float(np.sign(gear * state["reel_radius"]))
     pulls = model.actuator_trntype[actuator] == _TRN.mjTRN_TENDON.value

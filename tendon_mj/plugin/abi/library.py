@@ -1,6 +1,6 @@
 """The running MuJoCo library: its C functions, for Python and for compiled code, and its rules.
 
-`control`, `is_stage` and `warn` repeat or read in compiled code what MuJoCo does.
+`control`, `geared_control`, `is_stage` and `warn` repeat or read in compiled code what MuJoCo does.
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ C.mj_getPluginConfig.restype = ctypes.c_char_p
 C.mj_getPluginConfig.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p]
 C.mj_id2name.restype = ctypes.c_char_p
 C.mj_id2name.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_int]
+C.mj_actuatorDisabled.argtypes = [ctypes.c_void_p, ctypes.c_int]
 C.mj_deleteData.restype = None
 C.mj_deleteData.argtypes = [ctypes.c_void_p]
 C.mj_name2id.restype = ctypes.c_int
@@ -66,6 +67,7 @@ mj_fwdActuation = EngineFunction("mj_fwdActuation", "void(ptr, ptr)")
 mj_rne = EngineFunction("mj_rne", "void(ptr, ptr, i32, ptr)")
 mj_passive = EngineFunction("mj_passive", "void(ptr, ptr)")
 mj_actuatorDamping = EngineFunction("mj_actuatorDamping", "f64(ptr, i32, i32, ptr)")
+mj_actuatorDisabled = EngineFunction("mj_actuatorDisabled", "i32(ptr, i32)")
 mju_polyForce = EngineFunction("mju_polyForce", "f64(f64, ptr, f64, i32, i32)")
 mju_transformSpatial = EngineFunction("mju_transformSpatial", "void(ptr, ptr, i32, ptr, ptr, ptr)")
 mjv_initGeom = EngineFunction("mjv_initGeom", "void(ptr, i32, ptr, ptr, ptr, ptr)")
@@ -105,17 +107,31 @@ def read_number(text: int, end: int) -> float:
     return value
 
 
+_CLAMPCTRL_OFF = mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL.value
+_ACTUATION_OFF = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
+
+
 @compiled
 def control(m: int, d: int, actuator: int) -> float:
-    """Control of an actuator, within its range; 0 where there is no actuator."""
-    if actuator < 0:
-        return 0.0
+    """Control of an actuator, within its range unless the flag `clampctrl` is off."""
     adr = integer(pointer(m + LAYOUT.m_actuator_ctrladr), actuator)
     value = double(pointer(d + LAYOUT.d_ctrl), adr)
-    if byte(pointer(m + LAYOUT.m_actuator_ctrllimited), adr):
+    clamps = integer(m + LAYOUT.o_disableflags, 0) & _CLAMPCTRL_OFF == 0
+    if clamps and byte(pointer(m + LAYOUT.m_actuator_ctrllimited), adr):
         limits = doubles(pointer(m + LAYOUT.m_actuator_ctrlrange) + 16 * adr, 2)
         value = min(max(value, limits[0]), limits[1])
     return value
+
+
+@compiled
+def geared_control(m: int, d: int, actuator: int) -> float:
+    """Control of an actuator times its gear; 0 where there is none, or it is disabled."""
+    if actuator < 0 or integer(m + LAYOUT.o_disableflags, 0) & _ACTUATION_OFF:
+        return 0.0
+    if mj_actuatorDisabled(m, actuator) != 0:
+        return 0.0
+    adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
+    return double(pointer(m + LAYOUT.m_actuator_gear), 6 * adr) * control(m, d, actuator)
 
 
 RK4 = 1  # mjINT_RK4

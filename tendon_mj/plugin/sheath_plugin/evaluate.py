@@ -11,7 +11,7 @@ import math
 
 from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import control, is_stage
+from tendon_mj.plugin.abi.library import geared_control, is_stage
 from tendon_mj.plugin.abi.memory import coordinates, double, integer, pointer, size
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
 from tendon_mj.plugin.sheath_plugin.bind import is_bound
@@ -279,7 +279,7 @@ def _evaluate_wound(m: int, d: int, address: int, time: float, elapsed: float, s
             return
     update_ratios(address, state, guides, time)
     drive = wound_by(m, d, state.reel_joint, state.reel_radius)
-    drive += control(m, d, int(state.reel_actuator))
+    drive += geared_control(m, d, int(state.reel_actuator))
     flank = flank_stiffness(m, state, elapsed)
     wound_in = on_drum(state, segments, drive, flank)
     wound_out = wound_by(m, d, state.output_joint, state.output_radius)

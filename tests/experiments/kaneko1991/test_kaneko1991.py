@@ -224,6 +224,7 @@ RISE = np.arange(3) * 0.1
     ],
     ids=["unstable", "not at rest", "straight"],
 )
+@pytest.mark.filterwarnings("ignore:add_friction. tendon .tendon.. an axial stiffness")
 def test_what_cannot_be_simulated_is_refused(use, said):
     with refusing(TendonError, said):
         use()

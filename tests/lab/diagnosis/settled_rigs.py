@@ -6,6 +6,7 @@ from the schedule by which a diagnosis simulates them.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach import add_friction
+from tendon_mj.errors import TendonWarning
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Adjustable
 from tendon_mj.typing import FloatArray
@@ -55,7 +57,11 @@ FINGER = rope(
 def write_rig(mjcf: str, folder: Path, **law: float) -> Path:
     """Write a rig whose cable a reel winds in, through a sheath of that law; returns its path."""
     spec = mujoco.MjSpec.from_string(mjcf)
-    add_friction(spec, "cable", reel="reel", **law)
+    with warnings.catch_warnings():
+        warnings.simplefilter(
+            "ignore", TendonWarning
+        )  # stiff for its step; what is read is at rest
+        add_friction(spec, "cable", reel="reel", **law)
     path = folder / "rig.xml"
     path.write_text(spec.to_xml(), encoding="utf-8")
     return path
