@@ -30,6 +30,7 @@ Equations: docs/theory.md, section 8.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from tendon_mj.native import Record, apart, compiled
@@ -210,7 +211,8 @@ def _input_row(work: int, nv: int, k: int) -> FloatArray:
 
 
 @compiled
-def _response_at(work: int, nv: int) -> int:
+def response_at(work: int, nv: int) -> int:
+    """Address of the response M̂⁻¹."""
     return vector_at(work, nv, _ROOM + 1)
 
 
@@ -461,7 +463,9 @@ def _start(m: int, d: int, work: int, nv: int, k: int) -> None:
     state = state_at(state_of(m, d, int(member.instance)))
     segments, guides, _ = unpack(state_of(m, d, int(member.instance)))
     member.constant = state.input_force
-    incoming = member.input = max(0.0, -state.input_force)
+    if not math.isfinite(state.input_force):
+        member.constant = 0.0
+    incoming = member.input = max(0.0, -member.constant)
     before = state.input_force - state.constraint_force + state.previous_constraint
     follows = incoming - max(0.0, -before) if member.spreads == 0.0 else 0.0
     for g in range(int(member.first), int(member.last)):
@@ -520,21 +524,28 @@ _ROUNDING = 1e-14  # of the accelerations that add up to none where a group hold
 
 
 @apart
-def _prepare(m: int, d: int, work: int, nv: int) -> None:
-    """Set M̂⁻¹ Dᵀ and the mobility of all groups with friction."""
-    head, response, h = head_at(work), _response_at(work, nv), double(m + LAYOUT.o_timestep, 0)
-    rows, solved = _rows_at(work), _solved_at(work, nv)
+def prepare(m: int, d: int, work: int) -> None:
+    """Set up M̂ with the dampers that are integrated implicitly."""
+    nv, head = size(m + LAYOUT.m_nv), head_at(work)
+    response = response_at(work, nv)
     prepare_response(m, d, response)
-    if is_implicit(m):
-        room = coordinates(vector_at(work, nv, _ROOM))
-        add_actuator_dampers(m, d, response, room)
-        for k in range(int(head.members)):
-            member = _member(work, nv, k)
-            state = state_at(state_of(m, d, int(member.instance)))
-            own = tendon_damping(m, state)
-            member.damping = own + actuator_damping(m, d, state)
-            if own > 0.0 and _is_rough(work, member):
-                add_damper(m, response, _input_row(work, nv, k), own)
+    if not is_implicit(m):
+        return
+    add_actuator_dampers(m, d, response, coordinates(vector_at(work, nv, _ROOM)))
+    for k in range(int(head.members)):
+        member = _member(work, nv, k)
+        state = state_at(state_of(m, d, int(member.instance)))
+        own = tendon_damping(m, state)
+        member.damping = own + actuator_damping(m, d, state)
+        if own > 0.0 and _is_rough(work, member):
+            add_damper(m, response, _input_row(work, nv, k), own)
+
+
+@apart
+def _set_answers(m: int, work: int, nv: int, h: float) -> None:
+    """Set M̂⁻¹ Dᵀ and the mobility of all groups with friction."""
+    head, response = head_at(work), response_at(work, nv)
+    rows, solved = _rows_at(work), _solved_at(work, nv)
     for g in range(int(head.groups)):
         group = _group(work, g)
         if group.row < 0.0:
@@ -788,7 +799,7 @@ def _write(m: int, d: int, work: int, nv: int, k: int, time: float) -> None:
         segment = segments[j]
         segment.tension = max(0.0, segment.trial_tension + changed / segment.divisor)
     state.trial_time, state.trial_elapsed = time, double(m + LAYOUT.o_timestep, 0)
-    state.has_trial = 1.0
+    state.has_trial = 1.0 if math.isfinite(state.input_force) else 0.0
 
 
 @apart
@@ -816,11 +827,11 @@ def solve(m: int, d: int, work: int) -> None:
     for k in range(int(head.members)):
         _start(m, d, work, nv, k)
     if head.rough > 0.0:
-        _prepare(m, d, work, nv)
+        _set_answers(m, work, nv, h)
         acceleration = coordinates(vector_at(work, nv, _ACCELERATION))
         copy_doubles(vector_at(work, nv, _ACCELERATION), vector_at(work, nv, BASE), nv)
         add_smooth_forces(m, d, acceleration)
-        respond(m, _response_at(work, nv), acceleration)
+        respond(m, response_at(work, nv), acceleration)
         for g in range(int(head.groups)):
             group = _group(work, g)
             _hold(work, nv, g)
