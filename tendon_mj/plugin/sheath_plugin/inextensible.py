@@ -68,7 +68,7 @@ from tendon_mj.plugin.sheath_plugin.state import (
     state_of,
     unpack,
 )
-from tendon_mj.sheath import ROUNDING, Guide, Guides, Segments, record_type
+from tendon_mj.sheath import Guide, Guides, Segments, record_type
 from tendon_mj.typing import FloatArray
 
 
@@ -520,7 +520,8 @@ def repeat(m: int, d: int, work: int, moves: bool) -> None:
 
 _ROUNDS = 100  # of a sweep and the conjugate gradients that follow
 _CLOSE = 1e-11  # change of a tension, over the largest, that ends them
-_ROUNDING = 1e-14  # of the accelerations that add up to none where a group holds
+_EPSILON = 2.2e-16  # of a double; of accelerations that add up to none where a group holds
+_STILL = 1e-12  # of its length, by which tendon that counts as still may pass a group in a step
 
 
 @apart
@@ -610,7 +611,7 @@ def _missing(work: int, nv: int, g: int, acceleration: FloatArray) -> float:
         missing += row[i] * acceleration[i]
         sizes += abs(row[i] * acceleration[i])
     sizes += group.mobility * abs(group.friction)
-    return missing if abs(missing) > _ROUNDING * sizes else 0.0
+    return missing if abs(missing) > _EPSILON * sizes else 0.0
 
 
 @apart
@@ -760,7 +761,7 @@ def _write_guides(work: int, nv: int, group: Group, segments: Segments, guides: 
     passed, slides = group.passed, group.slides
     if group.row < 0.0:
         slides = 1.0 if passed > 0.0 else -1.0
-    still = abs(passed) <= ROUNDING * guides[end - 1].trial_way
+    still = abs(passed) <= _STILL * guides[end - 1].trial_way
     flow = 0.0 if still or slides * passed <= 0.0 else -passed
     extreme = tension = incoming
     for i in range(begin, end):
