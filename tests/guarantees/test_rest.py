@@ -8,7 +8,7 @@ from hypothesis import strategies as some
 
 from tendon_mj import Parameters, add_friction, view_sheath
 from tests.guarantees.random_tendon import thorough
-from tests.rigs import GIVEN, rope, sheathed, started
+from tests.rigs import GIVEN, NO_CONTACT, STILL, rope, route, sheathed, started
 
 SETTLES = 20  # steps
 pytestmark = pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
@@ -145,6 +145,60 @@ def test_a_rope_that_a_constraint_holds_rests(parts, integrator, step):
         outputs.append(data.sensor("output_tension").data[0])
     assert np.ptp(outputs[-500:]) < 1e-4 * 20.0
     assert outputs[-1] == pytest.approx(20.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("step", [2e-3, 5e-4])
+@pytest.mark.parametrize("friction", [0.1, 1.0, 1.9])
+def test_two_weights_on_a_rope_over_a_corner_fall_as_the_capstan_says(friction, step):
+    """a = M g/(M + m e^{μφ}), for a rope by its limit, with e^{μφ} to 20; m lies on a table."""
+    ratio = np.exp(friction * np.pi / 2)
+    heavy = 2.0 * ratio
+    text = f"""<mujoco><option timestep="{step}"/>{NO_CONTACT}<worldbody><site name="top"/>
+      <body pos="-.5 0 0"><joint name="light" type="slide" axis="-1 0 0"/><geom size=".01" mass="1"/>
+        <site name="a"/></body>
+      <body pos="0 0 -.5"><joint name="heavy" type="slide" axis="0 0 -1"/>
+        <geom size=".01" mass="{heavy}"/><site name="b"/></body></worldbody>
+      <tendon><spatial name="rope" limited="true" range="0 1" solreflimit=".004 1">
+        <site site="a"/><site site="top"/><site site="b"/></spatial></tendon></mujoco>"""
+    model = add_friction(mujoco.MjSpec.from_string(text), "rope", friction=friction).compile()
+    data, speeds = mujoco.MjData(model), []
+    while data.time < 0.3:
+        mujoco.mj_step(model, data)
+        speeds.append(data.qvel.copy())
+        view = view_sheath(model, data, "rope")
+    fall = heavy * 9.81 / (heavy + ratio)
+    half = len(speeds) // 2
+    measured = (speeds[-1][1] - speeds[half][1]) / (step * (len(speeds) - 1 - half))
+    assert measured == pytest.approx(fall, rel=1e-4)
+    assert view.output_tension / view.input_tension == pytest.approx(ratio, rel=1e-12)
+
+
+@pytest.mark.parametrize("input_end", ["first", "last"])
+def test_one_line_closes_two_equal_fingers_alike(input_end):
+    """Whichever end is the input: the stretch of a rope by its limit is spread along it."""
+    finger = """<body name="{0}" pos=".03 {1}.03 0"><joint name="{0}" axis="0 0 {2}1" stiffness=".15"
+      damping=".01"/><geom type="capsule" fromto="0 0 0 .05 0 0" size=".006" mass=".02"/>
+      <site name="eye_{0}" pos=".012 {2}.008 0"/><site name="knot_{0}" pos=".045 {2}.006 0"/></body>"""
+    text = f"""<mujoco><option {STILL} integrator="implicitfast"/>{NO_CONTACT}<worldbody>
+      <site name="hole_a" pos="0 .02 0"/><site name="hole_b" pos="0 -.02 0"/>
+      <body pos="-.06 0 0"><joint name="carriage" type="slide" axis="-1 0 0" damping="5"/>
+        <geom name="sheave" type="cylinder" size=".008 .004" mass=".1"/>
+        <site name="behind" pos="-.02 0 0"/></body>
+      {finger.format("a", "", "-")}{finger.format("b", "-", "")}</worldbody>
+      <tendon><spatial name="line" limited="true" range="0 .298">
+      {route("knot_a eye_a hole_a sheave@behind hole_b eye_b knot_b")}</spatial></tendon>
+      <actuator><motor joint="carriage"/></actuator></mujoco>"""
+    spec = mujoco.MjSpec.from_string(text)
+    model = add_friction(spec, "line", friction=0.15, input_end=input_end).compile()
+    data = mujoco.MjData(model)
+    while data.time < 4.0:
+        data.ctrl[0] = 3.0 * data.time
+        mujoco.mj_step(model, data)
+    first, second = data.qpos[1:]
+    assert first > 0.3
+    assert first == pytest.approx(second, rel=1e-4)
+    tension = view_sheath(model, data, "line").tension
+    np.testing.assert_allclose(tension, tension[::-1], rtol=1e-3)
 
 
 @pytest.mark.long

@@ -477,6 +477,10 @@ def _start(m: int, d: int, work: int, nv: int, k: int) -> None:
             parent = int(group.parent)
             first = segments[0].previous_tension
             group.before_in = _group(work, parent).before if parent >= 0 else first
+            if member.spreads != 0.0:  # the constraint bears what the shares have changed by
+                end = guides[int(group.end) - 1]
+                grown = group.share * (end.trial_way - end.way) / end.trial_way
+                member.constant -= grown * (group.before - group.before_in)
 
 
 @apart
