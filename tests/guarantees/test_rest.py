@@ -154,8 +154,8 @@ def test_two_weights_on_a_rope_over_a_corner_fall_as_the_capstan_says(friction, 
     ratio = np.exp(friction * np.pi / 2)
     heavy = 2.0 * ratio
     text = f"""<mujoco><option timestep="{step}"/>{NO_CONTACT}<worldbody><site name="top"/>
-      <body pos="-.5 0 0"><joint name="light" type="slide" axis="-1 0 0"/><geom size=".01" mass="1"/>
-        <site name="a"/></body>
+      <body pos="-.5 0 0"><joint name="light" type="slide" axis="-1 0 0"/>
+        <geom size=".01" mass="1"/><site name="a"/></body>
       <body pos="0 0 -.5"><joint name="heavy" type="slide" axis="0 0 -1"/>
         <geom size=".01" mass="{heavy}"/><site name="b"/></body></worldbody>
       <tendon><spatial name="rope" limited="true" range="0 1" solreflimit=".004 1">
@@ -176,9 +176,11 @@ def test_two_weights_on_a_rope_over_a_corner_fall_as_the_capstan_says(friction, 
 @pytest.mark.parametrize("input_end", ["first", "last"])
 def test_one_line_closes_two_equal_fingers_alike(input_end):
     """Whichever end is the input: the stretch of a rope by its limit is spread along it."""
-    finger = """<body name="{0}" pos=".03 {1}.03 0"><joint name="{0}" axis="0 0 {2}1" stiffness=".15"
-      damping=".01"/><geom type="capsule" fromto="0 0 0 .05 0 0" size=".006" mass=".02"/>
-      <site name="eye_{0}" pos=".012 {2}.008 0"/><site name="knot_{0}" pos=".045 {2}.006 0"/></body>"""
+    finger = """<body name="{0}" pos=".03 {1}.03 0">
+      <joint name="{0}" axis="0 0 {2}1" stiffness=".15" damping=".01"/>
+      <geom type="capsule" fromto="0 0 0 .05 0 0" size=".006" mass=".02"/>
+      <site name="eye_{0}" pos=".012 {2}.008 0"/>
+      <site name="knot_{0}" pos=".045 {2}.006 0"/></body>"""
     text = f"""<mujoco><option {STILL} integrator="implicitfast"/>{NO_CONTACT}<worldbody>
       <site name="hole_a" pos="0 .02 0"/><site name="hole_b" pos="0 -.02 0"/>
       <body pos="-.06 0 0"><joint name="carriage" type="slide" axis="-1 0 0" damping="5"/>

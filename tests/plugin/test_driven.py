@@ -12,7 +12,6 @@ from tests.rigs import (
     rope,
     sheath_view,
     sheathed,
-    simulated,
     spatial,
     stock,
     two_links,

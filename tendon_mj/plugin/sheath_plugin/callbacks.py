@@ -186,9 +186,9 @@ def _limit_forces(m: int, d: int) -> None:
         limits = doubles(pointer(m + LAYOUT.m_tendon_actfrcrange) + 16 * tendon, 2)
         bound = min(max(total, limits[0]), limits[1])
         for k in range(count):
-            if integer(kinds, k) == ON_TENDON and integer(targets, 2 * k) == tendon:
-                if bound != total:
-                    forces[integer(adr, k)] *= bound / total
+            on_it = integer(kinds, k) == ON_TENDON and integer(targets, 2 * k) == tendon
+            if on_it and bound != total:
+                forces[integer(adr, k)] *= bound / total
     for k in range(count):
         if byte(pointer(m + LAYOUT.m_actuator_forcelimited), k) != 0:
             limits = doubles(pointer(m + LAYOUT.m_actuator_forcerange) + 16 * k, 2)

@@ -11,11 +11,11 @@ starts with T_in over its divisor; one that begins at the site where an earlier 
 what arrived there, and draws its tendon through that one: what comes in at its beginning, times its
 tension over that of the other, leaves the other's end.
 
-A stretch j of an elastic tendon that its guides hold is a spring EA/ℓ_j on the inertia that it meets,
-1/a_j with a_j = Σ_k |J_j M̂⁻¹ J_kᵀ| over all stretches k of all such tendons in the pose at hand. Where
-h² a_j EA/ℓ_j is above 1 the step does not resolve how the tendon comes to rest there: friction would
-change its sense from step to step instead of holding, and make energy. Guides therefore yield to a
-change of tension by g_j Δτ,
+A stretch j of an elastic tendon that its guides hold is a spring EA/ℓ_j on the inertia that it
+meets, 1/a_j with a_j = Σ_k |J_j M̂⁻¹ J_kᵀ| over all stretches k of all such tendons in the pose at
+hand. Where h² a_j EA/ℓ_j is above 1 the step does not resolve how the tendon comes to rest there:
+friction would change its sense from step to step instead of holding, and make energy. Guides
+therefore yield to a change of tension by g_j Δτ,
 
     g_j = max(0, EA h² a_j − ℓ_j),   so that the tendon acts as with an EA from 100 N to 1 MN.
 

@@ -7,23 +7,24 @@ group to the output end, the tendon's force is
     −T_0 D_0 − Σ f_i D_i,   T_i = T_{i−1} + f_i,   (T_{i−1} − c)/e^{λ} ≤ T_i ≤ T_{i−1} e^{λ} + c,
 
 at the upper bound where tendon slides towards the output, s_i = D_i q̇ > 0, and at the lower one
-where it slides back. MuJoCo applies T_0 D_0 itself. A group holds where its slip can be ended in the
-step at hand:
+where it slides back. MuJoCo applies T_0 D_0 itself. A group holds where its slip can be ended in
+the step at hand:
 
     s_i/h + D_i M̂⁻¹ (F − Σ f_j D_j) + b_i = 0,   f_i at its bound where it slides,
 
-with F all forces but those of constraints, and M̂ as in `response`. What constraints do is known from
-the slip that they caused, beyond what was expected: h b_i += s_i − (s_i expected). Tensions start from those of the last
-step, T_i, not from f_i: a motor's change needs no slip. Projected Gauss-Seidel sweeps solve it.
+with F all forces but those of constraints, and M̂ as in `response`. The effect of constraints is
+known from the slip in the last step beyond the one that was expected: h b_i += s_i − (expected
+s_i). The tensions T_i start from those of the last step, so that a motor's change needs no slip.
 
 **Pulleys.** Tensions count times the divisor of their branch, lengths over it. A branch that begins
 where an earlier one ended takes over its tension.
 
-**Constraints** are solved after friction; their force of the last step is part of T_0. Where a limit
-or an equality holds the length of the tendon, its stretch is spread along it: D_i less the share
-L_i/L_0 of D_0, and T_0 less that share of f_i.
+**Constraints** are solved after friction; their force of the last step is part of T_0. Where a
+limit or an equality holds the length of the tendon, its stretch is spread along it: D_i less the
+share L_i/L_0 of D_0, and T_0 less that share of f_i.
 
-**Dampers** that are integrated implicitly change T_0 within the step, by h k D_0 M̂⁻¹ (F − Σ f_j D_j).
+**Dampers** that are integrated implicitly change T_0 within the step, by
+h k D_0 M̂⁻¹ (F − Σ f_j D_j).
 
 Equations: docs/theory.md, section 8.
 """
@@ -332,7 +333,7 @@ _UNEXPLAINED = 1e-9  # of a length: a change beyond what velocities say that is 
 
 @apart
 def _set_rows(m: int, d: int, work: int, k: int, state: State, segments: Segments) -> None:
-    """Set the rows D of a sheath's groups; where its stretch is spread, less their shares of D_0."""
+    """Set the rows D of a sheath's groups, less their shares of D_0 if its stretch is spread."""
     nv = size(m + LAYOUT.m_nv)
     member, at_input, rows = _member(work, nv, k), _input_row(work, nv, k), _rows_at(work)
     owners, first, last = _owners(work, nv, member), int(member.first), int(member.last)
