@@ -62,7 +62,7 @@ from tendon_mj.plugin.sheath_plugin.inextensible import (
 from tendon_mj.plugin.sheath_plugin.input_force import ON_TENDON, follow_constraint
 from tendon_mj.plugin.sheath_plugin.names import own_name
 from tendon_mj.plugin.sheath_plugin.sensors import show, show_ends
-from tendon_mj.plugin.sheath_plugin.signature import pose_signature
+from tendon_mj.plugin.sheath_plugin.signature import pose_signature, pose_sum
 from tendon_mj.plugin.sheath_plugin.state import (
     SHEATH,
     binding_at,
@@ -260,7 +260,7 @@ def advance(m: int, d: int, instance: int) -> None:
     address = state_of(m, d, instance)
     state = state_at(address)
     if first_sheath(m, instance) == instance:
-        state.end_signature = pose_signature(m, d)
+        state.end_sum = pose_sum(m, d)
     if state.has_trial != 0.0 and is_bound(m, d, instance):
         commit(address)
         follow_constraint(m, d, state)
