@@ -54,10 +54,13 @@ from tendon_mj.plugin.sheath_plugin.response import (
     add_actuator_dampers,
     add_damper,
     add_smooth_forces,
+    go_half_way,
     is_implicit,
+    most_dampers,
     prepare_response,
-    respond,
     response_size,
+    response_width,
+    set_weights,
 )
 from tendon_mj.plugin.sheath_plugin.state import (
     SHEATH,
@@ -95,7 +98,8 @@ class Group:
     unknown: float  # b, by constraints [m/s²]
     mobility: float  # A_ii [1/kg]
     eases: float  # how much less T_0 is for each newton of friction
-    row: float  # of M̂⁻¹ Dᵀ, −1 where there is no friction
+    row: float  # of D half way, −1 where there is no friction
+    count: float  # how many numbers of that are not 0
     before: float  # T_i of the last step [N]
     before_in: float  # the same in front of the group [N]
     friction: float  # f [N]
@@ -134,6 +138,7 @@ class Head:
     """What is known of all groups, in front of them."""
 
     room: float  # groups that there is memory for
+    width: float  # of a row half way
     spots: float  # segments that there is memory for
     sheaths: float  # that there is memory for
     members: float  # how many sheaths there are
@@ -151,10 +156,10 @@ head_at: Callable[[int], Head] = Record(HEAD)
 
 
 @compiled
-def _size_of(room: int, spots: int, sheaths: int, nv: int) -> int:
-    """Numbers of a workspace: groups, rows of D and of M̂⁻¹ Dᵀ, sheaths, owners, vectors."""
-    groups = room * (_GROUP_COUNT + 2 * nv)
-    return _HEAD_COUNT + groups + sheaths * (_MEMBER_COUNT + nv) + spots + 4 * nv
+def _size_of(room: int, spots: int, sheaths: int, nv: int, width: int) -> int:
+    """Numbers of a workspace: groups, their rows, sheaths, owners of segments, vectors."""
+    groups = room * (_GROUP_COUNT + nv + 2 * width)
+    return _HEAD_COUNT + groups + sheaths * (_MEMBER_COUNT + nv + width) + spots + 3 * (nv + width)
 
 
 @compiled
@@ -169,14 +174,25 @@ def _rows_at(work: int) -> int:
 
 
 @compiled
-def _solved_at(work: int, nv: int) -> int:
-    """Address of the rows of M̂⁻¹ Dᵀ."""
-    return _rows_at(work) + 8 * nv * int(head_at(work).room)
+def _half(work: int, nv: int, group: Group) -> FloatArray:
+    """Row of D half way: the numbers that are not 0."""
+    head = head_at(work)
+    rows = _rows_at(work) + 8 * nv * int(head.room)
+    return coordinates(rows + 16 * int(head.width) * int(group.row))
+
+
+@compiled
+def _places(work: int, nv: int, group: Group) -> FloatArray:
+    """Where these numbers are."""
+    head = head_at(work)
+    rows = _rows_at(work) + 8 * nv * int(head.room)
+    return coordinates(rows + 16 * int(head.width) * int(group.row) + 8 * int(head.width))
 
 
 @compiled
 def _members_at(work: int, nv: int) -> int:
-    return _solved_at(work, nv) + 8 * nv * int(head_at(work).room)
+    head = head_at(work)
+    return _rows_at(work) + 8 * int(head.room) * (nv + 2 * int(head.width))
 
 
 @compiled
@@ -197,24 +213,45 @@ def _owners(work: int, nv: int, member: Member) -> FloatArray:
 
 @compiled
 def vector_at(work: int, nv: int, which: int) -> int:
-    """Address of a vector: passive forces before friction, friction, acceleration, room for one."""
+    """Address of a vector: passive forces before friction, friction, room for one."""
+    return _owners_at(work, nv) + 8 * (int(head_at(work).spots) + which * nv)
+
+
+BASE, FRICTION, _ROOM = range(3)
+
+
+@compiled
+def _half_vector(work: int, nv: int, which: int) -> FloatArray:
+    """A vector half way: all forces, their changes along the conjugate gradient, the weights."""
+    return coordinates(vector_at(work, nv, _ROOM + 1) + 8 * int(head_at(work).width) * which)
+
+
+_FORCES, _ALONG, _WEIGHTS = range(3)
+
+
+@compiled
+def _input_at(work: int, nv: int, k: int) -> int:
     head = head_at(work)
-    return _owners_at(work, nv) + 8 * (int(head.spots) + (int(head.sheaths) + which) * nv)
-
-
-BASE, FRICTION, _ACCELERATION, _ROOM = range(4)
+    inputs = vector_at(work, nv, _ROOM + 1) + 24 * int(head.width)
+    return inputs + 8 * (nv + int(head.width)) * k
 
 
 @compiled
 def _input_row(work: int, nv: int, k: int) -> FloatArray:
     """D_0 of a sheath."""
-    return coordinates(_owners_at(work, nv) + 8 * (int(head_at(work).spots) + k * nv))
+    return coordinates(_input_at(work, nv, k))
+
+
+@compiled
+def _input_half(work: int, nv: int, k: int) -> FloatArray:
+    """D_0 of a sheath, half way."""
+    return coordinates(_input_at(work, nv, k) + 8 * nv)
 
 
 @compiled
 def response_at(work: int, nv: int) -> int:
     """Address of the response M̂⁻¹."""
-    return vector_at(work, nv, _ROOM + 1)
+    return _input_at(work, nv, int(head_at(work).sheaths))
 
 
 @apart
@@ -228,15 +265,17 @@ def workspace(m: int, d: int, first: int, last: int) -> int:
     place = binding_of(d, last, SHEATH) + WORKSPACE
     work = pointer(place)
     spots = room + sheaths
-    if work != 0 and (head_at(work).room < room or head_at(work).sheaths < sheaths):
+    width = nv + most_dampers(m, sheaths)
+    head = head_at(work)
+    if work != 0 and (head.room < room or head.sheaths < sheaths or head.width < width):
         free(work)
         work = 0
     if work == 0:
-        count = _size_of(room, spots, sheaths, nv) + response_size(m, sheaths)
+        count = _size_of(room, spots, sheaths, nv, width) + response_size(m, sheaths)
         work = malloc(8 * count)
         doubles(work, count)[:] = 0.0
         head = head_at(work)
-        head.room, head.spots, head.sheaths = room, spots, sheaths
+        head.room, head.spots, head.sheaths, head.width = room, spots, sheaths, width
         set_pointer(place, work)
     return work
 
@@ -523,7 +562,7 @@ def repeat(m: int, d: int, work: int, moves: bool) -> None:
     _add_friction(work, nv)
 
 
-_ROUNDS = 100  # of a sweep and the conjugate gradients that follow
+_ROUNDS = 10  # of a sweep and the conjugate gradients that follow
 _CLOSE = 1e-11  # change of a tension, over the largest, that ends them
 _EPSILON = 2.2e-16  # of a double; of accelerations that add up to none where a group holds
 _STILL = 1e-12  # of its length, by which tendon that counts as still may pass a group in a step
@@ -548,23 +587,55 @@ def prepare(m: int, d: int, work: int) -> None:
 
 
 @apart
-def _set_answers(m: int, work: int, nv: int, h: float) -> None:
-    """Set M̂⁻¹ Dᵀ and the mobility of all groups with friction."""
+def _go_half_way(m: int, work: int, nv: int, h: float) -> None:
+    """Set all rows half way, and the mobility of the groups."""
     head, response = head_at(work), response_at(work, nv)
-    rows, solved = _rows_at(work), _solved_at(work, nv)
+    weights, room = _half_vector(work, nv, _WEIGHTS), _half_vector(work, nv, _ALONG)
+    set_weights(response, weights)
+    width = response_width(response)
+    for k in range(int(head.members)):
+        if _member(work, nv, k).damping != 0.0:
+            go_half_way(m, response, _input_row(work, nv, k), _input_half(work, nv, k))
     for g in range(int(head.groups)):
         group = _group(work, g)
         if group.row < 0.0:
             continue
-        at = solved + 8 * nv * int(group.row)
-        copy_doubles(at, rows + 8 * nv * g, nv)
-        answer, member = coordinates(at), _member(work, nv, int(group.member))
-        respond(m, response, answer)
-        group.mobility = _dot(coordinates(rows + 8 * nv * g), answer, nv)
-        group.eases = group.share
+        go_half_way(m, response, coordinates(_rows_at(work) + 8 * nv * g), room)
+        half, places = _half(work, nv, group), _places(work, nv, group)
+        count, mobility = 0, 0.0
+        for i in range(width):
+            if room[i] != 0.0:
+                half[count], places[count] = room[i], i
+                mobility += weights[i] * room[i] * room[i]
+                count += 1
+        group.count, group.mobility, group.eases = count, mobility, group.share
+        member = _member(work, nv, int(group.member))
         if member.damping != 0.0:
-            along = _dot(_input_row(work, nv, int(group.member)), answer, nv)
-            group.eases += h * member.damping * along
+            at_input = _input_half(work, nv, int(group.member))
+            group.eases += h * member.damping * _across(work, nv, group, at_input)
+
+
+@compiled
+def _across(work: int, nv: int, group: Group, half: FloatArray) -> float:
+    """D M̂⁻¹ F of a group and a force that is half way."""
+    row, places, weights = (
+        _half(work, nv, group),
+        _places(work, nv, group),
+        _half_vector(work, nv, _WEIGHTS),
+    )
+    total = 0.0
+    for k in range(int(group.count)):
+        i = int(places[k])
+        total += weights[i] * row[k] * half[i]
+    return total
+
+
+@compiled
+def _add_half(work: int, nv: int, group: Group, half: FloatArray, factor: float) -> None:
+    """Add a multiple of the row of a group to a force that is half way."""
+    row, places = _half(work, nv, group), _places(work, nv, group)
+    for k in range(int(group.count)):
+        half[int(places[k])] += factor * row[k]
 
 
 @compiled
@@ -582,8 +653,10 @@ def _update_input(work: int, nv: int, k: int, h: float) -> None:
     member = _member(work, nv, k)
     force = member.constant
     if member.damping != 0.0:
-        acceleration = coordinates(vector_at(work, nv, _ACCELERATION))
-        force -= h * member.damping * _dot(_input_row(work, nv, k), acceleration, nv)
+        row, forces = _input_half(work, nv, k), _half_vector(work, nv, _FORCES)
+        weights = _half_vector(work, nv, _WEIGHTS)
+        for i in range(response_width(response_at(work, nv))):
+            force -= h * member.damping * weights[i] * row[i] * forces[i]
     member.input = max(0.0, -force)
 
 
@@ -592,8 +665,7 @@ def _change(work: int, nv: int, group: Group, friction: float) -> None:
     """Change the friction of a group, and the acceleration with it."""
     change = friction - group.friction
     if change != 0.0:
-        row = coordinates(_solved_at(work, nv) + 8 * nv * int(group.row))
-        _add_to(coordinates(vector_at(work, nv, _ACCELERATION)), row, -change, nv)
+        _add_half(work, nv, group, _half_vector(work, nv, _FORCES), -change)
         _take_over(work, nv, group, friction)
 
 
@@ -608,21 +680,21 @@ def _bounds(group: Group, tension: float) -> tuple[float, float]:
 
 
 @compiled
-def _missing(work: int, nv: int, g: int, acceleration: FloatArray) -> float:
+def _missing(work: int, nv: int, group: Group) -> float:
     """By how much more the slip of a group has to be slowed, 0 where that is rounding [m/s²]."""
-    group, row = _group(work, g), coordinates(_rows_at(work) + 8 * nv * g)
-    missing, sizes = group.wanted, abs(group.wanted)
-    for i in range(nv):
-        missing += row[i] * acceleration[i]
-        sizes += abs(row[i] * acceleration[i])
-    sizes += group.mobility * abs(group.friction)
+    row, places = _half(work, nv, group), _places(work, nv, group)
+    weights, forces = _half_vector(work, nv, _WEIGHTS), _half_vector(work, nv, _FORCES)
+    missing, sizes = group.wanted, abs(group.wanted) + group.mobility * abs(group.friction)
+    for k in range(int(group.count)):
+        i = int(places[k])
+        part = weights[i] * row[k] * forces[i]
+        missing, sizes = missing + part, sizes + abs(part)
     return missing if abs(missing) > _EPSILON * sizes else 0.0
 
 
 @apart
 def _sweep(work: int, nv: int, h: float) -> bool:
     """Let every group hold or slide, one after the other; return whether any tension changed."""
-    acceleration = coordinates(vector_at(work, nv, _ACCELERATION))
     changed = largest = 0.0
     for g in range(int(head_at(work).groups)):
         group = _group(work, g)
@@ -633,7 +705,7 @@ def _sweep(work: int, nv: int, h: float) -> bool:
         if group.row < 0.0:
             continue
         low, high = _bounds(group, tension)
-        friction, missing = group.friction, _missing(work, nv, g, acceleration)
+        friction, missing = group.friction, _missing(work, nv, group)
         if missing != 0.0:
             if group.mobility > 0.0:
                 friction += missing / group.mobility
@@ -660,13 +732,12 @@ def _is_free(group: Group) -> bool:
 @apart
 def _begin_gradients(work: int, nv: int) -> float:
     """Set what all groups that hold miss, and go along that; return Σ missing²/mobility."""
-    acceleration = coordinates(vector_at(work, nv, _ACCELERATION))
     size_of_missing = 0.0
     for g in range(int(head_at(work).groups)):
         group = _group(work, g)
         group.missing = group.along = 0.0
         if _is_free(group):
-            group.missing = _missing(work, nv, g, acceleration)
+            group.missing = _missing(work, nv, group)
             group.along = group.missing / group.mobility
             size_of_missing += group.missing * group.along
     return size_of_missing
@@ -679,19 +750,18 @@ def _go_along(work: int, nv: int, size_of_missing: float) -> float:
     Returns:
         Σ missing²/mobility afterwards; 0 where one comes to its bound, or nothing is missing.
     """
-    rows, solved = _rows_at(work), _solved_at(work, nv)
-    answer = coordinates(vector_at(work, nv, _ROOM))
+    along, width = _half_vector(work, nv, _ALONG), response_width(response_at(work, nv))
     groups, curvature, free = int(head_at(work).groups), 0.0, True
-    for i in range(nv):
-        answer[i] = 0.0
+    for i in range(width):
+        along[i] = 0.0
     for g in range(groups):
         group = _group(work, g)
         if group.along != 0.0:
-            _add_to(answer, coordinates(solved + 8 * nv * int(group.row)), group.along, nv)
+            _add_half(work, nv, group, along, group.along)
     for g in range(groups):
         group = _group(work, g)
         if _is_free(group):
-            group.answer = _dot(coordinates(rows + 8 * nv * g), answer, nv)
+            group.answer = _across(work, nv, group, along)
             curvature += group.along * group.answer
     if not curvature > 0.0:
         return 0.0
@@ -710,7 +780,7 @@ def _go_along(work: int, nv: int, size_of_missing: float) -> float:
             _take_over(work, nv, group, group.friction + step * group.along)
             group.missing -= step * group.answer
             left += group.missing * group.missing / group.mobility
-    _add_to(coordinates(vector_at(work, nv, _ACCELERATION)), answer, -step, nv)
+    _add_to(_half_vector(work, nv, _FORCES), along, -step, width)
     for g in range(groups):
         group = _group(work, g)
         if _is_free(group):
@@ -833,17 +903,16 @@ def solve(m: int, d: int, work: int) -> None:
     for k in range(int(head.members)):
         _start(m, d, work, nv, k)
     if head.rough > 0.0:
-        _set_answers(m, work, nv, h)
-        acceleration = coordinates(vector_at(work, nv, _ACCELERATION))
-        copy_doubles(vector_at(work, nv, _ACCELERATION), vector_at(work, nv, BASE), nv)
-        add_smooth_forces(m, d, acceleration)
-        respond(m, response_at(work, nv), acceleration)
+        _go_half_way(m, work, nv, h)
+        forces, room = _half_vector(work, nv, _FORCES), coordinates(vector_at(work, nv, _ROOM))
+        copy_doubles(vector_at(work, nv, _ROOM), vector_at(work, nv, BASE), nv)
+        add_smooth_forces(m, d, room)
+        go_half_way(m, response_at(work, nv), room, forces)
         for g in range(int(head.groups)):
             group = _group(work, g)
             _hold(work, nv, g)
             if group.friction != 0.0:
-                row = coordinates(_solved_at(work, nv) + 8 * nv * int(group.row))
-                _add_to(acceleration, row, -group.friction, nv)
+                _add_half(work, nv, group, forces, -group.friction)
         for _ in range(1 + 2 * int(head.rough)):
             _settle(work, nv, h)
             if not _release(m, d, work, nv):
@@ -854,9 +923,8 @@ def solve(m: int, d: int, work: int) -> None:
         group = _group(work, g)
         group.tension = max(0.0, _incoming(work, nv, group) + group.friction)
         if group.row >= 0.0:
-            acceleration = coordinates(vector_at(work, nv, _ACCELERATION))
-            row = coordinates(_rows_at(work) + 8 * nv * g)
-            group.expected = h * (group.wanted + _dot(row, acceleration, nv))
+            forces = _half_vector(work, nv, _FORCES)
+            group.expected = h * (group.wanted + _across(work, nv, group, forces))
     _add_friction(work, nv)
     time = double(d + LAYOUT.d_time, 0)
     for k in range(int(head.members)):

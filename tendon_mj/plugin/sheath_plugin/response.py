@@ -62,18 +62,23 @@ def _numbers(m: int) -> int:
 
 
 @compiled
-def response_size(m: int, tendons: int) -> int:
-    """Numbers of memory for the response, with so many sheathed tendons."""
-    nv = size(m + LAYOUT.m_nv)
-    rows = size(m + LAYOUT.m_nactuator) + tendons
-    return _COUNT + _numbers(m) + 2 * nv + (rows + 1) * (nv + 1)
-
-
-@compiled
 def is_implicit(m: int) -> bool:
     """Whether MuJoCo integrates the velocity terms of actuators and tendons implicitly."""
     integrator = integer(m + LAYOUT.o_integrator, 0)
     return integrator != _EULER and integrator != _RK4
+
+
+@compiled
+def most_dampers(m: int, tendons: int) -> int:
+    """Dampers that may be integrated implicitly, with so many sheathed tendons."""
+    return size(m + LAYOUT.m_nactuator) + tendons if is_implicit(m) else 0
+
+
+@compiled
+def response_size(m: int, tendons: int) -> int:
+    """Numbers of memory for the response, with so many sheathed tendons."""
+    nv = size(m + LAYOUT.m_nv)
+    return _COUNT + _numbers(m) + 2 * nv + (most_dampers(m, tendons) + 1) * (nv + 1)
 
 
 @compiled
@@ -170,6 +175,44 @@ def prepare_response(m: int, d: int, work: int) -> None:
     response = _response_at(work)
     response.numbers, response.dofs, response.rows = _numbers(m), size(m + LAYOUT.m_nv), 0.0
     _factor(m, d, _factor_at(work), _inverse_at(work))
+
+
+@compiled
+def response_width(work: int) -> int:
+    """Numbers of a force half way to its response."""
+    return int(_response_at(work).dofs) + int(_response_at(work).rows)
+
+
+@apart
+def set_weights(work: int, weights: FloatArray) -> None:
+    """Set w of F M̂⁻¹ G = Σ w_k y_k z_k, with y and z the forces F and G half way."""
+    dofs = int(_response_at(work).dofs)
+    inverse = _inverse_at(work)
+    for i in range(dofs):
+        weights[i] = inverse[i]
+    for k in range(int(_response_at(work).rows)):
+        weights[dofs + k] = -_row_at(work, k)[dofs]
+
+
+@apart
+def go_half_way(m: int, work: int, force: FloatArray, half: FloatArray) -> None:
+    """Set ``half`` to L⁻ᵀ F, and to u F of each damper, for a force F."""
+    dofs = int(_response_at(work).dofs)
+    for i in range(dofs):
+        half[i] = force[i]
+    for k in range(int(_response_at(work).rows)):
+        row, along = _row_at(work, k), 0.0
+        for i in range(dofs):
+            along += row[i] * force[i]
+        half[dofs + k] = along
+    factor = _factor_at(work)
+    starts, counts = pointer(m + LAYOUT.m_M_rowadr), pointer(m + LAYOUT.m_M_rownnz)
+    columns = pointer(m + LAYOUT.m_M_colind)
+    for i in range(dofs - 1, -1, -1):
+        if half[i] != 0.0:
+            start, pull = integer(starts, i), half[i]
+            for a in range(start, start + integer(counts, i) - 1):
+                half[integer(columns, a)] -= factor[a] * pull
 
 
 @apart
