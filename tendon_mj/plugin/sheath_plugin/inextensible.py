@@ -563,7 +563,7 @@ def repeat(m: int, d: int, work: int, moves: bool) -> None:
 
 
 _ROUNDS = 10  # of a sweep and the conjugate gradients that follow
-_CLOSE = 1e-11  # change of a tension, over the largest, that ends them
+_CLOSE = 1e-9  # change of a tension, over the largest, that ends them
 _EPSILON = 2.2e-16  # of a double; of accelerations that add up to none where a group holds
 _STILL = 1e-12  # of its length, by which tendon that counts as still may pass a group in a step
 
@@ -921,7 +921,12 @@ def solve(m: int, d: int, work: int) -> None:
         _update_input(work, nv, k, h)
     for g in range(int(head.groups)):
         group = _group(work, g)
-        group.tension = max(0.0, _incoming(work, nv, group) + group.friction)
+        incoming = _incoming(work, nv, group)
+        tension = max(0.0, incoming + group.friction)
+        if group.slides != 0.0 and group.row >= 0.0:
+            tension = _upper(group, incoming) if group.slides > 0.0 else _lower(group, incoming)
+        group.tension = tension
+        group.friction = tension - incoming
         if group.row >= 0.0:
             forces = _half_vector(work, nv, _FORCES)
             group.expected = h * (group.wanted + _across(work, nv, group, forces))
