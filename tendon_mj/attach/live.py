@@ -271,7 +271,10 @@ class SheathView:
         return self._read().state["unsolved"].astype(int)[()]
 
     def __getattr__(self, name: str) -> Any:
-        return self._states.get(name, self._find(name))
+        values = self._states.get(name, self._find(name))
+        if name == "axial_stiffness":  # none is stated
+            return np.where(self._read().state["inextensible"] != 0.0, np.inf, values)[()]
+        return values
 
     def __setattr__(self, name: str, value: Any) -> None:
         address, parameter = self._find(name), f"{self.name}.{name}"

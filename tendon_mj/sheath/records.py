@@ -82,8 +82,8 @@ class Guide:
     # of an inextensible tendon
     unknown: float  # acceleration of its slip that constraints cause [m/s²]
     trial_unknown: float  # [m/s²]
-    is_held: float  # whether friction was less than it can be in the step before
-    trial_is_held: float
+    expected: float  # speed of its slip, to the output, that the step before was to end with [m/s]
+    trial_expected: float  # [m/s]
     way: float  # length from the guide to the output end [m]
     trial_way: float  # [m]
 

@@ -149,7 +149,8 @@ def test_the_stiffness_that_is_chosen_reads_as_it_acts_from_the_start():
     spec = finger()
     spec.tendon("flexor").stiffness[0] = 0.0
     spec.add_actuator(name="pull", trntype=mujoco.mjtTrn.mjTRN_TENDON, target="flexor")
-    add_friction(spec, "flexor", friction=0.2, name="sheath")
+    elastic = {"creep": 0.1, "creep_time": 1.0}
+    add_friction(spec, "flexor", friction=0.2, name="sheath", **elastic)
     model = spec.compile()
     data = mujoco.MjData(model)
     parameters, name = Parameters(model, data), "sheath.axial_stiffness"

@@ -24,22 +24,18 @@ def test_friction_takes_work_at_every_guide_of_every_tendon(name, friction):
     for row in controls(model, SECONDS, seed=3):
         data.ctrl[:] = row
         mujoco.mj_step(model, data)
-        for sheath, (state, segments, guides, _) in views.items():
+        for sheath, (_, segments, guides, _) in views.items():
             tension = segments["tension"]
             passed, mean = guides["trial_flow"], 0.5 * (tension[:-1] + tension[1:])
             taken = -np.diff(tension) * passed
             assert (taken >= -ROUNDED * mean * np.abs(passed)).all(), sheath
-            # by the tension in a stretched tendon, of which 1 + ε passes for each unstretched metre
-            taken *= state.law.axial_stiffness * (1.0 + mean)
             work = guides["friction_work"].copy()
             assert (work >= before[sheath]).all(), sheath
             assert np.abs(work - before[sheath] - taken).max(initial=0.0) < 1e-9
             before[sheath] = work
     assert np.isfinite(data.qpos).all()
     assert sum(np.sum(work) for work in before.values()) > 1e-3
-    # of one evaluation in some hundreds the flow is the best that was found
-    unsolved = sum(state.unsolved for state, *_ in views.values())
-    assert unsolved <= 1e-3 * len(views) * round(SECONDS / model.opt.timestep)
+    assert not any(state.unsolved for state, *_ in views.values())
 
 
 def elastic_energy(stiffness, tension, lengths):

@@ -143,7 +143,7 @@ def test_sliding_steadily_the_capstan_ratio_is_that_of_the_whole_bend(path):
     model = arm(path, "last", pull=pull).compile()
     data = simulated(model, 60, forward=True, ctrl=[-0.5, 0.0, 0.0, 0.0])
     view = view_sheath(model, data, "t")
-    assert (view.slip == 1.0).all()
+    assert (view.slip == 1.0)[view.bend_angle > 0.0].all()
     ratio = np.exp(-0.3 * view.bend_angle.sum())
     assert ratio < 0.96
     assert view.output_tension == pytest.approx(view.input_tension * ratio, rel=1e-9)

@@ -40,6 +40,7 @@ def arm(seed, path="", drive=""):
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.option.timestep = 5e-4
+    spec.option.tolerance, spec.option.iterations = 1e-14, 1000  # of constraints
     spec.option.integrator = [0, 2, 3][seed % 3]
     spec.worldbody.add_site(name="a", pos=[-0.2, 0.02, 0.05])
     body = spec.worldbody

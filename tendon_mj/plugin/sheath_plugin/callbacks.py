@@ -259,6 +259,8 @@ def advance(m: int, d: int, instance: int) -> None:
         return
     address = state_of(m, d, instance)
     state = state_at(address)
+    if first_sheath(m, instance) == instance:
+        state.end_signature = pose_signature(m, d)
     if state.has_trial != 0.0 and is_bound(m, d, instance):
         commit(address)
         follow_constraint(m, d, state)

@@ -45,6 +45,7 @@ from tendon_mj.plugin.sheath_plugin.inextensible import (
 )
 from tendon_mj.plugin.sheath_plugin.input_force import follow_spring, input_force
 from tendon_mj.plugin.sheath_plugin.path import update_path, update_spans
+from tendon_mj.plugin.sheath_plugin.signature import pose_signature
 from tendon_mj.plugin.sheath_plugin.state import State, state_at, state_of, unpack, unpack_arcs
 from tendon_mj.plugin.sheath_plugin.strain import (
     commit_strain,
@@ -372,12 +373,14 @@ def set_up_driven(m: int, d: int, work: int, first: int, last: int) -> None:
     """Set up the groups of all inextensible tendons in the pose at hand."""
     head = head_at(work)
     head.members = head.groups = head.segments = head.rough = 0.0
+    keeper = state_at(state_of(m, d, first))
+    written = keeper.end_signature != pose_signature(m, d)
     for instance in range(first, last + 1):
         if is_driven(m, d, instance, first):
             state = state_at(state_of(m, d, instance))
             if state.inextensible != 0.0:
                 _, stage, _ = _moment(m, d, state)
-                set_up(m, d, work, instance, stage)
+                set_up(m, d, work, instance, stage, written)
 
 
 @apart

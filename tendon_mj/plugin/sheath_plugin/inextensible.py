@@ -13,7 +13,7 @@ step at hand:
     s_i/h + D_i M̂⁻¹ (F − Σ f_j D_j) + b_i = 0,   f_i at its bound where it slides,
 
 with F all forces but those of constraints, and M̂ as in `response`. What constraints do is known from
-the slip that they caused, b_i += s_i/h where a group held. Tensions start from those of the last
+the slip that they caused, beyond what was expected: h b_i += s_i − (s_i expected). Tensions start from those of the last
 step, T_i, not from f_i: a motor's change needs no slip. Projected Gauss-Seidel sweeps solve it.
 
 **Pulleys.** Tensions count times the divisor of their branch, lengths over it. A branch that begins
@@ -97,6 +97,10 @@ class Group:
     before: float  # T_i of the last step [N]
     before_in: float  # the same in front of the group [N]
     friction: float  # f [N]
+    expected: float  # speed of its slip at the end of the step [m/s]
+    missing: float  # what its slip has still to be slowed by [m/s²]
+    along: float  # change of friction along the conjugate gradient [N]
+    answer: float  # D M̂⁻¹ Dᵀ of that [m/s²]
     tension: float  # T_i [N]
 
 
@@ -320,6 +324,10 @@ def _add_to(a: FloatArray, b: FloatArray, factor: float, n: int) -> None:
         a[k] += factor * b[k]
 
 
+_LEAST_ARM = 1e-12  # [m]; a moment arm below is one of rounding
+_UNEXPLAINED = 1e-9  # of a length: a change beyond what velocities say that is none of rounding
+
+
 @apart
 def _set_rows(m: int, d: int, work: int, k: int, state: State, segments: Segments) -> None:
     """Set the rows D of a sheath's groups; where its stretch is spread, less their shares of D_0."""
@@ -338,9 +346,13 @@ def _set_rows(m: int, d: int, work: int, k: int, state: State, segments: Segment
         parent = int(_group(work, g).parent)
         into = coordinates(rows + 8 * nv * parent) if parent >= 0 else at_input
         _add_to(into, coordinates(rows + 8 * nv * g), 1.0, nv)
-    if member.spreads != 0.0:
-        for g in range(first, last):
-            _add_to(coordinates(rows + 8 * nv * g), at_input, -_group(work, g).share, nv)
+    for g in range(first, last):
+        row = coordinates(rows + 8 * nv * g)
+        if member.spreads != 0.0:
+            _add_to(row, at_input, -_group(work, g).share, nv)
+        for i in range(nv):
+            if abs(row[i]) < _LEAST_ARM:
+                row[i] = 0.0
 
 
 @apart
@@ -374,10 +386,10 @@ def _set_ways(
 
 
 @apart
-def set_up(m: int, d: int, work: int, instance: int, stage: bool) -> None:
+def set_up(m: int, d: int, work: int, instance: int, stage: bool, written: bool) -> None:
     """Set up the groups of a sheath in the pose at hand, and their friction as it was shown last.
 
-    In another pose than that of the last evaluation, groups that move slide.
+    Where positions or velocities were ``written`` since the last step nothing slips meanwhile.
     """
     address = state_of(m, d, instance)
     state = state_at(address)
@@ -396,7 +408,7 @@ def set_up(m: int, d: int, work: int, instance: int, stage: bool) -> None:
         group = _group(work, g)
         guide = guides[int(group.end) - 1]
         group.slides = -(guide.trial_slip if stage else guide.previous_slip)
-        group.wanted = group.unknown = group.mobility = group.eases = 0.0
+        group.wanted = group.unknown = group.mobility = group.eases = group.expected = 0.0
         if member.spreads == 0.0:
             group.share = 0.0
         _set_bounds(group, guides)
@@ -410,14 +422,17 @@ def set_up(m: int, d: int, work: int, instance: int, stage: bool) -> None:
         group = _group(work, g)
         end = guides[int(group.end) - 1]
         speed = _dot(coordinates(_rows_at(work) + 8 * nv * g), velocity, nv)
-        seen = speed
-        if member.spreads != 0.0 or end.is_on_arc != 0.0:
+        drawn = group.passed / h - speed  # as by bodies that move without a velocity
+        is_known = member.spreads == 0.0 and end.is_on_arc == 0.0 and not written
+        if integer(m + LAYOUT.o_integrator, 0) == RK4 or not is_known:
+            drawn = 0.0
+        if abs(h * drawn) <= _UNEXPLAINED * end.trial_way:
+            drawn = 0.0
+        if not is_known:
             group.passed = h * speed
-        elif integer(m + LAYOUT.o_integrator, 0) != RK4:
-            seen = group.passed / h
         if state.finished != 0.0:
-            group.unknown = end.unknown + (seen / h if end.is_held != 0.0 else 0.0)
-        group.wanted = group.unknown + speed / h
+            group.unknown = end.unknown + (0.0 if written else (speed - end.expected) / h)
+        group.wanted = group.unknown + (speed + drawn) / h
         if group.is_rough != 0.0:
             group.row = head.rough
             head.rough += 1.0
@@ -499,8 +514,9 @@ def repeat(m: int, d: int, work: int, moves: bool) -> None:
     _add_friction(work, nv)
 
 
-_SWEEPS = 100
-_CLOSE = 1e-11  # change of a tension, over the largest, that ends the sweeps
+_ROUNDS = 100  # of a sweep and the conjugate gradients that follow
+_CLOSE = 1e-11  # change of a tension, over the largest, that ends them
+_ROUNDING = 1e-14  # of the accelerations that add up to none where a group holds
 
 
 @apart
@@ -574,10 +590,22 @@ def _bounds(group: Group, tension: float) -> tuple[float, float]:
     return max(low / max(1e-3, 1.0 + group.eases * fall), -max(0.0, tension)), max(0.0, high)
 
 
+@compiled
+def _missing(work: int, nv: int, g: int, acceleration: FloatArray) -> float:
+    """By how much more the slip of a group has to be slowed, 0 where that is rounding [m/s²]."""
+    group, row = _group(work, g), coordinates(_rows_at(work) + 8 * nv * g)
+    missing, sizes = group.wanted, abs(group.wanted)
+    for i in range(nv):
+        missing += row[i] * acceleration[i]
+        sizes += abs(row[i] * acceleration[i])
+    sizes += group.mobility * abs(group.friction)
+    return missing if abs(missing) > _ROUNDING * sizes else 0.0
+
+
 @apart
 def _sweep(work: int, nv: int, h: float) -> bool:
-    """Let every group hold or slide; return whether any tension still changed."""
-    rows, acceleration = _rows_at(work), coordinates(vector_at(work, nv, _ACCELERATION))
+    """Let every group hold or slide, one after the other; return whether any tension changed."""
+    acceleration = coordinates(vector_at(work, nv, _ACCELERATION))
     changed = largest = 0.0
     for g in range(int(head_at(work).groups)):
         group = _group(work, g)
@@ -588,12 +616,12 @@ def _sweep(work: int, nv: int, h: float) -> bool:
         if group.row < 0.0:
             continue
         low, high = _bounds(group, tension)
-        friction = group.friction
-        missing = group.wanted + _dot(coordinates(rows + 8 * nv * g), acceleration, nv)
-        if group.mobility > 0.0:
-            friction += missing / group.mobility
-        elif missing != 0.0:
-            friction = high if missing > 0.0 else low
+        friction, missing = group.friction, _missing(work, nv, g, acceleration)
+        if missing != 0.0:
+            if group.mobility > 0.0:
+                friction += missing / group.mobility
+            else:
+                friction = high if missing > 0.0 else low
         group.slides = 1.0 if friction > high else (-1.0 if friction < low else 0.0)
         friction = min(max(friction, low), high)
         changed = max(changed, abs(friction - group.friction))
@@ -604,6 +632,91 @@ def _sweep(work: int, nv: int, h: float) -> bool:
         group.tension = tension + friction
         largest = max(largest, group.tension, tension)
     return changed > _CLOSE * largest
+
+
+@compiled
+def _is_free(group: Group) -> bool:
+    """Whether a group holds with less friction than it can have."""
+    return group.row >= 0.0 and group.slides == 0.0 and group.mobility > 0.0
+
+
+@apart
+def _begin_gradients(work: int, nv: int) -> float:
+    """Set what all groups that hold miss, and go along that; return Σ missing²/mobility."""
+    acceleration = coordinates(vector_at(work, nv, _ACCELERATION))
+    size_of_missing = 0.0
+    for g in range(int(head_at(work).groups)):
+        group = _group(work, g)
+        group.missing = group.along = 0.0
+        if _is_free(group):
+            group.missing = _missing(work, nv, g, acceleration)
+            group.along = group.missing / group.mobility
+            size_of_missing += group.missing * group.along
+    return size_of_missing
+
+
+@apart
+def _go_along(work: int, nv: int, size_of_missing: float) -> float:
+    """Change the friction of all groups that hold along the conjugate gradient.
+
+    Returns:
+        Σ missing²/mobility afterwards; 0 where one comes to its bound, or nothing is missing.
+    """
+    rows, solved = _rows_at(work), _solved_at(work, nv)
+    answer = coordinates(vector_at(work, nv, _ROOM))
+    groups, curvature, free = int(head_at(work).groups), 0.0, True
+    for i in range(nv):
+        answer[i] = 0.0
+    for g in range(groups):
+        group = _group(work, g)
+        if group.along != 0.0:
+            _add_to(answer, coordinates(solved + 8 * nv * int(group.row)), group.along, nv)
+    for g in range(groups):
+        group = _group(work, g)
+        if _is_free(group):
+            group.answer = _dot(coordinates(rows + 8 * nv * g), answer, nv)
+            curvature += group.along * group.answer
+    if not curvature > 0.0:
+        return 0.0
+    step = size_of_missing / curvature
+    for g in range(groups):
+        group = _group(work, g)
+        if group.along != 0.0:
+            low, high = _bounds(group, group.tension - group.friction)
+            room = (high if group.along > 0.0 else low) - group.friction
+            if step * abs(group.along) > abs(room):
+                step, free = abs(room) / abs(group.along), False
+    left = 0.0
+    for g in range(groups):
+        group = _group(work, g)
+        if _is_free(group):
+            _take_over(work, nv, group, group.friction + step * group.along)
+            group.missing -= step * group.answer
+            left += group.missing * group.missing / group.mobility
+    _add_to(coordinates(vector_at(work, nv, _ACCELERATION)), answer, -step, nv)
+    for g in range(groups):
+        group = _group(work, g)
+        if _is_free(group):
+            group.along = group.missing / group.mobility + left / size_of_missing * group.along
+    return left if free else 0.0
+
+
+@apart
+def _settle(work: int, nv: int, h: float) -> None:
+    """Let every group hold or slide.
+
+    A sweep finds which groups slide. Those that hold depend on each other: for them conjugate
+    gradients, which share a load among all that can bear it, take as many steps as there are
+    directions in which bodies can move, and end where a group comes to its bound.
+    """
+    for _ in range(_ROUNDS):
+        if not _sweep(work, nv, h):
+            break
+        missing = _begin_gradients(work, nv)
+        for _ in range(nv):
+            if not missing > 0.0:
+                break
+            missing = _go_along(work, nv, missing)
 
 
 @apart
@@ -651,7 +764,7 @@ def _write_guides(work: int, nv: int, group: Group, segments: Segments, guides: 
         segments[i + 1].trial_tension = tension / group.divisor
         guide.flow = guide.trial_flow = flow
         guide.slip = guide.trial_slip = -slides if flow != 0.0 else 0.0
-        guide.trial_unknown, guide.trial_is_held = group.unknown, group.slides == 0.0
+        guide.trial_unknown, guide.trial_expected = group.unknown, group.expected
         guide.trial_friction_work = abs((tension - before) * flow)
 
 
@@ -715,14 +828,18 @@ def solve(m: int, d: int, work: int) -> None:
                 row = coordinates(_solved_at(work, nv) + 8 * nv * int(group.row))
                 _add_to(acceleration, row, -group.friction, nv)
         for _ in range(1 + 2 * int(head.rough)):
-            for _ in range(_SWEEPS):
-                if not _sweep(work, nv, h):
-                    break
+            _settle(work, nv, h)
             if not _release(m, d, work, nv):
                 break
-    else:
-        for g in range(int(head.groups)):
-            _group(work, g).tension = _incoming(work, nv, _group(work, g))
+    for k in range(int(head.members)):
+        _update_input(work, nv, k, h)
+    for g in range(int(head.groups)):
+        group = _group(work, g)
+        group.tension = max(0.0, _incoming(work, nv, group) + group.friction)
+        if group.row >= 0.0:
+            acceleration = coordinates(vector_at(work, nv, _ACCELERATION))
+            row = coordinates(_rows_at(work) + 8 * nv * g)
+            group.expected = h * (group.wanted + _dot(row, acceleration, nv))
     _add_friction(work, nv)
     time = double(d + LAYOUT.d_time, 0)
     for k in range(int(head.members)):
@@ -734,7 +851,7 @@ def commit_inextensible(state: State, segments: Segments, guides: Guides) -> Non
     """Make the step on trial the committed state."""
     for i in range(len(guides)):
         guide = guides[i]
-        guide.unknown, guide.is_held = guide.trial_unknown, guide.trial_is_held
+        guide.unknown, guide.expected = guide.trial_unknown, guide.trial_expected
         guide.way = guide.trial_way
         guide.passed += guide.trial_flow
         guide.previous_slip = guide.trial_slip
