@@ -28,10 +28,11 @@ _SCALAR = (mujoco.mjtJoint.mjJNT_SLIDE.value, mujoco.mjtJoint.mjJNT_HINGE.value)
 # (rows, type, names) of arrays with a column for each world
 _BY_WORLD = (
     ("cells", wp.float64, "before unknown tension trial_unknown way speed"),
-    ("cells", wp.float64, "speed_before mobility eases friction"),
+    ("cells", wp.float64, "expected way_before speed_before trial_expected mobility eases"),
+    ("cells", wp.float64, "friction wanted missing along answer"),
     ("cells", wp.float64, "upper_ratio upper_offset lower_ratio lower_offset"),
     ("cells", wp.int8, "slid slides set_for"),
-    ("cells", wp.bool, "held flows is_rough"),
+    ("cells", wp.bool, "flows is_rough"),
     ("cells", wp.int32, "head"),
     ("members", wp.bool, "active"),
     ("members", wp.float64, "input_before input force constant damping whole"),
@@ -39,7 +40,7 @@ _BY_WORLD = (
     ("entries", wp.float32, "input_row"),
     ("solved", wp.float32, "solved"),
     ("factor", wp.float64, "factor"),
-    ("dofs", wp.float64, "inverse acceleration"),
+    ("dofs", wp.float64, "inverse acceleration gradient"),
     ("damper_rows", wp.float32, "damper_row"),
     ("dampers", wp.float64, "damper_scale"),
 )
@@ -231,7 +232,12 @@ def _range(model: mujoco.MjModel, dofs: NDArray[Any]) -> tuple[int, int]:
     return int(own[0]), int(own[-1]) + 1
 
 
-_STATE = {"unknown": "unknown", "slid": "previous_slip", "held": "is_held", "way": "way"}
+_STATE = {
+    "unknown": "unknown",
+    "slid": "previous_slip",
+    "expected": "expected",
+    "way_before": "way",
+}
 
 
 def _fill_state(

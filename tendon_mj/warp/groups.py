@@ -45,12 +45,14 @@ class Groups:
     before: wp.array2d[wp.float64]  # T behind the cell, times its divisor [N]
     unknown: wp.array2d[wp.float64]  # b, acceleration of the slip by constraints [m/s²]
     slid: wp.array2d[wp.int8]  # direction of the slip: +1 to the output, −1, 0 at rest
-    held: wp.array2d[wp.bool]  # whether friction was less than it can be
+    expected: wp.array2d[wp.float64]  # speed of the slip that the step was to end with [m/s]
+    way_before: wp.array2d[wp.float64]  # L, length to the output end [m]
     speed_before: wp.array2d[wp.float64]  # D q̇ with D of the step before [m/s]; NaN: none is known
     input_before: wp.array2d[wp.float64]  # (members, worlds), T_0 [N]
     # of the step on trial
     tension: wp.array2d[wp.float64]  # T behind the cell, times its divisor [N]
     trial_unknown: wp.array2d[wp.float64]  # [m/s²]
+    trial_expected: wp.array2d[wp.float64]  # [m/s]
     slides: wp.array2d[wp.int8]  # +1 at the upper bound, −1 at the lower one, 0 where it holds
     flows: wp.array2d[wp.bool]  # whether tendon passes there in that direction
     input: wp.array2d[wp.float64]  # (members, worlds), T_0 [N]
@@ -58,7 +60,11 @@ class Groups:
     head: wp.array2d[wp.int32]  # first cell of a cell's group
     is_rough: wp.array2d[wp.bool]  # whether there is friction; False for other cells
     way: wp.array2d[wp.float64]  # L, length from there to the output end [m]
-    speed: wp.array2d[wp.float64]  # D q̇, of the slip [m/s]
+    speed: wp.array2d[wp.float64]  # of the slip, D q̇ and that of bodies without a velocity [m/s]
+    wanted: wp.array2d[wp.float64]  # by how much it has to be slowed in this step, with b [m/s²]
+    missing: wp.array2d[wp.float64]  # by how much it has still to be slowed [m/s²]
+    along: wp.array2d[wp.float64]  # change of friction along the conjugate gradient [N]
+    answer: wp.array2d[wp.float64]  # D M̂⁻¹ Dᵀ of that [m/s²]
     mobility: wp.array2d[wp.float64]  # D M̂⁻¹ Dᵀ [1/kg]
     eases: wp.array2d[wp.float64]  # how much less T_0 is for each newton of friction
     friction: wp.array2d[wp.float64]  # f [N]
@@ -80,5 +86,6 @@ class Groups:
     factor: wp.array2d[wp.float64]  # (numbers of M, worlds)
     inverse: wp.array2d[wp.float64]  # (dofs, worlds)
     acceleration: wp.array2d[wp.float64]  # (dofs, worlds)
+    gradient: wp.array2d[wp.float64]  # (dofs, worlds), M̂⁻¹ Dᵀ of changes along the gradient
     damper_row: wp.array2d[wp.float32]  # (dampers times dofs, worlds)
     damper_scale: wp.array2d[wp.float64]  # (dampers, worlds)

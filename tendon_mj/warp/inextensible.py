@@ -23,9 +23,10 @@ _ZERO = wp.constant(wp.float64(0.0))
 _ONE = wp.constant(wp.float64(1.0))
 _INF = wp.constant(wp.float64(wp.inf))
 _LEAST_ARM = wp.constant(1e-7)  # [m]; a moment arm below is one of rounding
-_SWEEPS = wp.constant(100)
+_UNEXPLAINED = wp.constant(wp.float64(1e-6))  # of a length: a change that is not of rounding
+_ROUNDS = wp.constant(100)  # of a sweep and the conjugate gradients that follow
 _CLOSE = wp.constant(wp.float64(1e-9))  # change of a tension, over the largest, that ends them
-_STILL = wp.constant(wp.float64(1e-10))  # of its length, by which a held group may move in a step
+_ROUNDED = wp.constant(wp.float64(1e-14))  # of accelerations that add up to none
 _ROUNDING = wp.constant(wp.float64(5e-16))  # of its length, by which one at rest may
 _LEAST = wp.constant(wp.float64(1e-3))  # denominator of a bound
 
@@ -49,11 +50,11 @@ def commit_member(
     k = y.sheath[i]
     y.input_before[i, w] = y.input[i, w]
     for c in range(y.first_cell[i], y.first_cell[i + 1]):
-        slides = int(y.slides[c, w])
         y.before[c, w] = y.tension[c, w]
         y.unknown[c, w] = y.trial_unknown[c, w]
-        y.held[c, w] = slides == 0
-        y.slid[c, w] = wp.int8(wp.where(y.flows[c, w], slides, 0))
+        y.expected[c, w] = y.trial_expected[c, w]
+        y.slid[c, w] = wp.int8(wp.where(y.flows[c, w], int(y.slides[c, w]), 0))
+        y.way_before[c, w] = y.way[c, w]
         y.speed_before[c, w] = _speed(y, y.head[c, w], qvel, w)
     t.previous_constraint[k, w] = t.constraint_force[k, w]
     t.constraint_force[k, w] = t.solved_force[k, w]
@@ -226,46 +227,42 @@ def fill_rows(b: Dynamics, t: Tendons, y: Groups) -> None:
 
 
 @wp.func
-def _along(y: Groups, c: int, x: wp.array2d[wp.float64], base: int, w: int) -> wp.float64:
-    """D x of a group; x[base + i] is that of dof i."""
-    i = y.member[c]
-    first, row = y.first_dof[i], y.row[c]
-    total = wp.float64(0.0)
-    for e in range(first, y.first_dof[i + 1]):
-        total += wp.float64(y.D[row + e - first, w]) * x[base + y.dof[e], w]
-    return total
-
-
-@wp.func
-def _slip_seen(
-    t: Tendons, y: Groups, i: int, tail: int, speed: wp.float64, w: int
+def _drawn(
+    t: Tendons, y: Groups, c: int, tail: int, speed: wp.float64, h: wp.float64, w: int
 ) -> wp.float64:
-    """Slip in the step before, at the mean of its poses [m/s]; guides on a geom move with that."""
-    before = y.speed_before[tail, w]
-    spreads = wp.isfinite(y.whole[i, w])
-    if spreads or t.is_on_arc[y.end[tail] - 1, w] or not wp.isfinite(before):
-        return speed
-    return wp.float64(0.5) * (speed + before)
+    """Speed by which more passes than D q̇: in the mean of the step, and with moved bodies [m/s].
+
+    It is not known of guides on geoms, which move themselves, and where the stretch is spread.
+    """
+    on_arc = t.is_on_arc[y.begin[c], w] or t.is_on_arc[y.end[tail] - 1, w]
+    if on_arc or wp.isfinite(y.whole[y.member[c], w]):
+        return _ZERO
+    drawn = wp.float64(0.0)
+    if wp.isfinite(y.speed_before[tail, w]):
+        drawn = wp.float64(0.5) * (y.speed_before[tail, w] - speed)
+    rest = (y.way[c, w] - y.way_before[tail, w]) / h - speed - drawn
+    if wp.abs(h * rest) > _UNEXPLAINED * y.way[c, w]:
+        drawn += rest
+    return drawn
 
 
 @wp.kernel
 def answer(q: Motion, t: Tendons, y: Groups) -> None:
-    """M̂⁻¹ Dᵀ, mobility and slip of each group with friction; threads (cells, worlds)."""
+    """Slip of each group; its M̂⁻¹ Dᵀ and mobility where it rubs; threads (cells, worlds)."""
     c, w = wp.tid()
     i = y.member[c]
     if y.head[c, w] != c or not y.active[i, w]:
         return
     k, low, high = y.sheath[i], y.low[i], y.high[i]
     base, row, first = y.solved_row[c], y.row[c], y.first_dof[i]
-    h, speed = step_of(q, w), _speed(y, c, q.qvel, w)
-    y.speed[c, w] = speed
-    unknown = wp.float64(0.0)
+    h, speed, unknown = step_of(q, w), _speed(y, c, q.qvel, w), wp.float64(0.0)
     if t.started[k, w]:
         tail = _tail(y, c, y.first_cell[i + 1], w)
-        unknown = wp.float64(y.unknown[tail, w])
-        if y.held[tail, w]:
-            unknown += _slip_seen(t, y, i, tail, speed, w) / h
+        unknown = y.unknown[tail, w] + (speed - y.expected[tail, w]) / h
+        speed += _drawn(t, y, c, tail, speed, h, w)
+    y.speed[c, w] = speed
     y.trial_unknown[c, w] = unknown
+    y.wanted[c, w] = unknown + speed / h
     if not y.is_rough[c, w]:
         return
     for n in range(base, base + high - low):
@@ -302,16 +299,31 @@ def _upper(y: Groups, c: int, tension: wp.float64, w: int) -> wp.float64:
 
 @wp.func
 def _take_over(y: Groups, c: int, friction: wp.float64, w: int) -> None:
-    """Give a group its friction, and what follows from it: the input's share, the acceleration."""
+    """Give a group its friction; where the stretch is spread the input bears its share."""
     i = y.member[c]
-    change = friction - y.friction[c, w]
+    share = y.way[c, w] / y.whole[i, w]
+    y.constant[i, w] = y.constant[i, w] + share * (friction - y.friction[c, w])
     y.friction[c, w] = friction
+
+
+@wp.func
+def _add_row(
+    y: Groups, c: int, factor: wp.float64, x: wp.array2d[wp.float64], w: int
+) -> None:
+    """Add a multiple of a group's M̂⁻¹ Dᵀ to x."""
+    i = y.member[c]
+    at = y.solved_row[c] - y.low[i]
+    for dof in range(y.low[i], y.high[i]):
+        x[dof, w] = x[dof, w] + factor * wp.float64(y.solved[at + dof, w])
+
+
+@wp.func
+def _change(y: Groups, c: int, friction: wp.float64, w: int) -> None:
+    """Change the friction of a group, and the acceleration with it."""
+    change = friction - y.friction[c, w]
     if change != _ZERO:
-        y.constant[i, w] = y.constant[i, w] + y.way[c, w] / y.whole[i, w] * change
-        at = y.solved_row[c] - y.low[i]
-        for dof in range(y.low[i], y.high[i]):
-            moves = wp.float64(y.solved[at + dof, w])
-            y.acceleration[dof, w] = y.acceleration[dof, w] - change * moves
+        _add_row(y, c, -change, y.acceleration, w)
+        _take_over(y, c, friction, w)
 
 
 @wp.func
@@ -343,7 +355,7 @@ def _hold(t: Tendons, y: Groups, i: int, w: int) -> None:
         held = wp.min(wp.max(held, _lower(y, c, tension, w)), _upper(y, c, tension, w))
         y.tension[c, w] = held
         if y.is_rough[c, w]:
-            _take_over(y, c, held - tension, w)
+            _change(y, c, held - tension, w)
 
 
 @wp.func
@@ -374,22 +386,33 @@ def _bounds(
 
 
 @wp.func
-def _move(
-    y: Groups, c: int, tension: wp.float64, h: wp.float64, w: int
-) -> wp.float64:
+def _missing(y: Groups, c: int, w: int) -> wp.float64:
+    """By how much more the slip of a group has to be slowed, 0 where that is rounding [m/s²]."""
+    i = y.member[c]
+    first, row = y.first_dof[i], y.row[c]
+    missing = wp.float64(y.wanted[c, w])
+    sizes = wp.abs(missing) + y.mobility[c, w] * wp.abs(y.friction[c, w])
+    for e in range(first, y.first_dof[i + 1]):
+        part = wp.float64(y.D[row + e - first, w]) * y.acceleration[y.dof[e], w]
+        missing += part
+        sizes += wp.abs(part)
+    return wp.where(wp.abs(missing) > _ROUNDED * sizes, missing, _ZERO)
+
+
+@wp.func
+def _move(y: Groups, c: int, tension: wp.float64, w: int) -> wp.float64:
     """Let a group hold or slide; return by how much its friction has changed."""
     low, high = _bounds(y, c, tension, w)
     before = wp.float64(y.friction[c, w])  # a copy: else it is read where it is used
-    friction = wp.float64(before)
-    missing = y.trial_unknown[c, w] + y.speed[c, w] / h + _along(y, c, y.acceleration, 0, w)
-    if wp.abs(missing) > _STILL * y.way[c, w] / (h * h):
+    friction, missing = wp.float64(before), _missing(y, c, w)
+    if missing != _ZERO:
         if y.mobility[c, w] > _ZERO:
             friction += missing / y.mobility[c, w]
         else:
             friction = wp.where(missing > _ZERO, high, low)
     y.slides[c, w] = wp.int8(wp.where(friction > high, 1, wp.where(friction < low, -1, 0)))
     friction = wp.min(wp.max(friction, low), high)
-    _take_over(y, c, friction, w)
+    _change(y, c, friction, w)
     return wp.abs(friction - before)
 
 
@@ -405,13 +428,105 @@ def _sweep(y: Groups, h: wp.float64, w: int) -> bool:
             _update_input(y, i, h, w)
         tension = _incoming(y, c, w)
         if y.is_rough[c, w]:
-            changed = wp.max(changed, _move(y, c, tension, h, w))
+            changed = wp.max(changed, _move(y, c, tension, w))
             if y.parent[c] < 0:
                 _update_input(y, i, h, w)
                 tension = _incoming(y, c, w)
         y.tension[c, w] = tension + y.friction[c, w]
         largest = wp.max(largest, wp.max(tension, y.tension[c, w]))
     return changed > _CLOSE * largest
+
+
+@wp.func
+def _along(y: Groups, c: int, x: wp.array2d[wp.float64], base: int, w: int) -> wp.float64:
+    """D x of a group; x[base + i] is that of dof i."""
+    i = y.member[c]
+    first, row = y.first_dof[i], y.row[c]
+    total = wp.float64(0.0)
+    for e in range(first, y.first_dof[i + 1]):
+        total += wp.float64(y.D[row + e - first, w]) * x[base + y.dof[e], w]
+    return total
+
+
+@wp.func
+def _is_free(y: Groups, c: int, w: int) -> bool:
+    """Whether a group holds with less friction than it can have."""
+    return y.is_rough[c, w] and int(y.slides[c, w]) == 0 and y.mobility[c, w] > _ZERO
+
+
+@wp.func
+def _begin_gradients(y: Groups, w: int) -> wp.float64:
+    """Set what all groups that hold miss, and go along that; return Σ missing²/mobility."""
+    size = wp.float64(0.0)
+    for c in range(y.member.shape[0]):
+        missing, along = wp.float64(0.0), wp.float64(0.0)
+        if _is_free(y, c, w):
+            missing = _missing(y, c, w)
+            along = missing / y.mobility[c, w]
+        y.missing[c, w] = missing
+        y.along[c, w] = along
+        size += missing * along
+    return size
+
+
+@wp.func
+def _go_along(y: Groups, nv: int, size: wp.float64, w: int) -> wp.float64:
+    """Change the friction of all groups that hold along the conjugate gradient.
+
+    ``size`` is Σ missing²/mobility; returns that afterwards, 0 where a group comes to its bound, or
+    nothing is missing.
+    """
+    cells = y.member.shape[0]
+    for dof in range(nv):
+        y.gradient[dof, w] = _ZERO
+    for c in range(cells):
+        along = y.along[c, w]
+        if along != _ZERO:
+            _add_row(y, c, along, y.gradient, w)
+    curvature, free = wp.float64(0.0), bool(True)
+    for c in range(cells):
+        if _is_free(y, c, w):
+            answers = _along(y, c, y.gradient, 0, w)
+            y.answer[c, w] = answers
+            curvature += y.along[c, w] * answers
+    if not curvature > _ZERO:
+        return _ZERO
+    step = size / curvature
+    for c in range(cells):
+        along = y.along[c, w]
+        if along != _ZERO:
+            low, high = _bounds(y, c, y.tension[c, w] - y.friction[c, w], w)
+            room = wp.abs(wp.where(along > _ZERO, high, low) - y.friction[c, w])
+            if step * wp.abs(along) > room:
+                step = room / wp.abs(along)
+                free = False
+    left = wp.float64(0.0)
+    for c in range(cells):
+        if _is_free(y, c, w):
+            _take_over(y, c, y.friction[c, w] + step * y.along[c, w], w)
+            missing = y.missing[c, w] - step * y.answer[c, w]
+            y.missing[c, w] = missing
+            left += missing * missing / y.mobility[c, w]
+    for dof in range(nv):
+        y.acceleration[dof, w] = y.acceleration[dof, w] - step * y.gradient[dof, w]
+    for c in range(cells):
+        if _is_free(y, c, w):
+            y.along[c, w] = y.missing[c, w] / y.mobility[c, w] + left / size * y.along[c, w]
+    return wp.where(free, left, _ZERO)
+
+
+@wp.func
+def _settle(y: Groups, nv: int, h: wp.float64, w: int) -> None:
+    """Let every group hold or slide: sweeps, each with conjugate gradients for those that hold."""
+    rounds = int(_ROUNDS)
+    while rounds > 0:
+        rounds -= 1
+        if not _sweep(y, h, w):
+            return
+        missing, steps = _begin_gradients(y, w), int(nv)
+        while steps > 0 and missing > _ZERO:
+            steps -= 1
+            missing = _go_along(y, nv, missing, w)
 
 
 @wp.func
@@ -444,11 +559,7 @@ def solve_groups(q: Motion, t: Tendons, y: Groups) -> None:
     tries = wp.where(rough > 0, 1 + 2 * rough, 0)
     while tries > 0:
         tries -= 1
-        sweeps = int(_SWEEPS)
-        while sweeps > 0:
-            sweeps -= 1
-            if not _sweep(y, h, w):
-                sweeps = 0
+        _settle(y, q.nv, h, w)
         if not _release(t, y, w):
             tries = 0
     for i in range(y.sheath.shape[0]):
@@ -456,6 +567,8 @@ def solve_groups(q: Motion, t: Tendons, y: Groups) -> None:
     for c in range(y.member.shape[0]):
         if y.head[c, w] == c:
             y.tension[c, w] = wp.max(_ZERO, _incoming(y, c, w) + y.friction[c, w])
+            ends = y.wanted[c, w] + _along(y, c, y.acceleration, 0, w)
+            y.trial_expected[c, w] = h * ends
 
 
 @wp.func
@@ -480,7 +593,7 @@ def _publish_group(
         slides = wp.where(passed > _ZERO, 1, -1)
     flows = wp.abs(passed) > _ROUNDING * y.way[c, w] and wp.float64(slides) * passed > _ZERO
     extreme = wp.float64(incoming)
-    unknown = y.trial_unknown[c, w]
+    unknown, expected = y.trial_unknown[c, w], y.trial_expected[c, w]
     tail = _tail(y, c, y.first_cell[i + 1], w)
     for n in range(c, tail + 1):
         for guide in range(y.begin[n], y.end[n]):
@@ -499,6 +612,7 @@ def _publish_group(
         y.slides[n, w] = wp.int8(slides)
         y.flows[n, w] = flows
         y.trial_unknown[n, w] = unknown
+        y.trial_expected[n, w] = expected
 
 
 @wp.func
