@@ -27,10 +27,10 @@ _SCALAR = (mujoco.mjtJoint.mjJNT_SLIDE.value, mujoco.mjtJoint.mjJNT_HINGE.value)
 
 # (rows, type, names) of arrays with a column for each world
 _BY_WORLD = (
-    ("cells", wp.float64, "before unknown tension trial_unknown way speed"),
-    ("cells", wp.float64, "expected way_before speed_before trial_expected mobility eases"),
-    ("cells", wp.float64, "friction wanted missing along answer"),
-    ("cells", wp.float64, "upper_ratio upper_offset lower_ratio lower_offset"),
+    ("cells", wp.float64, "before tension way way_before friction"),
+    ("cells", wp.float32, "unknown trial_unknown expected trial_expected speed speed_before"),
+    ("cells", wp.float32, "mobility eases missing along answer"),
+    ("cells", wp.float32, "upper_ratio upper_offset lower_ratio lower_offset"),
     ("cells", wp.int8, "slid slides set_for"),
     ("cells", wp.bool, "flows is_rough"),
     ("cells", wp.int32, "head"),

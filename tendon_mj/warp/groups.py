@@ -9,8 +9,8 @@ wp.set_module_options({"enable_backward": False})
 class Groups:
     """State and work space of all inextensible tendons; (cells, worlds) without another note.
 
-    Rows of D and of M̂⁻¹ Dᵀ are in single precision, as the inertia and the Jacobians are from which
-    they follow. Those of D have an entry for each dof that moves the path of the sheath, those of
+    Tensions and lengths are in double precision; speeds, accelerations, bounds, and the rows of D and
+    of M̂⁻¹ Dᵀ in single precision, as are the velocities and the inertia that they follow from. Those of D have an entry for each dof that moves the path of the sheath, those of
     M̂⁻¹ Dᵀ for each dof of the trees in which these are.
     """
 
@@ -43,16 +43,16 @@ class Groups:
     damper: wp.array[wp.int32]  # other actuators; −1 − member: the tendon's own
     # committed state
     before: wp.array2d[wp.float64]  # T behind the cell, times its divisor [N]
-    unknown: wp.array2d[wp.float64]  # b, acceleration of the slip by constraints [m/s²]
+    unknown: wp.array2d[wp.float32]  # b, acceleration of the slip by constraints [m/s²]
     slid: wp.array2d[wp.int8]  # direction of the slip: +1 to the output, −1, 0 at rest
-    expected: wp.array2d[wp.float64]  # speed of the slip that the step was to end with [m/s]
+    expected: wp.array2d[wp.float32]  # speed of the slip that the step was to end with [m/s]
     way_before: wp.array2d[wp.float64]  # L, length to the output end [m]
-    speed_before: wp.array2d[wp.float64]  # D q̇ with D of the step before [m/s]; NaN: none is known
+    speed_before: wp.array2d[wp.float32]  # D q̇ with D of the step before [m/s]; NaN: none is known
     input_before: wp.array2d[wp.float64]  # (members, worlds), T_0 [N]
     # of the step on trial
     tension: wp.array2d[wp.float64]  # T behind the cell, times its divisor [N]
-    trial_unknown: wp.array2d[wp.float64]  # [m/s²]
-    trial_expected: wp.array2d[wp.float64]  # [m/s]
+    trial_unknown: wp.array2d[wp.float32]  # [m/s²]
+    trial_expected: wp.array2d[wp.float32]  # [m/s]
     slides: wp.array2d[wp.int8]  # +1 at the upper bound, −1 at the lower one, 0 where it holds
     flows: wp.array2d[wp.bool]  # whether tendon passes there in that direction
     input: wp.array2d[wp.float64]  # (members, worlds), T_0 [N]
@@ -60,18 +60,17 @@ class Groups:
     head: wp.array2d[wp.int32]  # first cell of a cell's group
     is_rough: wp.array2d[wp.bool]  # whether there is friction; False for other cells
     way: wp.array2d[wp.float64]  # L, length from there to the output end [m]
-    speed: wp.array2d[wp.float64]  # of the slip, D q̇ and that of bodies without a velocity [m/s]
-    wanted: wp.array2d[wp.float64]  # by how much it has to be slowed in this step, with b [m/s²]
-    missing: wp.array2d[wp.float64]  # by how much it has still to be slowed [m/s²]
-    along: wp.array2d[wp.float64]  # change of friction along the conjugate gradient [N]
-    answer: wp.array2d[wp.float64]  # D M̂⁻¹ Dᵀ of that [m/s²]
-    mobility: wp.array2d[wp.float64]  # D M̂⁻¹ Dᵀ [1/kg]
-    eases: wp.array2d[wp.float64]  # how much less T_0 is for each newton of friction
+    speed: wp.array2d[wp.float32]  # D q̇ of the slip, and that of bodies without a velocity [m/s]
+    missing: wp.array2d[wp.float32]  # by how much it has still to be slowed [m/s²]
+    along: wp.array2d[wp.float32]  # change of friction along the conjugate gradient [N]
+    answer: wp.array2d[wp.float32]  # D M̂⁻¹ Dᵀ of that [m/s²]
+    mobility: wp.array2d[wp.float32]  # D M̂⁻¹ Dᵀ [1/kg]
+    eases: wp.array2d[wp.float32]  # how much less T_0 is for each newton of friction
     friction: wp.array2d[wp.float64]  # f [N]
-    upper_ratio: wp.array2d[wp.float64]  # T ≤ upper_ratio T_in + upper_offset
-    upper_offset: wp.array2d[wp.float64]  # [N]
-    lower_ratio: wp.array2d[wp.float64]  # T ≥ (T_in − lower_offset) / lower_ratio
-    lower_offset: wp.array2d[wp.float64]  # [N]
+    upper_ratio: wp.array2d[wp.float32]  # T ≤ upper_ratio T_in + upper_offset
+    upper_offset: wp.array2d[wp.float32]  # [N]
+    lower_ratio: wp.array2d[wp.float32]  # T ≥ (T_in − lower_offset) / lower_ratio
+    lower_offset: wp.array2d[wp.float32]  # [N]
     set_for: wp.array2d[wp.int8]  # ``slides`` for which these bounds are
     # sheaths, (members, worlds)
     active: wp.array2d[wp.bool]  # whether there is a force to solve for

@@ -55,7 +55,7 @@ def commit_member(
         y.expected[c, w] = y.trial_expected[c, w]
         y.slid[c, w] = wp.int8(wp.where(y.flows[c, w], int(y.slides[c, w]), 0))
         y.way_before[c, w] = y.way[c, w]
-        y.speed_before[c, w] = _speed(y, y.head[c, w], qvel, w)
+        y.speed_before[c, w] = wp.float32(_speed(y, y.head[c, w], qvel, w))
     t.previous_constraint[k, w] = t.constraint_force[k, w]
     t.constraint_force[k, w] = t.solved_force[k, w]
     t.started[k, w] = True
@@ -132,10 +132,10 @@ def _set_bounds(t: Tendons, y: Groups, c: int, w: int) -> None:
         upper, more = upper * ratio, more * ratio + offset
         ratio = wp.where(slides < 0, dynamic, static)
         lower, less = lower * ratio, less + offset * lower
-    y.upper_ratio[c, w] = upper
-    y.upper_offset[c, w] = more
-    y.lower_ratio[c, w] = lower
-    y.lower_offset[c, w] = less
+    y.upper_ratio[c, w] = wp.float32(upper)
+    y.upper_offset[c, w] = wp.float32(more)
+    y.lower_ratio[c, w] = wp.float32(lower)
+    y.lower_offset[c, w] = wp.float32(less)
     y.set_for[c, w] = wp.int8(slides)
 
 
@@ -187,8 +187,8 @@ def set_up(m: Scene, b: Dynamics, q: Motion, t: Tendons, y: Groups) -> None:
                 slid = int(y.slid[_tail(y, c, last, w), w])
             y.slides[c, w] = wp.int8(slid)
             _set_bounds(t, y, c, w)
-            rubs = y.upper_ratio[c, w] > _ONE or y.lower_ratio[c, w] > _ONE
-            y.is_rough[c, w] = rubs or y.upper_offset[c, w] > _ZERO
+            rubs = y.upper_ratio[c, w] > 1.0 or y.lower_ratio[c, w] > 1.0
+            y.is_rough[c, w] = rubs or y.upper_offset[c, w] > 0.0
 
 
 @wp.kernel
@@ -239,7 +239,7 @@ def _drawn(
         return _ZERO
     drawn = wp.float64(0.0)
     if wp.isfinite(y.speed_before[tail, w]):
-        drawn = wp.float64(0.5) * (y.speed_before[tail, w] - speed)
+        drawn = wp.float64(0.5) * (wp.float64(y.speed_before[tail, w]) - speed)
     rest = (y.way[c, w] - y.way_before[tail, w]) / h - speed - drawn
     if wp.abs(h * rest) > _UNEXPLAINED * y.way[c, w]:
         drawn += rest
@@ -258,11 +258,11 @@ def answer(q: Motion, t: Tendons, y: Groups) -> None:
     h, speed, unknown = step_of(q, w), _speed(y, c, q.qvel, w), wp.float64(0.0)
     if t.started[k, w]:
         tail = _tail(y, c, y.first_cell[i + 1], w)
-        unknown = y.unknown[tail, w] + (speed - y.expected[tail, w]) / h
+        unknown = wp.float64(y.unknown[tail, w])
+        unknown += (speed - wp.float64(y.expected[tail, w])) / h
         speed += _drawn(t, y, c, tail, speed, h, w)
-    y.speed[c, w] = speed
-    y.trial_unknown[c, w] = unknown
-    y.wanted[c, w] = unknown + speed / h
+    y.speed[c, w] = wp.float32(speed)
+    y.trial_unknown[c, w] = wp.float32(unknown)
     if not y.is_rough[c, w]:
         return
     for n in range(base, base + high - low):
@@ -275,8 +275,8 @@ def answer(q: Motion, t: Tendons, y: Groups) -> None:
         moves = wp.float64(y.solved[base + y.dof[e] - low, w])
         mobility += wp.float64(y.D[row + e - first, w]) * moves
         along += wp.float64(y.input_row[e, w]) * moves
-    y.mobility[c, w] = mobility
-    y.eases[c, w] = y.way[c, w] / y.whole[i, w] + h * y.damping[i, w] * along
+    y.mobility[c, w] = wp.float32(mobility)
+    y.eases[c, w] = wp.float32(y.way[c, w] / y.whole[i, w] + h * y.damping[i, w] * along)
 
 
 @wp.func
@@ -289,12 +289,13 @@ def _incoming(y: Groups, c: int, w: int) -> wp.float64:
 
 @wp.func
 def _lower(y: Groups, c: int, tension: wp.float64, w: int) -> wp.float64:
-    return wp.max(_ZERO, (tension - y.lower_offset[c, w]) / y.lower_ratio[c, w])
+    offset, ratio = wp.float64(y.lower_offset[c, w]), wp.float64(y.lower_ratio[c, w])
+    return wp.max(_ZERO, (tension - offset) / ratio)
 
 
 @wp.func
 def _upper(y: Groups, c: int, tension: wp.float64, w: int) -> wp.float64:
-    return y.upper_ratio[c, w] * tension + y.upper_offset[c, w]
+    return wp.float64(y.upper_ratio[c, w]) * tension + wp.float64(y.upper_offset[c, w])
 
 
 @wp.func
@@ -376,22 +377,34 @@ def _bounds(
     y: Groups, c: int, tension: wp.float64, w: int
 ) -> tuple[wp.float64, wp.float64]:
     """Least and largest friction of a group, as T_0 changes with it."""
-    eases, back = y.eases[c, w], _ONE / y.lower_ratio[c, w]
+    eases, back = wp.float64(y.eases[c, w]), _ONE / wp.float64(y.lower_ratio[c, w])
     tension += eases * y.friction[c, w]
-    rise, fall = y.upper_ratio[c, w] - _ONE, back - _ONE
-    high = (rise * tension + y.upper_offset[c, w]) / wp.max(_LEAST, _ONE + eases * rise)
-    low = fall * tension - y.lower_offset[c, w] * back
+    rise, fall = wp.float64(y.upper_ratio[c, w]) - _ONE, back - _ONE
+    high = rise * tension + wp.float64(y.upper_offset[c, w])
+    high /= wp.max(_LEAST, _ONE + eases * rise)
+    low = fall * tension - wp.float64(y.lower_offset[c, w]) * back
     low /= wp.max(_LEAST, _ONE + eases * fall)
     return wp.max(low, -wp.max(_ZERO, tension)), wp.max(_ZERO, high)
 
 
 @wp.func
-def _missing(y: Groups, c: int, w: int) -> wp.float64:
+def _wanted(y: Groups, c: int, h: wp.float64, w: int) -> wp.float64:
+    """By how much the slip of a group has to be slowed in this step, with b [m/s²]."""
+    return wp.float64(y.trial_unknown[c, w]) + wp.float64(y.speed[c, w]) / h
+
+
+@wp.func
+def _mobility(y: Groups, c: int, w: int) -> wp.float64:
+    return wp.float64(y.mobility[c, w])
+
+
+@wp.func
+def _missing(y: Groups, c: int, h: wp.float64, w: int) -> wp.float64:
     """By how much more the slip of a group has to be slowed, 0 where that is rounding [m/s²]."""
     i = y.member[c]
     first, row = y.first_dof[i], y.row[c]
-    missing = wp.float64(y.wanted[c, w])
-    sizes = wp.abs(missing) + y.mobility[c, w] * wp.abs(y.friction[c, w])
+    missing = _wanted(y, c, h, w)
+    sizes = wp.abs(missing) + _mobility(y, c, w) * wp.abs(y.friction[c, w])
     for e in range(first, y.first_dof[i + 1]):
         part = wp.float64(y.D[row + e - first, w]) * y.acceleration[y.dof[e], w]
         missing += part
@@ -400,14 +413,14 @@ def _missing(y: Groups, c: int, w: int) -> wp.float64:
 
 
 @wp.func
-def _move(y: Groups, c: int, tension: wp.float64, w: int) -> wp.float64:
+def _move(y: Groups, c: int, tension: wp.float64, h: wp.float64, w: int) -> wp.float64:
     """Let a group hold or slide; return by how much its friction has changed."""
     low, high = _bounds(y, c, tension, w)
     before = wp.float64(y.friction[c, w])  # a copy: else it is read where it is used
-    friction, missing = wp.float64(before), _missing(y, c, w)
+    friction, missing = wp.float64(before), _missing(y, c, h, w)
     if missing != _ZERO:
-        if y.mobility[c, w] > _ZERO:
-            friction += missing / y.mobility[c, w]
+        if y.mobility[c, w] > 0.0:
+            friction += missing / _mobility(y, c, w)
         else:
             friction = wp.where(missing > _ZERO, high, low)
     y.slides[c, w] = wp.int8(wp.where(friction > high, 1, wp.where(friction < low, -1, 0)))
@@ -428,7 +441,7 @@ def _sweep(y: Groups, h: wp.float64, w: int) -> bool:
             _update_input(y, i, h, w)
         tension = _incoming(y, c, w)
         if y.is_rough[c, w]:
-            changed = wp.max(changed, _move(y, c, tension, w))
+            changed = wp.max(changed, _move(y, c, tension, h, w))
             if y.parent[c] < 0:
                 _update_input(y, i, h, w)
                 tension = _incoming(y, c, w)
@@ -438,33 +451,33 @@ def _sweep(y: Groups, h: wp.float64, w: int) -> bool:
 
 
 @wp.func
-def _along(y: Groups, c: int, x: wp.array2d[wp.float64], base: int, w: int) -> wp.float64:
-    """D x of a group; x[base + i] is that of dof i."""
+def _along(y: Groups, c: int, x: wp.array2d[wp.float64], w: int) -> wp.float64:
+    """D x of a group."""
     i = y.member[c]
     first, row = y.first_dof[i], y.row[c]
     total = wp.float64(0.0)
     for e in range(first, y.first_dof[i + 1]):
-        total += wp.float64(y.D[row + e - first, w]) * x[base + y.dof[e], w]
+        total += wp.float64(y.D[row + e - first, w]) * x[y.dof[e], w]
     return total
 
 
 @wp.func
 def _is_free(y: Groups, c: int, w: int) -> bool:
     """Whether a group holds with less friction than it can have."""
-    return y.is_rough[c, w] and int(y.slides[c, w]) == 0 and y.mobility[c, w] > _ZERO
+    return y.is_rough[c, w] and int(y.slides[c, w]) == 0 and y.mobility[c, w] > 0.0
 
 
 @wp.func
-def _begin_gradients(y: Groups, w: int) -> wp.float64:
+def _begin_gradients(y: Groups, h: wp.float64, w: int) -> wp.float64:
     """Set what all groups that hold miss, and go along that; return Σ missing²/mobility."""
     size = wp.float64(0.0)
     for c in range(y.member.shape[0]):
         missing, along = wp.float64(0.0), wp.float64(0.0)
         if _is_free(y, c, w):
-            missing = _missing(y, c, w)
-            along = missing / y.mobility[c, w]
-        y.missing[c, w] = missing
-        y.along[c, w] = along
+            missing = _missing(y, c, h, w)
+            along = missing / _mobility(y, c, w)
+        y.missing[c, w] = wp.float32(missing)
+        y.along[c, w] = wp.float32(along)
         size += missing * along
     return size
 
@@ -480,20 +493,20 @@ def _go_along(y: Groups, nv: int, size: wp.float64, w: int) -> wp.float64:
     for dof in range(nv):
         y.gradient[dof, w] = _ZERO
     for c in range(cells):
-        along = y.along[c, w]
+        along = wp.float64(y.along[c, w])
         if along != _ZERO:
             _add_row(y, c, along, y.gradient, w)
     curvature, free = wp.float64(0.0), bool(True)
     for c in range(cells):
         if _is_free(y, c, w):
-            answers = _along(y, c, y.gradient, 0, w)
-            y.answer[c, w] = answers
-            curvature += y.along[c, w] * answers
+            answers = _along(y, c, y.gradient, w)
+            y.answer[c, w] = wp.float32(answers)
+            curvature += wp.float64(y.along[c, w]) * answers
     if not curvature > _ZERO:
         return _ZERO
     step = size / curvature
     for c in range(cells):
-        along = y.along[c, w]
+        along = wp.float64(y.along[c, w])
         if along != _ZERO:
             low, high = _bounds(y, c, y.tension[c, w] - y.friction[c, w], w)
             room = wp.abs(wp.where(along > _ZERO, high, low) - y.friction[c, w])
@@ -503,15 +516,16 @@ def _go_along(y: Groups, nv: int, size: wp.float64, w: int) -> wp.float64:
     left = wp.float64(0.0)
     for c in range(cells):
         if _is_free(y, c, w):
-            _take_over(y, c, y.friction[c, w] + step * y.along[c, w], w)
-            missing = y.missing[c, w] - step * y.answer[c, w]
-            y.missing[c, w] = missing
-            left += missing * missing / y.mobility[c, w]
+            _take_over(y, c, y.friction[c, w] + step * wp.float64(y.along[c, w]), w)
+            missing = wp.float64(y.missing[c, w]) - step * wp.float64(y.answer[c, w])
+            y.missing[c, w] = wp.float32(missing)
+            left += missing * missing / _mobility(y, c, w)
     for dof in range(nv):
         y.acceleration[dof, w] = y.acceleration[dof, w] - step * y.gradient[dof, w]
     for c in range(cells):
         if _is_free(y, c, w):
-            y.along[c, w] = y.missing[c, w] / y.mobility[c, w] + left / size * y.along[c, w]
+            steepest = y.missing[c, w] / y.mobility[c, w]
+            y.along[c, w] = steepest + wp.float32(left / size) * y.along[c, w]
     return wp.where(free, left, _ZERO)
 
 
@@ -523,7 +537,7 @@ def _settle(y: Groups, nv: int, h: wp.float64, w: int) -> None:
         rounds -= 1
         if not _sweep(y, h, w):
             return
-        missing, steps = _begin_gradients(y, w), int(nv)
+        missing, steps = _begin_gradients(y, h, w), int(nv)
         while steps > 0 and missing > _ZERO:
             steps -= 1
             missing = _go_along(y, nv, missing, w)
@@ -537,7 +551,7 @@ def _release(t: Tendons, y: Groups, w: int) -> bool:
         k = y.sheath[y.member[c]]
         if t.static_friction[w, k] > t.friction[w, k] and y.is_rough[c, w]:
             if int(y.slides[c, w]) != 0:
-                upper, lower = wp.float64(y.upper_ratio[c, w]), wp.float64(y.lower_ratio[c, w])
+                upper, lower = wp.float32(y.upper_ratio[c, w]), wp.float32(y.lower_ratio[c, w])
                 _set_bounds(t, y, c, w)
                 released = released or y.upper_ratio[c, w] != upper
                 released = released or y.lower_ratio[c, w] != lower
@@ -567,8 +581,8 @@ def solve_groups(q: Motion, t: Tendons, y: Groups) -> None:
     for c in range(y.member.shape[0]):
         if y.head[c, w] == c:
             y.tension[c, w] = wp.max(_ZERO, _incoming(y, c, w) + y.friction[c, w])
-            ends = y.wanted[c, w] + _along(y, c, y.acceleration, 0, w)
-            y.trial_expected[c, w] = h * ends
+            ends = _wanted(y, c, h, w) + _along(y, c, y.acceleration, w)
+            y.trial_expected[c, w] = wp.float32(h * ends)
 
 
 @wp.func
@@ -588,7 +602,7 @@ def _publish_group(
     if bound != incoming:
         part = friction / (bound - incoming)
     slides, set_for = int(y.slides[c, w]), int(y.set_for[c, w])
-    passed = h * y.speed[c, w]
+    passed = h * wp.float64(y.speed[c, w])
     if not y.is_rough[c, w]:
         slides = wp.where(passed > _ZERO, 1, -1)
     flows = wp.abs(passed) > _ROUNDING * y.way[c, w] and wp.float64(slides) * passed > _ZERO
