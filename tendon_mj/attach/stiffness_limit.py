@@ -17,6 +17,7 @@ _ON_TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
 _AFFINE = mujoco.mjtBias.mjBIAS_AFFINE.value
 _SITE = mujoco.mjtWrap.mjWRAP_SITE.value
 _ROUNDING = 1e-9  # relative
+_STABLE = 4.0  # (ωh)² up to which MuJoCo's integrators carry a spring
 _ON_SITE = -1  # in `mjData.wrap_obj`; below it is a pulley
 
 
@@ -48,15 +49,22 @@ def largest_stiffness(model: mujoco.MjModel, tendon: str) -> float:
 
 def stiffness_limits(model: mujoco.MjModel, tendons: Sequence[int]) -> list[float]:
     """`largest_stiffness` of several spatial tendons, by their ids."""
+    return _limits(model, tendons, np.zeros(model.nv))
+
+
+def _limits(model: mujoco.MjModel, tendons: Sequence[int], damping: FloatArray) -> list[float]:
+    """Limits where the integrator takes the ``damping`` of each degree of freedom implicitly."""
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
-    inverse = np.zeros((1, model.nv))
+    inertia, unit = np.zeros((model.nv, model.nv)), np.eye(model.nv)
+    for k in range(model.nv):
+        mujoco.mj_mulM(model, data, inertia[k], unit[k])
+    inertia += model.opt.timestep * np.diag(damping)
     limits = []
     for tendon in tendons:
         limit = np.inf
         for length, jacobian in _straight_spans(model, data, tendon):
-            mujoco.mj_solveM(model, data, inverse, jacobian[None])
-            mobility = float(jacobian @ inverse[0])
+            mobility = float(jacobian @ np.linalg.solve(inertia, jacobian))
             if mobility > 0.0:
                 limit = min(limit, length / (model.opt.timestep**2 * mobility))
         limits.append(limit)
@@ -64,14 +72,16 @@ def stiffness_limits(model: mujoco.MjModel, tendons: Sequence[int]) -> list[floa
 
 
 def step_warning(model: mujoco.MjModel, tendon: int, stiffness: float) -> str:
-    """Sentence on an EA of a wound tendon that a step does not resolve; empty where it does."""
-    largest, step = stiffness_limits(model, [tendon])[0], model.opt.timestep
+    """Sentence on an EA of a wound tendon with which a step is unstable; empty where it is not."""
+    step, explicit = model.opt.timestep, model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4
+    damping = np.zeros(model.nv) if explicit else np.maximum(model.dof_damping, 0.0)
+    largest = _STABLE * _limits(model, [tendon], damping)[0]
     if stiffness <= largest * (1.0 + _ROUNDING):
         return ""
-    shorter = step * math.sqrt(largest / stiffness)
+    shorter = step * math.sqrt(_STABLE * stiffness_limits(model, [tendon])[0] / stiffness)
     digit = 10.0 ** (math.floor(math.log10(shorter)) - 1)  # the second, rounded down
     return (
-        f"an axial stiffness of {stiffness:.4g} N is more than a time step of {step:g} s resolves,"
+        f"an axial stiffness of {stiffness:.4g} N is more than a time step of {step:g} s carries,"
         f" {largest:.2g} N, and the tendon may ring from step to step: take a step of"
         f" {math.floor(shorter / digit) * digit:.2g} s, or a softer tendon"
     )

@@ -45,6 +45,7 @@ class Segment:
     far_body: float
     divisor: float  # of the pulley before this branch [-]
     unshifted: float  # unstretched length before the arcs' guides moved along the tendon [m]
+    trial_yield: float  # by which its guides have yielded in the step on trial [m]
 
 
 class Guide:

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj import add_friction
+from tendon_mj import add_friction, view_sheath
 from tests.rigs import GIVEN, driven, driven_xml, sheathed, started
 
 EPS = 2.0**-20  # of which sums with controls are exact
@@ -52,6 +52,49 @@ def test_a_control_between_the_halves_of_a_step_is_as_one_before_it(actuator, co
         halves.ctrl[:] = control
         mujoco.mj_step2(model, halves)
         np.testing.assert_array_equal(full(model, halves), full(model, whole))
+
+
+@pytest.mark.parametrize("actuator", ACTUATORS)
+def test_a_look_without_actuation_before_the_second_half_leaves_no_trace(actuator):
+    """As `Physics.copy` of dm_control does."""
+    model = driven_by(actuator)
+    whole, halves = in_motion(model), in_motion(model)
+    for _ in range(3):
+        mujoco.mj_step(model, whole)
+        off = mujoco.mjtDisableBit.mjDSBL_ACTUATION
+        model.opt.disableflags |= off
+        mujoco.mj_forward(model, halves)
+        model.opt.disableflags &= ~int(off)
+        mujoco.mj_step1(model, halves)
+        mujoco.mj_step2(model, halves)
+        np.testing.assert_array_equal(full(model, halves), full(model, whole))
+
+
+def test_the_force_that_acts_is_the_one_that_rubs_where_a_callback_draws_it_at_random():
+    model = driven_by("motor")
+    model.actuator_gaintype[:] = mujoco.mjtGain.mjGAIN_USER
+    data, rng = mujoco.MjData(model), np.random.default_rng(0)
+    mujoco.set_mjcb_act_gain(lambda m, d, i: 10.0 + rng.normal())
+    try:
+        data.ctrl[:] = 1.0
+        for _ in range(20):
+            mujoco.mj_step(model, data)
+            shown = float(view_sheath(model, data, "wrapped").input_tension)
+            assert shown == pytest.approx(float(data.actuator_force[0]), abs=1e-12)
+    finally:
+        mujoco.set_mjcb_act_gain(None)
+
+
+def test_inverse_dynamics_leave_the_actuators_forces_and_see_the_friction_of_the_last_call():
+    model = driven_by("motor")
+    data = in_motion(model)
+    data.ctrl[:] = 4.0
+    mujoco.mj_forward(model, data)
+    force, smooth = data.actuator_force.copy(), data.qfrc_actuator + data.qfrc_applied
+    data.ctrl[:] = 9.0
+    mujoco.mj_inverse(model, data)
+    np.testing.assert_array_equal(data.actuator_force, force)
+    np.testing.assert_allclose(data.qfrc_inverse, smooth, rtol=1e-9, atol=1e-9)
 
 
 def test_a_control_of_a_callback_is_as_one_before_the_step():

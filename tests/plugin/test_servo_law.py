@@ -229,9 +229,7 @@ def run(source, timestep, duration, **servo):
     return respond(model, np.full(round(duration / timestep), REFERENCE), data)
 
 
-@pytest.mark.filterwarnings(
-    "ignore:add_friction. tendon .tendon.. an axial stiffness"
-)  # it is damped
+@pytest.mark.filterwarnings("ignore:add_friction. tendon .tendon.. an axial stiffness")
 @pytest.mark.parametrize("source", SOURCES, ids=lambda s: s.__name__)
 def test_at_rest_the_tension_gives_way_by_the_torque_over_its_gain(source):
     tension = run(source, TIMESTEP, 2.0, motor_inertia=INERTIA)[-1, 1]
@@ -239,9 +237,7 @@ def test_at_rest_the_tension_gives_way_by_the_torque_over_its_gain(source):
     assert tension == pytest.approx(REFERENCE + EXTRA / (GAIN * RADIUS), rel=2e-4)
 
 
-@pytest.mark.filterwarnings(
-    "ignore:add_friction. tendon .tendon.. an axial stiffness"
-)  # it is damped
+@pytest.mark.filterwarnings("ignore:add_friction. tendon .tendon.. an axial stiffness")
 @pytest.mark.parametrize("backdrive", [False, True])
 def test_on_the_way_it_costs_no_accuracy(backdrive):
     """The error of a step of this size is the same with another torque and without."""

@@ -62,7 +62,7 @@ from tendon_mj.plugin.sheath_plugin.inextensible import (
 from tendon_mj.plugin.sheath_plugin.input_force import ON_TENDON, follow_constraint
 from tendon_mj.plugin.sheath_plugin.names import own_name
 from tendon_mj.plugin.sheath_plugin.sensors import show, show_ends
-from tendon_mj.plugin.sheath_plugin.signature import pose_signature
+from tendon_mj.plugin.sheath_plugin.signature import pose_signature, pose_sum
 from tendon_mj.plugin.sheath_plugin.state import (
     SHEATH,
     binding_at,
@@ -186,9 +186,9 @@ def _limit_forces(m: int, d: int) -> None:
         limits = doubles(pointer(m + LAYOUT.m_tendon_actfrcrange) + 16 * tendon, 2)
         bound = min(max(total, limits[0]), limits[1])
         for k in range(count):
-            if integer(kinds, k) == ON_TENDON and integer(targets, 2 * k) == tendon:
-                if bound != total:
-                    forces[integer(adr, k)] *= bound / total
+            on_it = integer(kinds, k) == ON_TENDON and integer(targets, 2 * k) == tendon
+            if on_it and bound != total:
+                forces[integer(adr, k)] *= bound / total
     for k in range(count):
         if byte(pointer(m + LAYOUT.m_actuator_forcelimited), k) != 0:
             limits = doubles(pointer(m + LAYOUT.m_actuator_forcerange) + 16 * k, 2)
@@ -260,7 +260,7 @@ def advance(m: int, d: int, instance: int) -> None:
     address = state_of(m, d, instance)
     state = state_at(address)
     if first_sheath(m, instance) == instance:
-        state.end_signature = pose_signature(m, d)
+        state.end_sum = pose_sum(m, d)
     if state.has_trial != 0.0 and is_bound(m, d, instance):
         commit(address)
         follow_constraint(m, d, state)

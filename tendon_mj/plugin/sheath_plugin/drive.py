@@ -11,16 +11,15 @@ starts with T_in over its divisor; one that begins at the site where an earlier 
 what arrived there, and draws its tendon through that one: what comes in at its beginning, times its
 tension over that of the other, leaves the other's end.
 
-A stretch j of tendon that its guides hold is a spring EA/ℓ_j on the inertia that it meets, 1/a_j
-with a_j = J M⁻¹ Jᵀ, M⁻¹ by its diagonal in `qpos0`. Where h² a_j EA/ℓ_j is above 1 the step does
-not resolve how the tendon comes to rest there: friction would change its sense from step to step
-instead of holding, and make energy. Guides therefore yield to a stretch by g_j τ,
+A stretch j of an elastic tendon that its guides hold is a spring EA/ℓ_j on the inertia that it
+meets, 1/a_j with a_j = Σ_k |J_j M̂⁻¹ J_kᵀ| over all stretches k of all such tendons in the pose at
+hand. Where h² a_j EA/ℓ_j is above 1 the step does not resolve how the tendon comes to rest there:
+friction would change its sense from step to step instead of holding, and make energy. Guides
+therefore yield to a change of tension by g_j Δτ,
 
-    g_j = max(0, EA h² a_j − ℓ_j),   so that the tendon acts as with an EA from 100 N to 1 MN,
+    g_j = max(0, EA h² a_j − ℓ_j),   so that the tendon acts as with an EA from 100 N to 1 MN.
 
-and its stiffness EA/(ℓ_j + g_j) is what the step resolves in the pose of the first evaluation: the
-guides give way by what the inertia moves in a step under the friction that holds it. A stiffer
-cable thus converges to an inextensible one. Where none is given EA is 1 MN.
+A tendon whose elasticity is not stated does not stretch at all: see `inextensible`.
 
 Equations: docs/theory.md, sections 7 and 8.
 """
@@ -29,12 +28,10 @@ from __future__ import annotations
 
 from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import mj_freeStack, mj_markStack, mj_stackAllocNum
-from tendon_mj.plugin.abi.memory import coordinates, double, integer, pointer, size
-from tendon_mj.plugin.sheath_plugin.forces import pull_segment
+from tendon_mj.plugin.abi.memory import double, integer, pointer
 from tendon_mj.plugin.sheath_plugin.state import State, input_strain
 from tendon_mj.plugin.sheath_plugin.strain import reset_to_linear, rest_strain, spool_torque
-from tendon_mj.sheath import Guides, Segments, convected, held, solve_flow, strain_at
+from tendon_mj.sheath import Guides, Segment, Segments, convected, held, solve_flow, strain_at
 
 _RIGIDITY = 0.25  # of the flank: (ωh)² of the drive on it; explicit steps are stable below 4
 
@@ -121,28 +118,37 @@ _SOFTEST = 1e2  # EA to which guides yield at most [N]
 _PASSES = 3  # over branches that feed one another; they differ by the tendon's stretch alone
 
 
-@apart
-def let_guides_yield(m: int, d: int, state: State, segments: Segments, h: float) -> None:
-    """Let the guides yield so far that a step of h [s] resolves the stretches between them.
+@compiled
+def yield_of(state: State, segment: Segment, mobility: float, h: float) -> float:
+    """Yield g of the guides beside a segment per unit τ [m], by the ``mobility`` that it meets."""
+    ea, length = state.law.axial_stiffness, segment.length
+    yields = max(ea * h * h * mobility, ea / CHOSEN_STIFFNESS * length)
+    return max(0.0, min(yields, ea / _SOFTEST * length) - length)
 
-    See above for g_j.
-    """
-    ea, nv = state.law.axial_stiffness, size(m + LAYOUT.m_nv)
-    inverse = coordinates(pointer(m + LAYOUT.m_dof_invweight0))  # diagonal of M⁻¹ in `qpos0`
-    mj_markStack(d)
-    jacobian = coordinates(mj_stackAllocNum(d, nv))
+
+@compiled
+def _yielded(segment: Segment, tau: float) -> float:
+    """Unstretched length that the guides beside a segment yield at a tension [m]."""
+    strain = segment.strain_offset + segment.strain_slope * tau
+    return segment.support_compliance * tau / (1.0 + strain)
+
+
+@compiled
+def begin_yield(segments: Segments) -> None:
+    """Let the guides yield from the tension of the last step on, for this evaluation."""
     for j in range(len(segments)):
-        mobility = 0.0
-        for dof in range(nv):
-            jacobian[dof] = 0.0
-        pull_segment(m, d, state, segments[j], -1.0, jacobian)
-        for dof in range(nv):
-            mobility += jacobian[dof] * jacobian[dof] * inverse[dof]
-        length = segments[j].length
-        yields = max(ea * h * h * mobility, ea / CHOSEN_STIFFNESS * length)
-        yields = min(yields, ea / _SOFTEST * length) - length
-        segments[j].support_compliance = max(0.0, yields)
-    mj_freeStack(d)
+        segments[j].stored -= _yielded(segments[j], segments[j].previous_tension)
+
+
+@compiled
+def end_yield(segments: Segments, stage: bool) -> None:
+    """Keep what the guides yield in the step on trial; they are rigid from then on."""
+    for j in range(len(segments)):
+        segment = segments[j]
+        yields = _yielded(segment, segment.tension) - _yielded(segment, segment.previous_tension)
+        if not stage:
+            segment.trial_yield = yields
+        segment.support_compliance = 0.0
 
 
 @compiled
@@ -153,8 +159,7 @@ def lay_driven(state: State, segments: Segments) -> None:
         tau = input_strain(state) / segments[j].divisor
         segments[j].previous_tension = segments[j].tension = tau
         segments[j].strain = strain_at(tau, state.law.stiffening)
-        length = segments[j].length - segments[j].support_compliance * tau
-        segments[j].stored = length / (1.0 + segments[j].strain)
+        segments[j].stored = segments[j].length / (1.0 + segments[j].strain)
     state.strain_kept = 1.0  # so that the strains just written count
 
 

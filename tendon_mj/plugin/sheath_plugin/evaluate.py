@@ -11,23 +11,33 @@ import math
 
 from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import geared_control, is_stage
-from tendon_mj.plugin.abi.memory import coordinates, double, integer, pointer, size
+from tendon_mj.plugin.abi.library import free, geared_control, is_stage, malloc
+from tendon_mj.plugin.abi.memory import (
+    coordinates,
+    copy_doubles,
+    double,
+    doubles,
+    integer,
+    pointer,
+    size,
+)
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
 from tendon_mj.plugin.sheath_plugin.bind import is_bound
 from tendon_mj.plugin.sheath_plugin.drive import (
     CHOSEN_STIFFNESS,
+    begin_yield,
+    end_yield,
     flank_stiffness,
     lay_driven,
     lay_wound,
-    let_guides_yield,
     on_drum,
     refill_inputs,
     solve_branches,
     torque_on_drive,
     wound_by,
+    yield_of,
 )
-from tendon_mj.plugin.sheath_plugin.forces import apply_forces
+from tendon_mj.plugin.sheath_plugin.forces import apply_forces, pull_segment
 from tendon_mj.plugin.sheath_plugin.friction import (
     commit_velocity,
     fill_drag,
@@ -38,14 +48,17 @@ from tendon_mj.plugin.sheath_plugin.inextensible import (
     FRICTION,
     commit_inextensible,
     head_at,
+    prepare,
     repeat,
+    response_at,
     set_up,
     solve,
     vector_at,
 )
 from tendon_mj.plugin.sheath_plugin.input_force import follow_spring, input_force
 from tendon_mj.plugin.sheath_plugin.path import update_path, update_spans
-from tendon_mj.plugin.sheath_plugin.signature import pose_signature
+from tendon_mj.plugin.sheath_plugin.response import respond
+from tendon_mj.plugin.sheath_plugin.signature import pose_sum
 from tendon_mj.plugin.sheath_plugin.state import State, state_at, state_of, unpack, unpack_arcs
 from tendon_mj.plugin.sheath_plugin.strain import (
     commit_strain,
@@ -125,6 +138,9 @@ def commit(address: int) -> None:
 @compiled
 def _commit_elastic(state: State, segments: Segments, guides: Guides) -> None:
     last = len(guides)
+    if state.driven != 0.0:
+        for j in range(last + 1):
+            segments[j].stored += segments[j].trial_yield
     if state.arcs > 0.0:  # guides on arcs have moved past tendon
         for i in range(last):
             segments[i].stored += guides[i].trial_shift
@@ -238,14 +254,14 @@ def _evaluate_driven(m: int, d: int, address: int, force: FloatArray) -> None:
     segments, guides, _ = unpack(address)
     time, stage, elapsed = _moment(m, d, state)
     if state.finished == 0.0:
-        let_guides_yield(m, d, state, segments, elapsed)
         lay_driven(state, segments)
-    if state.arcs > 0.0:
-        _shift_guides(segments, guides)
+    _shift_guides(segments, guides)
+    fill_strain(state, segments, elapsed)
+    begin_yield(segments)
     finite = _solve_from_last_step(state, segments, guides, elapsed, True)
-    if state.arcs > 0.0:
-        for j in range(len(segments)):
-            segments[j].stored = segments[j].unshifted
+    for j in range(len(segments)):
+        segments[j].stored = segments[j].unshifted
+    end_yield(segments, stage)
     if not finite:
         for i in range(len(guides)):  # nor is what its branches draw through one another
             guides[i].flow = 0.0
@@ -374,7 +390,7 @@ def set_up_driven(m: int, d: int, work: int, first: int, last: int) -> None:
     head = head_at(work)
     head.members = head.groups = head.segments = head.rough = 0.0
     keeper = state_at(state_of(m, d, first))
-    written = keeper.end_signature != pose_signature(m, d)
+    written = keeper.end_sum != pose_sum(m, d)
     for instance in range(first, last + 1):
         if is_driven(m, d, instance, first):
             state = state_at(state_of(m, d, instance))
@@ -395,6 +411,54 @@ def read_inputs(m: int, d: int, first: int, last: int) -> bool:
     return driven
 
 
+@compiled
+def _is_elastic(m: int, d: int, instance: int, first: int) -> bool:
+    """Whether an instance is a driven sheath whose elasticity is stated."""
+    if not is_driven(m, d, instance, first):
+        return False
+    return state_at(state_of(m, d, instance)).inextensible == 0.0
+
+
+@apart
+def _let_guides_yield(m: int, d: int, work: int, first: int, last: int) -> None:
+    """Let the guides of elastic tendons yield so far that a step resolves the stretches between."""
+    count, nv, h = 0, size(m + LAYOUT.m_nv), double(m + LAYOUT.o_timestep, 0)
+    for instance in range(first, last + 1):
+        if _is_elastic(m, d, instance, first):
+            count += len(unpack(state_of(m, d, instance))[0])
+    if count == 0:
+        return
+    spans = malloc(16 * count * nv)
+    answers, k = spans + 8 * count * nv, 0
+    for instance in range(first, last + 1):
+        if _is_elastic(m, d, instance, first):
+            address = state_of(m, d, instance)
+            segments, _, _ = unpack(address)
+            for j in range(len(segments)):
+                row, answer = spans + 8 * nv * k, answers + 8 * nv * k
+                doubles(row, nv)[:] = 0.0
+                pull_segment(m, d, state_at(address), segments[j], -1.0, coordinates(row))
+                copy_doubles(answer, row, nv)
+                respond(m, response_at(work, nv), coordinates(answer))
+                k += 1
+    k = 0
+    for instance in range(first, last + 1):
+        if _is_elastic(m, d, instance, first):
+            address = state_of(m, d, instance)
+            segments, _, _ = unpack(address)
+            for j in range(len(segments)):
+                mobility, row = 0.0, coordinates(spans + 8 * nv * k)
+                for other in range(count):
+                    answer, along = coordinates(answers + 8 * nv * other), 0.0
+                    for i in range(nv):
+                        along += row[i] * answer[i]
+                    mobility += abs(along)
+                yields = yield_of(state_at(address), segments[j], mobility, h)
+                segments[j].support_compliance = yields
+                k += 1
+    free(spans)
+
+
 @apart
 def solve_driven(m: int, d: int, work: int, first: int, last: int) -> None:
     """Solve all driven tendons under the forces at hand; their friction becomes FRICTION."""
@@ -402,6 +466,8 @@ def solve_driven(m: int, d: int, work: int, first: int, last: int) -> None:
     force = coordinates(vector_at(work, nv, FRICTION))
     for i in range(nv):
         force[i] = 0.0
+    prepare(m, d, work)
+    _let_guides_yield(m, d, work, first, last)
     for instance in range(first, last + 1):
         if not is_driven(m, d, instance, first):
             continue

@@ -150,7 +150,7 @@ def _add_torque(m: int, d: int, joint: float, torque: float) -> None:
 
 @compiled
 def apply_forces(m: int, d: int, state: State, segments: Segments, force: FloatArray) -> None:
-    """Add the tendon's forces on the bodies along the path to ``force``, and apply those on spools."""
+    """Add the tendon's forces on bodies along the path to ``force``; apply those on spools."""
     ea, counted, last = tension_unit(state), counted_strain(state), len(segments) - 1
     state.applied = 1.0
     for j in range(last + 1):

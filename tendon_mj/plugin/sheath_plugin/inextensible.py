@@ -7,29 +7,31 @@ group to the output end, the tendon's force is
     −T_0 D_0 − Σ f_i D_i,   T_i = T_{i−1} + f_i,   (T_{i−1} − c)/e^{λ} ≤ T_i ≤ T_{i−1} e^{λ} + c,
 
 at the upper bound where tendon slides towards the output, s_i = D_i q̇ > 0, and at the lower one
-where it slides back. MuJoCo applies T_0 D_0 itself. A group holds where its slip can be ended in the
-step at hand:
+where it slides back. MuJoCo applies T_0 D_0 itself. A group holds where its slip can be ended in
+the step at hand:
 
     s_i/h + D_i M̂⁻¹ (F − Σ f_j D_j) + b_i = 0,   f_i at its bound where it slides,
 
-with F all forces but those of constraints, and M̂ as in `response`. What constraints do is known from
-the slip that they caused, beyond what was expected: h b_i += s_i − (s_i expected). Tensions start from those of the last
-step, T_i, not from f_i: a motor's change needs no slip. Projected Gauss-Seidel sweeps solve it.
+with F all forces but those of constraints, and M̂ as in `response`. The effect of constraints is
+known from the slip in the last step beyond the one that was expected: h b_i += s_i − (expected
+s_i). The tensions T_i start from those of the last step, so that a motor's change needs no slip.
 
 **Pulleys.** Tensions count times the divisor of their branch, lengths over it. A branch that begins
 where an earlier one ended takes over its tension.
 
-**Constraints** are solved after friction; their force of the last step is part of T_0. Where a limit
-or an equality holds the length of the tendon, its stretch is spread along it: D_i less the share
-L_i/L_0 of D_0, and T_0 less that share of f_i.
+**Constraints** are solved after friction; their force of the last step is part of T_0. Where a
+limit or an equality holds the length of the tendon, its stretch is spread along it: D_i less the
+share L_i/L_0 of D_0, and T_0 less that share of f_i.
 
-**Dampers** that are integrated implicitly change T_0 within the step, by h k D_0 M̂⁻¹ (F − Σ f_j D_j).
+**Dampers** that are integrated implicitly change T_0 within the step, by
+h k D_0 M̂⁻¹ (F − Σ f_j D_j).
 
 Equations: docs/theory.md, section 8.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from tendon_mj.native import Record, apart, compiled
@@ -67,7 +69,7 @@ from tendon_mj.plugin.sheath_plugin.state import (
     state_of,
     unpack,
 )
-from tendon_mj.sheath import ROUNDING, Guide, Guides, Segments, record_type
+from tendon_mj.sheath import Guide, Guides, Segments, record_type
 from tendon_mj.typing import FloatArray
 
 
@@ -210,7 +212,8 @@ def _input_row(work: int, nv: int, k: int) -> FloatArray:
 
 
 @compiled
-def _response_at(work: int, nv: int) -> int:
+def response_at(work: int, nv: int) -> int:
+    """Address of the response M̂⁻¹."""
     return vector_at(work, nv, _ROOM + 1)
 
 
@@ -330,7 +333,7 @@ _UNEXPLAINED = 1e-9  # of a length: a change beyond what velocities say that is 
 
 @apart
 def _set_rows(m: int, d: int, work: int, k: int, state: State, segments: Segments) -> None:
-    """Set the rows D of a sheath's groups; where its stretch is spread, less their shares of D_0."""
+    """Set the rows D of a sheath's groups, less their shares of D_0 if its stretch is spread."""
     nv = size(m + LAYOUT.m_nv)
     member, at_input, rows = _member(work, nv, k), _input_row(work, nv, k), _rows_at(work)
     owners, first, last = _owners(work, nv, member), int(member.first), int(member.last)
@@ -462,7 +465,9 @@ def _start(m: int, d: int, work: int, nv: int, k: int) -> None:
     state = state_at(state_of(m, d, int(member.instance)))
     segments, guides, _ = unpack(state_of(m, d, int(member.instance)))
     member.constant = state.input_force
-    incoming = member.input = max(0.0, -state.input_force)
+    if not math.isfinite(state.input_force):
+        member.constant = 0.0
+    incoming = member.input = max(0.0, -member.constant)
     before = state.input_force - state.constraint_force + state.previous_constraint
     follows = incoming - max(0.0, -before) if member.spreads == 0.0 else 0.0
     for g in range(int(member.first), int(member.last)):
@@ -474,6 +479,10 @@ def _start(m: int, d: int, work: int, nv: int, k: int) -> None:
             parent = int(group.parent)
             first = segments[0].previous_tension
             group.before_in = _group(work, parent).before if parent >= 0 else first
+            if member.spreads != 0.0:  # the constraint bears what the shares have changed by
+                end = guides[int(group.end) - 1]
+                grown = group.share * (end.trial_way - end.way) / end.trial_way
+                member.constant -= grown * (group.before - group.before_in)
 
 
 @apart
@@ -517,25 +526,33 @@ def repeat(m: int, d: int, work: int, moves: bool) -> None:
 
 _ROUNDS = 100  # of a sweep and the conjugate gradients that follow
 _CLOSE = 1e-11  # change of a tension, over the largest, that ends them
-_ROUNDING = 1e-14  # of the accelerations that add up to none where a group holds
+_EPSILON = 2.2e-16  # of a double; of accelerations that add up to none where a group holds
+_STILL = 1e-12  # of its length, by which tendon that counts as still may pass a group in a step
 
 
 @apart
-def _prepare(m: int, d: int, work: int, nv: int) -> None:
-    """Set M̂⁻¹ Dᵀ and the mobility of all groups with friction."""
-    head, response, h = head_at(work), _response_at(work, nv), double(m + LAYOUT.o_timestep, 0)
-    rows, solved = _rows_at(work), _solved_at(work, nv)
+def prepare(m: int, d: int, work: int) -> None:
+    """Set up M̂ with the dampers that are integrated implicitly."""
+    nv, head = size(m + LAYOUT.m_nv), head_at(work)
+    response = response_at(work, nv)
     prepare_response(m, d, response)
-    if is_implicit(m):
-        room = coordinates(vector_at(work, nv, _ROOM))
-        add_actuator_dampers(m, d, response, room)
-        for k in range(int(head.members)):
-            member = _member(work, nv, k)
-            state = state_at(state_of(m, d, int(member.instance)))
-            own = tendon_damping(m, state)
-            member.damping = own + actuator_damping(m, d, state)
-            if own > 0.0 and _is_rough(work, member):
-                add_damper(m, response, _input_row(work, nv, k), own)
+    if not is_implicit(m):
+        return
+    add_actuator_dampers(m, d, response, coordinates(vector_at(work, nv, _ROOM)))
+    for k in range(int(head.members)):
+        member = _member(work, nv, k)
+        state = state_at(state_of(m, d, int(member.instance)))
+        own = tendon_damping(m, state)
+        member.damping = own + actuator_damping(m, d, state)
+        if own > 0.0 and _is_rough(work, member):
+            add_damper(m, response, _input_row(work, nv, k), own)
+
+
+@apart
+def _set_answers(m: int, work: int, nv: int, h: float) -> None:
+    """Set M̂⁻¹ Dᵀ and the mobility of all groups with friction."""
+    head, response = head_at(work), response_at(work, nv)
+    rows, solved = _rows_at(work), _solved_at(work, nv)
     for g in range(int(head.groups)):
         group = _group(work, g)
         if group.row < 0.0:
@@ -600,7 +617,7 @@ def _missing(work: int, nv: int, g: int, acceleration: FloatArray) -> float:
         missing += row[i] * acceleration[i]
         sizes += abs(row[i] * acceleration[i])
     sizes += group.mobility * abs(group.friction)
-    return missing if abs(missing) > _ROUNDING * sizes else 0.0
+    return missing if abs(missing) > _EPSILON * sizes else 0.0
 
 
 @apart
@@ -750,7 +767,7 @@ def _write_guides(work: int, nv: int, group: Group, segments: Segments, guides: 
     passed, slides = group.passed, group.slides
     if group.row < 0.0:
         slides = 1.0 if passed > 0.0 else -1.0
-    still = abs(passed) <= ROUNDING * guides[end - 1].trial_way
+    still = abs(passed) <= _STILL * guides[end - 1].trial_way
     flow = 0.0 if still or slides * passed <= 0.0 else -passed
     extreme = tension = incoming
     for i in range(begin, end):
@@ -789,7 +806,7 @@ def _write(m: int, d: int, work: int, nv: int, k: int, time: float) -> None:
         segment = segments[j]
         segment.tension = max(0.0, segment.trial_tension + changed / segment.divisor)
     state.trial_time, state.trial_elapsed = time, double(m + LAYOUT.o_timestep, 0)
-    state.has_trial = 1.0
+    state.has_trial = 1.0 if math.isfinite(state.input_force) else 0.0
 
 
 @apart
@@ -817,11 +834,11 @@ def solve(m: int, d: int, work: int) -> None:
     for k in range(int(head.members)):
         _start(m, d, work, nv, k)
     if head.rough > 0.0:
-        _prepare(m, d, work, nv)
+        _set_answers(m, work, nv, h)
         acceleration = coordinates(vector_at(work, nv, _ACCELERATION))
         copy_doubles(vector_at(work, nv, _ACCELERATION), vector_at(work, nv, BASE), nv)
         add_smooth_forces(m, d, acceleration)
-        respond(m, _response_at(work, nv), acceleration)
+        respond(m, response_at(work, nv), acceleration)
         for g in range(int(head.groups)):
             group = _group(work, g)
             _hold(work, nv, g)

@@ -4,8 +4,8 @@
 
 with B the damping of joints, which Euler's method and the implicit ones integrate implicitly, and,
 for the implicit ones, k the force per velocity of each actuator whose moment is r, and of each
-sheathed tendon. M̂⁻¹ F is that of M + h B, which is factored as MuJoCo factors M, M + h B = LᵀDL, less
-a multiple of each u = M̂⁻¹ r, dampers being added in turn (Sherman and Morrison).
+sheathed tendon. M̂⁻¹ F is that of M + h B, which is factored as MuJoCo factors M, M + h B = LᵀDL,
+less a multiple of each u = M̂⁻¹ r, dampers being added in turn (Sherman and Morrison).
 """
 
 from __future__ import annotations

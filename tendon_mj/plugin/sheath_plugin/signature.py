@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.memory import byte, integer, plus, pointer, size, times, word
+from tendon_mj.plugin.abi.memory import byte, double, integer, plus, pointer, size, times, word
 from tendon_mj.plugin.sheath_plugin.input_force import has_spring
 
 _FACTOR = -7046029254386353131  # 2⁶⁴ divided by the golden ratio, as an int64
@@ -134,6 +134,20 @@ def model_signature(m: int) -> float:
     for tendon in range(tendons):
         h = mixed(h, int(has_spring(m, tendon)))
     return as_number(h)
+
+
+@compiled
+def pose_sum(m: int, d: int) -> float:
+    """Weighted sum of positions and velocities, by which a state can tell that one was written."""
+    positions, velocities = pointer(d + LAYOUT.d_qpos), pointer(d + LAYOUT.d_qvel)
+    total, weight = 0.0, 1.0
+    for k in range(size(m + LAYOUT.m_nq)):
+        weight = 0.5 + (0.6180339887498949 * weight) % 1.0
+        total += weight * double(positions, k)
+    for k in range(size(m + LAYOUT.m_nv)):
+        weight = 0.5 + (0.6180339887498949 * weight + 0.1) % 1.0
+        total += weight * double(velocities, k)
+    return total
 
 
 @compiled

@@ -122,7 +122,7 @@ class State(Bound, Live):
     commit_time: float  # [s]
     unsolved: float  # evaluations without a solution
     warned: float  # whether one has been warned of
-    end_signature: float  # of the first sheath: of the pose at the end of the step before
+    end_sum: float  # of the first sheath: `pose_sum` at the end of the step before
     rebound: float  # times that the state was another model's, or none's
     laid_pretension: float  # under which the tendon was laid [N]
     ratios_vary: float  # whether the ratios were computed for one moment only

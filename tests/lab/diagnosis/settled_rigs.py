@@ -6,7 +6,6 @@ from the schedule by which a diagnosis simulates them.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -14,7 +13,6 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach import add_friction
-from tendon_mj.errors import TendonWarning
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Adjustable
 from tendon_mj.typing import FloatArray
@@ -57,11 +55,7 @@ FINGER = rope(
 def write_rig(mjcf: str, folder: Path, **law: float) -> Path:
     """Write a rig whose cable a reel winds in, through a sheath of that law; returns its path."""
     spec = mujoco.MjSpec.from_string(mjcf)
-    with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore", TendonWarning
-        )  # stiff for its step; what is read is at rest
-        add_friction(spec, "cable", reel="reel", **law)
+    add_friction(spec, "cable", reel="reel", **law)
     path = folder / "rig.xml"
     path.write_text(spec.to_xml(), encoding="utf-8")
     return path
