@@ -137,7 +137,8 @@ def _dampers(model: mujoco.MjModel, tendons: list[int]) -> tuple[list[int], list
 
     One that is 0 when the data are made is not among them: M̂ is then less than it might be.
     """
-    on_joints, others = [], []
+    on_joints: list[int] = []
+    others: list[int] = []
     for k in range(model.nactuator):
         if model.actuator_biastype[k] == _AFFINE and model.actuator_biasprm[k, 2] != 0.0:
             on = model.actuator_trntype[k] == _JOINT
@@ -260,9 +261,7 @@ def _fill_state(
             array.assign(columns_of.astype(wp.dtype_to_numpy(array.dtype)))
 
 
-def read_groups_back(
-    model: mujoco.MjModel, members: list[Simulated], y: Any, world: int
-) -> None:
+def read_groups_back(model: mujoco.MjModel, members: list[Simulated], y: Any, world: int) -> None:
     """Write the committed state of a world, as `allocate_groups` takes it."""
     names = ("before", "input_before", *_STATE)
     column = {name: getattr(y, name).numpy()[:, world] for name in names}

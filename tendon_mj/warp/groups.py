@@ -9,9 +9,10 @@ wp.set_module_options({"enable_backward": False})
 class Groups:
     """State and work space of all inextensible tendons; (cells, worlds) without another note.
 
-    Tensions and lengths are in double precision; speeds, accelerations, bounds, and the rows of D and
-    of M̂⁻¹ Dᵀ in single precision, as are the velocities and the inertia that they follow from. Those of D have an entry for each dof that moves the path of the sheath, those of
-    M̂⁻¹ Dᵀ for each dof of the trees in which these are.
+    Tensions and lengths are in double precision; speeds, accelerations, bounds, and the rows of D
+    and of M̂⁻¹ Dᵀ in single precision, as are the velocities and the inertia that they follow from.
+    Those of D have an entry for each dof that moves the path of the sheath, those of M̂⁻¹ Dᵀ for each
+    dof of the trees in which these are.
     """
 
     # description of the sheaths, (members,)

@@ -43,9 +43,7 @@ def _speed(y: Groups, c: int, qvel: wp.array2d[wp.float32], w: int) -> wp.float6
 
 
 @wp.func
-def commit_member(
-    t: Tendons, y: Groups, qvel: wp.array2d[wp.float32], i: int, w: int
-) -> None:
+def commit_member(t: Tendons, y: Groups, qvel: wp.array2d[wp.float32], i: int, w: int) -> None:
     """Make the step on trial the committed state."""
     k = y.sheath[i]
     y.input_before[i, w] = y.input[i, w]
@@ -308,9 +306,7 @@ def _take_over(y: Groups, c: int, friction: wp.float64, w: int) -> None:
 
 
 @wp.func
-def _add_row(
-    y: Groups, c: int, factor: wp.float64, x: wp.array2d[wp.float64], w: int
-) -> None:
+def _add_row(y: Groups, c: int, factor: wp.float64, x: wp.array2d[wp.float64], w: int) -> None:
     """Add a multiple of a group's M̂⁻¹ Dᵀ to x."""
     i = y.member[c]
     at = y.solved_row[c] - y.low[i]
@@ -373,9 +369,7 @@ def _update_input(y: Groups, i: int, h: wp.float64, w: int) -> None:
 
 
 @wp.func
-def _bounds(
-    y: Groups, c: int, tension: wp.float64, w: int
-) -> tuple[wp.float64, wp.float64]:
+def _bounds(y: Groups, c: int, tension: wp.float64, w: int) -> tuple[wp.float64, wp.float64]:
     """Least and largest friction of a group, as T_0 changes with it."""
     eases, back = wp.float64(y.eases[c, w]), _ONE / wp.float64(y.lower_ratio[c, w])
     tension += eases * y.friction[c, w]

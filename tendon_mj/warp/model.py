@@ -21,6 +21,7 @@ import warp as wp
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.plugin import C, offset, sheaths, unused_parameters
+from tendon_mj.warp.cells import bodies_behind, moved_dofs, read_groups_back
 from tendon_mj.warp.evaluate import (
     apply,
     commit,
@@ -30,7 +31,6 @@ from tendon_mj.warp.evaluate import (
     solve,
     trace,
 )
-from tendon_mj.warp.cells import bodies_behind, moved_dofs, read_groups_back
 from tendon_mj.warp.inextensible import (
     add_friction,
     answer,
@@ -162,11 +162,18 @@ def _evaluate_together(m: Any, d: Any, layout: SheathLayouts, actuates: bool) ->
     Forces of actuators are among those at hand with ``actuates``.
     """
     batch = sheaths_laid_out(d, layout)
-    t, y, forces, motion = batch.tendons, batch.groups, _filled(Motion, m.opt, m, d), _dynamics(m, d)
+    t, y, forces, motion = (
+        batch.tendons,
+        batch.groups,
+        _filled(Motion, m.opt, m, d),
+        _dynamics(m, d),
+    )
     integrator, off = int(m.opt.integrator), m.opt.disableflags
     forces.implicit = integrator != _EULER
     forces.actuates, forces.damps = actuates, not off & _DAMPER_OFF
-    forces.joints_damp = not off & (_DAMPER_OFF if forces.implicit else _DAMPER_OFF | _EULERDAMP_OFF)
+    forces.joints_damp = not off & (
+        _DAMPER_OFF if forces.implicit else _DAMPER_OFF | _EULERDAMP_OFF
+    )
     members, cells = y.sheath.shape, y.member.shape
     _launch(
         d,

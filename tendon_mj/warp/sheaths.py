@@ -59,7 +59,9 @@ class Sheaths:
         members = inextensible_of(simulated)
         self.groups: Any = allocate_groups(model, members, rows_of(simulated), nworld)
         self.written = [  # cfrc_ext and cfrc_int with the sheaths' reactions
-            wp.full((nworld, model.nbody), wp.spatial_vector(*[np.nan] * 6), dtype=wp.spatial_vector)
+            wp.full(
+                (nworld, model.nbody), wp.spatial_vector(*[np.nan] * 6), dtype=wp.spatial_vector
+            )
             for _ in range(2)
         ]
         self.parameters = {name: getattr(self.tendons, name) for name in LIVE_PARAMETERS}

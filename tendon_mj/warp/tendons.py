@@ -2,8 +2,9 @@
 
 A tendon's n+1 segments lie in a row, and so do its n guides; guide i sits between segments i and
 i+1. Rows come first and worlds second, so that threads of neighbouring worlds read neighbouring
-numbers. Inextensible tendons come last, as they have a path but no stored length. As in `tendon_mj.sheath` tensions are normalised, τ = T/EA, and a segment of a purely
-elastic tendon holds the unstretched length
+numbers. Inextensible tendons come last, as they have a path but no stored length. As in
+`tendon_mj.sheath` tensions are normalised, τ = T/EA, and a segment of a purely elastic tendon holds
+the unstretched length
 
     s(τ) = (ℓ − g τ) / (1 + τ).
 
@@ -176,9 +177,7 @@ def set_alone(t: Tendons, row: int, w: int) -> None:
 
 
 @wp.func
-def capstan(
-    t: Tendons, guide: int, k: int, w: int
-) -> tuple[wp.float64, wp.float64, wp.float64]:
+def capstan(t: Tendons, guide: int, k: int, w: int) -> tuple[wp.float64, wp.float64, wp.float64]:
     """Largest ratio of tensions at a guide while it slides, and at rest; its F_c [N]."""
     sliding = wp.float64(t.friction[w, k])
     static = wp.max(sliding, wp.float64(t.static_friction[w, k]))

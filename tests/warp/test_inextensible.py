@@ -87,8 +87,8 @@ GROWING = """<mujoco><option timestep=".002" gravity="0 0 0"/>
 <worldbody>
 <site name="a" pos="-.06 0 .03"/><site name="b" pos="-.03 0 -.003"/>
 <body><joint name="j" axis="0 1 0" damping=".001" armature="2e-5"/>
-<geom type="capsule" fromto="0 0 0 .04 0 0" size=".008" mass=".02"/><site name="c" pos=".03 0 -.003"/>
-</body></worldbody>
+<geom type="capsule" fromto="0 0 0 .04 0 0" size=".008" mass=".02"/>
+<site name="c" pos=".03 0 -.003"/></body></worldbody>
 <tendon><spatial name="t"><site site="a"/><site site="b"/><site site="c"/></spatial></tendon>
 <actuator><motor tendon="t"/><motor joint="j"/></actuator></mujoco>"""
 
