@@ -101,7 +101,10 @@ def _commit_ends(t: Tendons, k: int, w: int) -> None:
 
 @wp.func
 def _let_guides_yield(b: Dynamics, t: Tendons, s: Sheath, ea: wp.float64) -> None:
-    """Let the guides of a driven tendon yield, so that a step resolves its segments."""
+    """Let the guides of a driven tendon yield, so that a step resolves its segments.
+
+    One that has been laid has the tensions that it had.
+    """
     w = s.world
     h = wp.float64(b.timestep[w % b.timestep.shape[0]])
     for j in range(s.guides + 1):
@@ -115,6 +118,10 @@ def _let_guides_yield(b: Dynamics, t: Tendons, s: Sheath, ea: wp.float64) -> Non
         yields = wp.max(ea * h * h * mobility, ea / _STIFF * length)
         yields = wp.min(yields, ea / _SOFTEST * length) - length
         t.give[row, w] = wp.max(_ZERO, yields)
+        if t.started[s.index, w]:
+            tau = t.before[row, w]
+            t.stored[row, w] = t.stored[row, w] - t.give[row, w] * tau / (_ONE + tau)
+    t.yields[s.index, w] = True
 
 
 @wp.func
@@ -209,6 +216,7 @@ def _reset(t: Tendons, k: int, w: int) -> None:
     behind = wp.where(k + 1 < t.first_arc.shape[0], t.first_arc[k + 1], t.touched.shape[0])
     for arc in range(t.first_arc[k], behind):
         t.touched[arc, w] = False
+    t.yields[k, w] = False
     for j in range(t.guides[k] + 1):
         t.give[t.first_segment[k] + j, w] = wp.float64(0.0)
 
@@ -268,9 +276,9 @@ def trace(m: Scene, b: Dynamics, t: Tendons, kind: int) -> None:
             _pull_nothing(t, s, now)
             return
         tau = wp.max(_ZERO, -force) / ea
+    if kind == _ELASTIC and not t.yields[k, w]:
+        _let_guides_yield(b, t, s, ea)
     if not t.started[k, w]:
-        if kind == _ELASTIC:
-            _let_guides_yield(b, t, s, ea)
         _lay(b, t, s, ea, tau, rest)
     if not pulls:
         _hold_none(t, s, now)

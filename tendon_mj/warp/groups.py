@@ -11,8 +11,8 @@ class Groups:
 
     Tensions and lengths are in double precision; speeds, accelerations, bounds, and the rows of D
     and of M̂⁻¹ Dᵀ in single precision, as are the velocities and the inertia that they follow from.
-    Those of D have an entry for each dof that moves the path of the sheath, those of M̂⁻¹ Dᵀ for each
-    dof of the trees in which these are.
+    Those of D have an entry for each dof that moves the path of the sheath, those of M̂⁻¹ Dᵀ for
+    each dof of the trees in which these are.
     """
 
     # description of the sheaths, (members,)

@@ -26,8 +26,8 @@ _LEAST_ARM = wp.constant(1e-7)  # [m]; a moment arm below is one of rounding
 _UNEXPLAINED = wp.constant(wp.float64(1e-6))  # of a length: a change that is not of rounding
 _ROUNDS = wp.constant(100)  # of a sweep and the conjugate gradients that follow
 _CLOSE = wp.constant(wp.float64(1e-9))  # change of a tension, over the largest, that ends them
-_ROUNDED = wp.constant(wp.float64(1e-14))  # of accelerations that add up to none
-_ROUNDING = wp.constant(wp.float64(5e-16))  # of its length, by which one at rest may
+_ROUNDED = wp.constant(wp.float64(2.2e-16))  # of accelerations that add up to none
+_STILL = wp.constant(wp.float64(1e-12))  # of its length, by which one that is still may move
 _LEAST = wp.constant(wp.float64(1e-3))  # denominator of a bound
 
 
@@ -339,16 +339,17 @@ def _hold(t: Tendons, y: Groups, i: int, w: int) -> None:
         if y.head[c, w] != c:
             continue
         tension = _incoming(y, c, w)
-        held = wp.float64(incoming)
+        held = wp.where(spreads, tension, incoming)
         if t.started[k, w]:
-            held = y.before[_tail(y, c, last, w), w] + follows
-        if spreads:
-            if not t.started[k, w]:
-                held = wp.float64(tension)
-            elif y.parent[c] >= 0:
-                held += tension - y.before[y.parent[c], w]
-            else:
-                held += tension - y.input_before[i, w]
+            tail = _tail(y, c, last, w)
+            before, before_in = wp.float64(y.before[tail, w]), wp.float64(y.input_before[i, w])
+            if y.parent[c] >= 0:
+                before_in = wp.float64(y.before[y.parent[c], w])
+            held = before + follows
+            if spreads:  # the constraint bears what the shares have changed by
+                held = tension + before - before_in
+                grown = (y.way[c, w] - y.way_before[tail, w]) / y.whole[i, w]
+                y.constant[i, w] = y.constant[i, w] - grown * (before - before_in)
         held = wp.min(wp.max(held, _lower(y, c, tension, w)), _upper(y, c, tension, w))
         y.tension[c, w] = held
         if y.is_rough[c, w]:
@@ -599,7 +600,7 @@ def _publish_group(
     passed = h * wp.float64(y.speed[c, w])
     if not y.is_rough[c, w]:
         slides = wp.where(passed > _ZERO, 1, -1)
-    flows = wp.abs(passed) > _ROUNDING * y.way[c, w] and wp.float64(slides) * passed > _ZERO
+    flows = wp.abs(passed) > _STILL * y.way[c, w] and wp.float64(slides) * passed > _ZERO
     extreme = wp.float64(incoming)
     unknown, expected = y.trial_unknown[c, w], y.trial_expected[c, w]
     tail = _tail(y, c, y.first_cell[i + 1], w)

@@ -86,6 +86,7 @@ class Tendons:
     slip: wp.array2d[wp.int32]
     # path
     length: wp.array2d[wp.float64]  # ℓ [m]
+    yields: wp.array2d[wp.bool]  # (sheaths, worlds), whether g is set
     give: wp.array2d[wp.float64]  # g, by which guides yield to a segment per unit τ [m]
     angle: wp.array2d[wp.float64]  # φ [rad]
     is_on_arc: wp.array2d[wp.bool]  # of a guide

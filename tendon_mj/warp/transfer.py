@@ -33,7 +33,7 @@ _STIFF = 1e6  # EA of a driven tendon where none is given [N]
 # (rows, type, names) of arrays with a column for each world; rows of "all" segments and guides are
 # those of inextensible tendons as well
 _BY_WORLD = (
-    ("sheaths", wp.bool, "started has_trial active"),
+    ("sheaths", wp.bool, "started has_trial active yields"),
     ("sheaths", wp.float32, "trial_time"),
     ("sheaths", wp.float64, "wound_in wound_out trial_wound_in trial_wound_out"),
     ("sheaths", wp.float64, "reel_torque output_torque spring_length spring_product"),
@@ -173,11 +173,7 @@ def _fill_state(tendons: Any, simulated: dict[str, Simulated], nworld: int) -> N
     inextensible = state_field(simulated, "inextensible") != 0.0
     put("started", wp.bool, np.where(inextensible, finished, started))
     elastic = elastic_of(simulated)
-    for name, field in (
-        ("stored", "stored"),
-        ("before", "previous_tension"),
-        ("give", "support_compliance"),
-    ):
+    for name, field in (("stored", "stored"), ("before", "previous_tension")):
         rows = [np.ravel(sheath.segments[field]) for sheath in elastic]
         put(name, wp.float64, np.concatenate([*rows, []]))
     slips = [np.ravel(sheath.guides["previous_slip"]) for sheath in elastic]
@@ -224,12 +220,10 @@ def read_back(simulated: dict[str, Simulated], tendons: Any, world: int, last: f
         if sheath.state["inextensible"]:
             continue
         here = slice(segment, segment := segment + len(sheath.segments))
-        for field, name in (
-            ("stored", "stored"),
-            ("previous_tension", "before"),
-            ("support_compliance", "give"),
-        ):
-            sheath.segments[field] = column(name)[here]
+        tau, give = column("before")[here], column("give")[here]
+        sheath.segments["previous_tension"] = tau
+        # the plugin's guides have yielded by now
+        sheath.segments["stored"] = column("stored")[here] + give * tau / (1.0 + tau)
         here = slice(guide, guide := guide + len(sheath.guides))
         sheath.guides["previous_slip"] = column("previous_slip")[here]
         here = slice(arc, arc := arc + len(sheath.arcs))
