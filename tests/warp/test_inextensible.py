@@ -131,6 +131,7 @@ def test_every_kind_of_drive_has_the_plugin_s_tensions_and_sensors(integrator):
     np.testing.assert_allclose(d.sensordata.numpy()[0], data.sensordata, atol=largest)
 
 
+@agrees
 @pytest.mark.parametrize("law", [{}, {"static_friction": 0.4, "constant_friction": 0.3}])
 @pytest.mark.parametrize("drive", ["motor", "position", "general", "two"])
 def test_an_arm_s_tensions_are_the_plugin_s(drive, law):
