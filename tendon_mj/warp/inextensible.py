@@ -26,7 +26,7 @@ _LEAST_ARM = wp.constant(1e-7)  # [m]; a moment arm below is one of rounding
 _UNEXPLAINED = wp.constant(wp.float64(1e-6))  # of a length: a change that is not of rounding
 _ROUNDS = wp.constant(100)  # of a sweep and the conjugate gradients that follow
 _CLOSE = wp.constant(wp.float64(1e-9))  # change of a tension, over the largest, that ends them
-_ROUNDED = wp.constant(wp.float64(2.2e-16))  # of accelerations that add up to none
+_ROUNDED = wp.constant(wp.float64(2.4e-7))  # of accelerations that add up to none
 _STILL = wp.constant(wp.float64(1e-12))  # of its length, by which one that is still may move
 _LEAST = wp.constant(wp.float64(1e-3))  # denominator of a bound
 
@@ -491,13 +491,15 @@ def _go_along(y: Groups, nv: int, size: wp.float64, w: int) -> wp.float64:
         along = wp.float64(y.along[c, w])
         if along != _ZERO:
             _add_row(y, c, along, y.gradient, w)
-    curvature, free = wp.float64(0.0), bool(True)
+    curvature, most, free = wp.float64(0.0), wp.float64(0.0), bool(True)
     for c in range(cells):
         if _is_free(y, c, w):
             answers = _along(y, c, y.gradient, w)
             y.answer[c, w] = wp.float32(answers)
-            curvature += wp.float64(y.along[c, w]) * answers
-    if not curvature > _ZERO:
+            along = wp.float64(y.along[c, w])
+            curvature += along * answers
+            most += along * along * _mobility(y, c, w)
+    if not curvature > _ROUNDED * most:  # groups against each other, which moves nothing
         return _ZERO
     step = size / curvature
     for c in range(cells):
