@@ -1,4 +1,4 @@
-"""Kernels: tensions of every sheath of every world, and the forces on the degrees of freedom.
+"""Kernels: tensions of elastic tendons in all worlds, and the forces on the degrees of freedom.
 
 An evaluation starts from the committed state. It leaves its result on trial, which the next
 evaluation commits once time has gone on: stepping needs no separate call for that, and evaluating
@@ -23,13 +23,24 @@ from tendon_mj.warp.motion import (
 )
 from tendon_mj.warp.path import Scene, trace_path
 from tendon_mj.warp.solver import solve_flow
-from tendon_mj.warp.tendons import Sheath, Tendons, held, set_alone, set_guide, sheath_at
+from tendon_mj.warp.tendons import (
+    ELASTIC,
+    INEXTENSIBLE,
+    Sheath,
+    Tendons,
+    capstan,
+    held,
+    reset_sheath,
+    set_alone,
+    set_guide,
+    sheath_at,
+)
 
 wp.set_module_options({"enable_backward": False})
 
 _ZERO = wp.constant(wp.float64(0.0))
 _ONE = wp.constant(wp.float64(1.0))
-_HOLDS_ANYTHING = wp.constant(wp.float64(37.0))  # see `plugin.sheath_plugin.friction`
+_ELASTIC, _INEXTENSIBLE = wp.constant(ELASTIC), wp.constant(INEXTENSIBLE)
 _FOLLOWS = wp.constant(wp.float64(0.2))  # see the plugin's `input_force`
 _ROUNDED_LENGTH = wp.constant(wp.float64(1e-7))  # relative, rounding of single precision
 _ROUNDED_PRODUCT = wp.constant(wp.float64(1e-6))
@@ -43,11 +54,11 @@ def _has_ended(t: Tendons, k: int, w: int, now: wp.float32) -> bool:
 
 
 @wp.kernel
-def commit(time: wp.array[wp.float32], t: Tendons, driven: bool) -> None:
+def commit(time: wp.array[wp.float32], t: Tendons, kind: int) -> None:
     """Make what ended steps left in segments the committed state; threads (segments, worlds)."""
     row, w = wp.tid()
     k = t.sheath[row]
-    if t.driven[k] != driven or not _has_ended(t, k, w, time[w]):
+    if t.kind[k] != kind or not _has_ended(t, k, w, time[w]):
         return
     j = row - t.first_segment[k]
     guide, last = t.first_guide[k] + j, t.guides[k]
@@ -65,7 +76,7 @@ def commit(time: wp.array[wp.float32], t: Tendons, driven: bool) -> None:
         flow = wp.float64(t.flow[guide, w])
         stored += flow + t.shift[guide, w]
         t.previous_slip[guide, w] = wp.where(flow != _ZERO, t.slip[guide, w], 0)
-    if j == 0 and driven:  # the input's tension sets its length
+    if j == 0 and kind == _ELASTIC:  # the input's tension sets its length
         stored, _, _ = held(t, sheath_at(t, k, w), 0, tension)
     t.stored[row, w] = stored
     t.before[row, w] = tension
@@ -90,7 +101,10 @@ def _commit_ends(t: Tendons, k: int, w: int) -> None:
 
 @wp.func
 def _let_guides_yield(b: Dynamics, t: Tendons, s: Sheath, ea: wp.float64) -> None:
-    """Let the guides of a driven tendon yield, so that a step resolves its segments."""
+    """Let the guides of a driven tendon yield, so that a step resolves its segments.
+
+    One that has been laid has the tensions that it had.
+    """
     w = s.world
     h = wp.float64(b.timestep[w % b.timestep.shape[0]])
     for j in range(s.guides + 1):
@@ -104,6 +118,10 @@ def _let_guides_yield(b: Dynamics, t: Tendons, s: Sheath, ea: wp.float64) -> Non
         yields = wp.max(ea * h * h * mobility, ea / _STIFF * length)
         yields = wp.min(yields, ea / _SOFTEST * length) - length
         t.give[row, w] = wp.max(_ZERO, yields)
+        if t.started[s.index, w]:
+            tau = t.before[row, w]
+            t.stored[row, w] = t.stored[row, w] - t.give[row, w] * tau / (_ONE + tau)
+    t.yields[s.index, w] = True
 
 
 @wp.func
@@ -188,21 +206,19 @@ def _lay(
 
 
 @wp.func
-def _reset(t: Tendons, s: Sheath) -> None:
-    """Reset the state of the tendon."""
-    k, w = s.index, s.world
-    t.started[k, w] = False
-    t.has_trial[k, w] = False
-    t.unsolved[w, k] = 0
-    t.constraint_force[k, w] = wp.float64(0.0)
-    t.solved_force[k, w] = wp.float64(0.0)
+def _reset(t: Tendons, k: int, w: int) -> None:
+    """Reset the state of a tendon."""
+    reset_sheath(t, k, w)
     t.wound_in[k, w] = wp.float64(0.0)
     t.wound_out[k, w] = wp.float64(0.0)
+    if t.kind[k] == _INEXTENSIBLE:
+        return
     behind = wp.where(k + 1 < t.first_arc.shape[0], t.first_arc[k + 1], t.touched.shape[0])
     for arc in range(t.first_arc[k], behind):
         t.touched[arc, w] = False
-    for j in range(s.guides + 1):
-        t.give[s.segment + j, w] = wp.float64(0.0)
+    t.yields[k, w] = False
+    for j in range(t.guides[k] + 1):
+        t.give[t.first_segment[k] + j, w] = wp.float64(0.0)
 
 
 @wp.kernel
@@ -210,14 +226,14 @@ def reset_worlds(t: Tendons, worlds: wp.array[wp.bool]) -> None:
     """Reset the tendons of some worlds; threads (sheaths, worlds)."""
     k, w = wp.tid()
     if worlds[w]:
-        _reset(t, sheath_at(t, k, w))
+        _reset(t, k, w)
 
 
 @wp.kernel
 def finish(time: wp.array[wp.float32], t: Tendons) -> None:
     """Commit what `commit` does not; threads (sheaths, worlds)."""
     k, w = wp.tid()
-    if _has_ended(t, k, w, time[w]):
+    if t.kind[k] != _INEXTENSIBLE and _has_ended(t, k, w, time[w]):
         _commit_ends(t, k, w)
 
 
@@ -226,23 +242,23 @@ def _hold_none(t: Tendons, s: Sheath, now: wp.float32) -> None:
     """Let a tendon whose own spring cannot pull have no tension."""
     k, w = s.index, s.world
     for j in range(s.guides + 1):
-        t.tension_out[w, s.segment + j] = wp.float32(0.0)
+        t.tension_out[w, t.first_shown[k] + j] = wp.float32(0.0)
     t.input_tension[w, k] = wp.float32(0.0)
     t.output_tension[w, k] = wp.float32(0.0)
     _pull_nothing(t, s, now)
 
 
 @wp.kernel
-def trace(m: Scene, b: Dynamics, t: Tendons, driven: bool) -> None:
-    """Paths of the sheaths that are driven, or of the others; threads (sheaths, worlds)."""
+def trace(m: Scene, b: Dynamics, t: Tendons, kind: int) -> None:
+    """Paths of the sheaths of a kind; threads (sheaths, worlds)."""
     k, w = wp.tid()
-    if t.driven[k] != driven:
+    if t.kind[k] != kind:
         return
     s = sheath_at(t, k, w)
     now = b.time[w]
     t.active[k, w] = False
     if t.started[k, w] and now < t.trial_time[k, w]:
-        _reset(t, s)
+        _reset(t, k, w)
     elif _has_ended(t, k, w, now):
         _commit_ends(t, k, w)
     trace_path(m, t, s)
@@ -253,16 +269,16 @@ def trace(m: Scene, b: Dynamics, t: Tendons, driven: bool) -> None:
         pulls = _follow_stiffness(b, t, s)
     ea = wp.float64(t.axial_stiffness[w, k])
     tau = wp.float64(0.0)
-    if driven:
+    if kind == _ELASTIC:
         force = input_force(b, t.tendon[k], w) + t.constraint_force[k, w]
         if not wp.isfinite(force):
             t.unsolved[w, k] += 1
             _pull_nothing(t, s, now)
             return
         tau = wp.max(_ZERO, -force) / ea
+    if kind == _ELASTIC and not t.yields[k, w]:
+        _let_guides_yield(b, t, s, ea)
     if not t.started[k, w]:
-        if driven:
-            _let_guides_yield(b, t, s, ea)
         _lay(b, t, s, ea, tau, rest)
     if not pulls:
         _hold_none(t, s, now)
@@ -283,14 +299,14 @@ def trace(m: Scene, b: Dynamics, t: Tendons, driven: bool) -> None:
 
 
 @wp.kernel
-def prepare(t: Tendons, driven: bool) -> None:
+def prepare(t: Tendons, kind: int) -> None:
     """Lengths before anything flows, a guess of the tensions, and ratios that the guides can hold.
 
     Threads (segments, worlds).
     """
     row, w = wp.tid()
     k = t.sheath[row]
-    if t.driven[k] != driven or not t.active[k, w]:
+    if t.kind[k] != kind or not t.active[k, w]:
         return
     j = row - t.first_segment[k]
     guide, last = t.first_guide[k] + j, t.guides[k]
@@ -302,7 +318,7 @@ def prepare(t: Tendons, driven: bool) -> None:
     if j == 0:
         kept -= t.trial_wound_in[k, w] - t.wound_in[k, w]
         kept += t.trial_spring_length[k, w] - t.spring_length[k, w]
-        tau = wp.where(driven, t.given_tension[k, w], tau)
+        tau = wp.where(kind == _ELASTIC, t.given_tension[k, w], tau)
     if j == last:
         kept -= t.trial_wound_out[k, w] - t.wound_out[k, w]
     t.kept[row, w] = kept
@@ -310,18 +326,8 @@ def prepare(t: Tendons, driven: bool) -> None:
     set_alone(t, row, w)
     if j == last:
         return
-    sliding = wp.float64(t.friction[w, k])
-    static = wp.max(sliding, wp.float64(t.static_friction[w, k]))
-    bend, constant = wp.float64(t.angle[guide, w]), wp.float64(0.0)
-    if not t.is_on_arc[guide, w]:
-        bend = wp.max(_ZERO, bend + wp.float64(t.extra_bend[w, k]) / t.sharing[k])
-        constant = wp.float64(t.constant_friction[w, k])
-        constant /= t.sharing[k] * wp.float64(t.axial_stiffness[w, k])
-    dynamic = wp.exp(wp.min(sliding * bend, _HOLDS_ANYTHING))
-    highest = wp.float64(dynamic)
-    if static != sliding:
-        highest = wp.exp(wp.min(static * bend, _HOLDS_ANYTHING))
-    set_guide(t, guide, w, dynamic, highest, constant)
+    dynamic, highest, constant = capstan(t, guide, k, w)
+    set_guide(t, guide, w, dynamic, highest, constant / wp.float64(t.axial_stiffness[w, k]))
 
 
 @wp.func
@@ -332,7 +338,7 @@ def _publish(t: Tendons, s: Sheath, ea: wp.float64, counted: wp.float64) -> bool
     for j in range(s.guides + 1):
         row = s.segment + j
         tension = ea * t.tension[row, w]
-        t.tension_out[w, row] = wp.float32(tension)
+        t.tension_out[w, t.first_shown[k] + j] = wp.float32(tension)
         t.pull[row, w] = tension - counted
         bounded = bounded and wp.isfinite(tension)
     first, final = t.tension[s.segment, w], t.tension[s.segment + s.guides, w]
@@ -345,10 +351,10 @@ def _publish(t: Tendons, s: Sheath, ea: wp.float64, counted: wp.float64) -> bool
 
 
 @wp.kernel(module="unique", module_options={"max_unroll": 0}, enable_backward=False)
-def solve(b: Dynamics, t: Tendons, driven: bool) -> None:
-    """Tensions of the sheaths that are driven, or of the others; threads (sheaths, worlds)."""
+def solve(b: Dynamics, t: Tendons, kind: int) -> None:
+    """Tensions of the sheaths of a kind; threads (sheaths, worlds)."""
     k, w = wp.tid()
-    if t.driven[k] != driven or not t.active[k, w]:
+    if t.kind[k] != kind or not t.active[k, w]:
         return
     s = sheath_at(t, k, w)
     if not solve_flow(t, s):
@@ -368,10 +374,10 @@ def apply(
     b: Dynamics,
     t: Tendons,
     moved: wp.array2d[wp.bool],
-    driven: bool,
+    kind: int,
     qfrc: wp.array2d[wp.float32],
 ) -> None:
-    """Add the forces of the sheaths that are driven, or of the others; threads (dofs, worlds).
+    """Add the forces of the sheaths of a kind; threads (dofs, worlds).
 
     A thread adds up the forces on its degree of freedom, always in the same order. ``moved``
     (sheaths, dofs) says whether one moves part of a tendon's path.
@@ -379,7 +385,7 @@ def apply(
     dof, w = wp.tid()
     total = wp.float64(0.0)
     for k in range(t.tendon.shape[0]):
-        if t.driven[k] == driven:
+        if t.kind[k] == kind:
             segments = wp.where(moved[k, dof], t.guides[k] + 1, 0)
             for j in range(segments):
                 row = t.first_segment[k] + j

@@ -11,16 +11,17 @@ from __future__ import annotations
 import copy
 import ctypes
 import inspect
+from collections.abc import Iterable
 from typing import Any
 
 import mujoco
 import mujoco_warp as mjw
 import numpy as np
 import warp as wp
-from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.plugin import C, offset, sheaths, unused_parameters
+from tendon_mj.warp.cells import bodies_behind, moved_dofs, read_groups_back
 from tendon_mj.warp.evaluate import (
     apply,
     commit,
@@ -29,6 +30,15 @@ from tendon_mj.warp.evaluate import (
     reset_worlds,
     solve,
     trace,
+)
+from tendon_mj.warp.inextensible import (
+    add_friction,
+    answer,
+    commit_groups,
+    fill_rows,
+    publish,
+    set_up,
+    solve_groups,
 )
 from tendon_mj.warp.motion import Dynamics
 from tendon_mj.warp.path import Scene
@@ -40,6 +50,7 @@ from tendon_mj.warp.reactions import (
     measure,
     note_constraints,
 )
+from tendon_mj.warp.response import Motion, accelerate
 from tendon_mj.warp.sensors import force_sensors, sensors_of_sheaths, shown_numbers
 from tendon_mj.warp.sheaths import Sheaths
 from tendon_mj.warp.support import (
@@ -51,13 +62,16 @@ from tendon_mj.warp.support import (
     layout_of,
     simulated_sheaths,
 )
-from tendon_mj.warp.transfer import read_back
+from tendon_mj.warp.tendons import ELASTIC, INEXTENSIBLE, WOUND
+from tendon_mj.warp.transfer import inextensible_of, read_back
 
 _SPRING_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value
 _DAMPER_OFF = mujoco.mjtDisableBit.mjDSBL_DAMPER.value
 _put_model = inspect.unwrap(mjw.put_model)  # without our refusal of plugins
 _CLAMPCTRL_OFF = mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL.value
 _ACTUATION_OFF = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
+_EULERDAMP_OFF = mujoco.mjtDisableBit.mjDSBL_EULERDAMP.value
+_EULER = mujoco.mjtIntegrator.mjINT_EULER.value
 _SIZES = {  # array of the data → size in the model
     "qpos": "nq",
     "qvel": "nv",
@@ -101,28 +115,78 @@ def sheaths_laid_out(data: Any, layout: SheathLayouts) -> Sheaths:
     return batch
 
 
-def _evaluate(m: Any, d: Any, layout: SheathLayouts, moved: Any, driven: bool) -> None:
-    """Solve the driven or the wound sheaths, and add their forces; ``moved`` as of `apply`."""
-    batch = sheaths_laid_out(d, layout)
-    scene, motion = _filled(Scene, m, d), _filled(Dynamics, m.opt, m, d)
+def _dynamics(m: Any, d: Any) -> Any:
+    motion = _filled(Dynamics, m.opt, m, d)
     motion.spring = 0.0 if m.opt.disableflags & _SPRING_OFF else 1.0
     motion.damper = 0.0 if m.opt.disableflags & _DAMPER_OFF else 1.0
     motion.actuates = not m.opt.disableflags & _ACTUATION_OFF
     motion.clamps = not m.opt.disableflags & _CLAMPCTRL_OFF
-    device = d.qpos.device
-    tendons = batch.tendons
-    of_segments = (tendons.sheath.shape[0], d.nworld)
-    of_sheaths = (len(batch.names), d.nworld)
-    for kernel, dim, inputs in (
-        (commit, of_segments, [d.time, tendons, driven]),
-        (trace, of_sheaths, [scene, motion, tendons, driven]),
-        (prepare, of_segments, [tendons, driven]),
-        (solve, of_sheaths, [motion, tendons, driven]),
-        (apply, (m.nv, d.nworld), [motion, tendons, moved, driven, d.qfrc_passive]),
-    ):
+    return motion
+
+
+_LONG = {trace, solve, set_up, accelerate, solve_groups}  # kernels
+
+
+def _launch(d: Any, launches: Iterable[tuple[Any, tuple[int, ...], list[Any]]]) -> None:
+    """Launch kernels with a number of rows, to which that of worlds is added, and their inputs."""
+    for kernel, rows, inputs in launches:
         # blocks of 32: few long threads, which so are spread over all of the GPU
-        block = 32 if kernel in (trace, solve) else 256
-        wp.launch(kernel, dim=dim, inputs=inputs, device=device, block_dim=block)
+        block = 32 if kernel in _LONG else 256
+        dim = (*rows, d.nworld)
+        wp.launch(kernel, dim=dim, inputs=inputs, device=d.qpos.device, block_dim=block)
+
+
+def _evaluate(m: Any, d: Any, layout: SheathLayouts, moved: Any, kind: int) -> None:
+    """Solve the sheaths of elastic tendons of a kind, and add their forces.
+
+    ``moved`` is as of `apply`.
+    """
+    batch = sheaths_laid_out(d, layout)
+    t, motion = batch.tendons, _dynamics(m, d)
+    segments, sheaths = (t.stored.shape[0],), (len(batch.names),)
+    _launch(
+        d,
+        (
+            (commit, segments, [d.time, t, kind]),
+            (trace, sheaths, [_filled(Scene, m, d), motion, t, kind]),
+            (prepare, segments, [t, kind]),
+            (solve, sheaths, [motion, t, kind]),
+            (apply, (m.nv,), [motion, t, moved, kind, d.qfrc_passive]),
+        ),
+    )
+
+
+def _evaluate_together(m: Any, d: Any, layout: SheathLayouts, actuates: bool) -> None:
+    """Solve the sheaths of inextensible tendons, and add the forces of their friction.
+
+    Forces of actuators are among those at hand with ``actuates``.
+    """
+    batch = sheaths_laid_out(d, layout)
+    t, y, forces, motion = (
+        batch.tendons,
+        batch.groups,
+        _filled(Motion, m.opt, m, d),
+        _dynamics(m, d),
+    )
+    integrator, off = int(m.opt.integrator), m.opt.disableflags
+    forces.implicit = integrator != _EULER
+    forces.actuates, forces.damps = actuates, not off & _DAMPER_OFF
+    forces.joints_damp = not off & (
+        _DAMPER_OFF if forces.implicit else _DAMPER_OFF | _EULERDAMP_OFF
+    )
+    members, cells = y.sheath.shape, y.member.shape
+    _launch(
+        d,
+        (
+            (set_up, members, [_filled(Scene, m, d), motion, forces, t, y]),
+            (fill_rows, y.dof.shape, [motion, t, y]),
+            (accelerate, (), [forces, y, t.tendon]),
+            (answer, cells, [forces, t, y]),
+            (solve_groups, (), [forces, t, y]),
+            (publish, members, [forces, t, y]),
+            (add_friction, (m.nv,), [t, y, d.qfrc_passive]),
+        ),
+    )
 
 
 def note(m: Any, d: Any, layout: SheathLayouts) -> None:
@@ -152,7 +216,8 @@ def react(m: Any, d: Any, layout: SheathLayouts, behind: Any, cells: Any) -> Non
 
 def _show(d: Any, layout: SheathLayouts, shown: Any) -> None:
     """Write the sensors of sheaths; ``shown`` as of `shown_numbers`."""
-    inputs = [sheaths_laid_out(d, layout).tendons, shown, d.sensordata]
+    batch = sheaths_laid_out(d, layout)
+    inputs = [batch.tendons, batch.groups, shown, d.sensordata]
     wp.launch(measure, dim=(shown.shape[0], d.nworld), inputs=inputs, device=d.qpos.device)
 
 
@@ -191,12 +256,19 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
     check_supported(model, simulated)
     put = _put_model(_without_plugins(model, simulated), **options)
     put.tendon_mj = layout = layout_of(simulated)
-    driven = [bool(sheath.state["driven"]) for sheath in simulated.values()]
+    kinds = {_kind(sheath) for sheath in simulated.values()}
     actuation_off = model.opt.disableflags & _ACTUATION_OFF
-    late = model.nactuator > 0 and not actuation_off and any(driven)  # they need actuator forces
+    # whether they need the forces of actuators
+    late = model.nactuator > 0 and not actuation_off and kinds != {WOUND}
 
     constrained = any(sheath.state["constrained"] for sheath in simulated.values())
-    moved = wp.array(_moved(model, simulated), dtype=wp.bool)
+    moved = wp.array([moved_dofs(model, sheath) for sheath in simulated.values()], dtype=wp.bool)
+
+    def drive(m: Any, d: Any) -> None:
+        if INEXTENSIBLE in kinds:
+            _evaluate_together(m, d, layout, late)
+        if ELASTIC in kinds:
+            _evaluate(m, d, layout, moved, ELASTIC)
 
     def act_bias(m: Any, d: Any) -> None:
         check_options(m.opt, constrained)  # here too, as passive forces may all be off
@@ -207,7 +279,7 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
             mjw.fwd_actuation(m, d)  # limits and parts that come behind this callback
         finally:
             batch.asks = False
-        _evaluate(m, d, layout, moved, True)
+        drive(m, d)
         wp.copy(d.actuator_force, unclamped)
 
     def passive(m: Any, d: Any) -> None:
@@ -217,14 +289,16 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
                 "the flag actuation was changed on the device; change it in the mujoco.MjModel, and"
                 " put that"
             )
-        if not all(driven):
-            _evaluate(m, d, layout, moved, False)
-        if any(driven) and not late:
-            _evaluate(m, d, layout, moved, True)
+        if WOUND in kinds:
+            _evaluate(m, d, layout, moved, WOUND)
+        if not late and kinds != {WOUND}:
+            if INEXTENSIBLE in kinds:
+                mjw.rne(m, d)  # which MuJoCo Warp does after this
+            drive(m, d)
 
     put.callback.passive, put.callback.act_bias = passive, act_bias
     shown = shown_numbers(model, simulated)
-    behind = wp.array(_bodies_behind(model), dtype=wp.int32)
+    behind = wp.array(bodies_behind(model), dtype=wp.int32)
     cells = force_sensors(model)
 
     def sensor(m: Any, d: Any, stage: int) -> None:
@@ -297,12 +371,17 @@ def get_data_into(
     if not simulated:
         return
     sheaths = sheaths_laid_out(data, layout_of(simulated))
-    inputs, device = [data.time, sheaths.tendons], data.qpos.device
-    dim = (sheaths.tendons.sheath.shape[0], data.nworld)
-    for driven in (False, True):
-        wp.launch(commit, dim=dim, inputs=[*inputs, driven], device=device)
-    wp.launch(finish, dim=(len(sheaths.names), data.nworld), inputs=inputs, device=device)
-    read_back(simulated, sheaths.tendons, world_id, result.time - model.opt.timestep)
+    t, y, rows = sheaths.tendons, sheaths.groups, (sheaths.tendons.stored.shape[0],)
+    _launch(
+        data,
+        (
+            *((commit, rows, [data.time, t, kind]) for kind in (WOUND, ELASTIC)),
+            (finish, (len(sheaths.names),), [data.time, t]),
+            (commit_groups, y.sheath.shape, [data.time, data.qvel, t, y]),
+        ),
+    )
+    read_back(simulated, t, world_id, result.time - model.opt.timestep)
+    read_groups_back(model, list(inextensible_of(simulated).values()), y, world_id)
 
 
 def reset_data(model: Any, data: Any, reset: Any = None) -> None:
@@ -331,6 +410,12 @@ def reset_data(model: Any, data: Any, reset: Any = None) -> None:
         reset = wp.full(data.nworld, True, dtype=wp.bool, device=device)
     dim = (len(sheaths.names), data.nworld)
     wp.launch(reset_worlds, dim=dim, inputs=[sheaths.tendons, reset], device=device)
+
+
+def _kind(sheath: Simulated) -> int:
+    if sheath.state["inextensible"]:
+        return INEXTENSIBLE
+    return ELASTIC if sheath.state["driven"] else WOUND
 
 
 def _of_mujoco(model: Any) -> mujoco.MjModel:
@@ -368,11 +453,11 @@ def _with_sheaths(put: Any, model: mujoco.MjModel, simulated: dict[str, Simulate
                 unused[name] |= dict.fromkeys(("pretension", "slack"), _OF_SPRING)
         with wp.ScopedDevice(put.qpos.device):
             put.tendon_mj = Sheaths(
+                model,
                 simulated,
                 unused,
                 addresses,
                 _beyond_spring(model),
-                model.nbody,
                 put.nworld,
             )
     return put
@@ -396,36 +481,6 @@ def _beyond_spring(model: mujoco.MjModel) -> list[float]:
         else:
             beyond.append(0.0)
     return beyond
-
-
-def _moved(model: mujoco.MjModel, simulated: dict[str, Simulated]) -> NDArray[np.bool_]:
-    """(sheaths, dofs), whether a degree of freedom moves some bodies of a path and not others."""
-    first = model.dof_bodyid[:, None]
-    behind = _bodies_behind(model)[model.dof_bodyid][:, None]
-    rows = []
-    for sheath in simulated.values():
-        tendon = int(sheath.state["tendon"])
-        begin = model.tendon_adr[tendon]
-        path = slice(begin, begin + model.tendon_num[tendon])
-        objects = model.wrap_objid[path]
-        is_site = model.wrap_type[path] == mujoco.mjtWrap.mjWRAP_SITE.value
-        bodies = np.array(
-            [
-                (model.site_bodyid if site else model.geom_bodyid)[which]
-                for site, which in zip(is_site, objects, strict=True)
-            ]
-        )
-        carried = (first <= bodies) & (bodies < behind)
-        rows.append(carried.any(axis=1) & ~carried.all(axis=1))
-    return np.array(rows).reshape(len(simulated), model.nv)
-
-
-def _bodies_behind(model: mujoco.MjModel) -> NDArray[np.int32]:
-    """Number of the first body after those that each body carries; these follow it in a row."""
-    sizes = np.ones(model.nbody, int)
-    for body in range(model.nbody - 1, 0, -1):
-        sizes[model.body_parentid[body]] += sizes[body]
-    return (np.arange(model.nbody) + sizes).astype(np.int32)
 
 
 def _without_plugins(model: mujoco.MjModel, simulated: dict[str, Simulated]) -> mujoco.MjModel:

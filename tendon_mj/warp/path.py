@@ -1,6 +1,6 @@
 """Lengths, bends and spans of a tendon over sites and around spheres and cylinders.
 
-The same as `tendon_mj.plugin.sheath_plugin.path`, without pulleys. Where the input is the last
+The same as `tendon_mj.plugin.sheath_plugin.wraps`. Where the input is the last
 site, elements and points come in the reverse of their order.
 
 Sites and geoms are placed anew, in double precision: a stretch between two of one body would else
@@ -10,11 +10,12 @@ and a straight line share their error.
 
 import warp as wp
 
-from tendon_mj.warp.tendons import Sheath, Tendons
+from tendon_mj.warp.tendons import INEXTENSIBLE, Sheath, Tendons
 
 wp.set_module_options({"enable_backward": False})
 
-_SITE, _SPHERE = wp.constant(3), wp.constant(4)  # mjtWrap
+_PULLEY, _SITE, _SPHERE = wp.constant(2), wp.constant(3), wp.constant(4)  # mjtWrap
+_INEXTENSIBLE = wp.constant(INEXTENSIBLE)
 _SHORTEST = wp.constant(wp.float64(1e-9))  # [m]
 _WHOLE = wp.constant(wp.float64(6.283185307179586))
 _ZERO = wp.constant(wp.float64(0.0))
@@ -158,7 +159,8 @@ def _wrap(
 ) -> tuple[wp.float64, bool]:
     """Fill in guides and inner segments on a geom that is a path's ``element``, from segment j on.
 
-    Points are the site before it, both tangent points, and the site behind it.
+    Points are the site before it, both tangent points, and the site behind it. An inextensible
+    tendon has no ``arc``, −1: it does not matter where on it a guide is.
 
     Returns:
         Length of the arc before the first guide [m], and behind the last; whether the guides are
@@ -181,25 +183,28 @@ def _wrap(
         length, turn = _arc(m.wrap_type[element], radius, p, q, u)
     there = wp.float64(0.0)
     back = wp.float64(0.0)
-    jumped = not t.touched[arc, w]
-    if jumped:
-        turn = wp.float64(0.0)  # its guides move to it without friction
-    elif _is_flipped(t, arc, w, p, q):
-        jumped = True
-    else:
-        there = _along(p, t.near_tangent[arc, w], u)
-        back = _along(q, t.far_tangent[arc, w], v)
-    t.trial_touches[arc, w] = True
-    t.trial_near[arc, w] = p
-    t.trial_far[arc, w] = q
+    jumped = bool(False)
+    if arc >= 0:
+        jumped = not t.touched[arc, w]
+        if jumped:
+            turn = wp.float64(0.0)  # its guides move to it without friction
+        elif _is_flipped(t, arc, w, p, q):
+            jumped = True
+        else:
+            there = _along(p, t.near_tangent[arc, w], u)
+            back = _along(q, t.far_tangent[arc, w], v)
+        t.trial_touches[arc, w] = True
+        t.trial_near[arc, w] = p
+        t.trial_far[arc, w] = q
     for k in range(count):
         guide = s.guide + j + k
         t.angle[guide, w] = turn / wp.float64(count)
         t.is_on_arc[guide, w] = True
-        part = (wp.float64(k) + wp.float64(0.5)) / wp.float64(count)
-        moved = (wp.float64(1.0) - part) * there + part * back
-        source = s.segment + j + k + wp.where(moved > _ZERO, 1, 0)
-        t.shift[guide, w] = moved / (wp.float64(1.0) + t.before[source, w])
+        if arc >= 0:
+            part = (wp.float64(k) + wp.float64(0.5)) / wp.float64(count)
+            moved = (wp.float64(1.0) - part) * there + part * back
+            source = s.segment + j + k + wp.where(moved > _ZERO, 1, 0)
+            t.shift[guide, w] = moved / (wp.float64(1.0) + t.before[source, w])
         if k > 0:
             _set_no_span(t, s, j + k, length / wp.float64(count))
     return wp.float64(0.5) * length / wp.float64(count), jumped
@@ -209,10 +214,12 @@ def _wrap(
 def _pass_by(t: Tendons, s: Sheath, arc: int, j: int) -> None:
     """Fill in the guides of a geom that the tendon does not touch, from segment j on."""
     w = s.world
-    t.trial_touches[arc, w] = False
+    if arc >= 0:
+        t.trial_touches[arc, w] = False
     for k in range(t.arc_guides[s.index]):
         t.angle[s.guide + j + k, w] = wp.float64(0.0)
-        t.shift[s.guide + j + k, w] = wp.float64(0.0)
+        if arc >= 0:
+            t.shift[s.guide + j + k, w] = wp.float64(0.0)
         t.is_on_arc[s.guide + j + k, w] = True
         _set_no_span(t, s, j + k + 1, _ZERO)
 
@@ -245,6 +252,8 @@ def trace_path(m: Scene, t: Tendons, s: Sheath) -> None:
         at += m.ten_wrapnum[w, tendon] - 1
     j = int(0)
     arc = int(t.first_arc[s.index])
+    if t.kind[s.index] == _INEXTENSIBLE:
+        arc = int(-1)
     bends = bool(False)  # whether the site at hand is a guide: guide j − 1
     came = wp.vec3d()  # direction of the last span that has one
     here = _site(m, w, element)
@@ -253,6 +262,14 @@ def trace_path(m: Scene, t: Tendons, s: Sheath) -> None:
         t.angle[s.guide + j, w] = wp.float64(0.0)
         j += 1
     while step * (end - element) > 0:
+        if m.wrap_type[element + step] == _PULLEY:  # a branch ends at the site at hand
+            j += 1
+            element += 2 * step
+            at += 2 * step
+            here = _site(m, w, element)
+            came = wp.vec3d()
+            bends = bool(False)
+            continue
         near = m.site_bodyid[m.wrap_objid[element]]
         over_site = m.wrap_type[element + step] == _SITE
         behind = element + wp.where(over_site, step, 2 * step)  # the next site
@@ -288,7 +305,8 @@ def trace_path(m: Scene, t: Tendons, s: Sheath) -> None:
                     came = left
                 at += 3 * step
             else:
-                jumped = t.touched[arc, w]
+                if arc >= 0:
+                    jumped = t.touched[arc, w]
                 _pass_by(t, s, arc, j)
                 straight = wp.float64(0.5) * wp.length(goes)
                 _set_span(t, s, j, -straight, here, goes, near, far)
@@ -297,9 +315,12 @@ def trace_path(m: Scene, t: Tendons, s: Sheath) -> None:
                 at += step
             if jumped and t.started[s.index, w]:
                 _hand_over(t, s, begins)
-            arc += 1
+            if arc >= 0:
+                arc += 1
         element = int(behind)
         here = wp.vec3d(ahead)
         bends = element != end
+        if bends:
+            bends = m.wrap_type[element + step] != _PULLEY
         if bends:
             j += 1

@@ -8,6 +8,7 @@ so the written numbers are kept: numbers that are the same have their wrench.
 import mujoco_warp as mjw
 import warp as wp
 
+from tendon_mj.warp.groups import Groups
 from tendon_mj.warp.tendons import Tendons
 
 wp.set_module_options({"enable_backward": False})
@@ -18,7 +19,7 @@ FORCE, TORQUE = 4, 5  # mjtSensor
 _FORCE = wp.constant(FORCE)
 _REAL = wp.constant(0)  # mjtDataType
 _EQUALITY = mjw.Model.__annotations__["eq_data"].dtype  # 12 numbers, before MuJoCo 3.17 11
-TENSION, ANGLE, SLIP, WOUND, UNSOLVED = range(5)
+TENSION, ANGLE, SLIP, SLIDE, WOUND, UNSOLVED = range(6)  # SLIDE: the slip of a cell
 
 
 @wp.struct
@@ -192,7 +193,9 @@ def fill_sensors(sensors: wp.array[wp.int32], m: Cells, sensordata: wp.array2d[w
 
 
 @wp.kernel
-def measure(t: Tendons, shown: wp.array2d[wp.int32], sensordata: wp.array2d[wp.float32]) -> None:
+def measure(
+    t: Tendons, y: Groups, shown: wp.array2d[wp.int32], sensordata: wp.array2d[wp.float32]
+) -> None:
     """Write each number that a sensor shows, see `shown_numbers`; threads (numbers, worlds)."""
     k, w = wp.tid()
     quantity, row = shown[k, 0], shown[k, 1]
@@ -204,6 +207,9 @@ def measure(t: Tendons, shown: wp.array2d[wp.int32], sensordata: wp.array2d[wp.f
     elif quantity == SLIP:
         if t.flow[row, w] != wp.float64(0.0):
             value = wp.float32(t.slip[row, w])
+    elif quantity == SLIDE:
+        if row >= 0 and y.flows[row, w]:
+            value = -wp.float32(y.slides[row, w])
     elif quantity == WOUND:
         value = wp.float32(t.trial_wound_in[row, w])
     else:

@@ -11,8 +11,18 @@ import warp as wp
 
 from tendon_mj.errors import NoPluginsError
 from tendon_mj.plugin import C, sensor_kind, sheaths
-from tendon_mj.warp.reactions import ANGLE, FORCE, SLIP, TENSION, TORQUE, UNSOLVED, WOUND
-from tendon_mj.warp.support import Simulated
+from tendon_mj.warp.cells import cells_of
+from tendon_mj.warp.reactions import (
+    ANGLE,
+    FORCE,
+    SLIDE,
+    SLIP,
+    TENSION,
+    TORQUE,
+    UNSOLVED,
+    WOUND,
+)
+from tendon_mj.warp.support import Rows, Simulated, rows_of
 
 
 def sensors_of_sheaths(model: mujoco.MjModel) -> dict[int, str]:
@@ -42,28 +52,47 @@ def shown_numbers(model: mujoco.MjModel, simulated: Mapping[str, Simulated]) -> 
         model: with sheaths.
         simulated: each by name.
     """
-    guides = np.array([len(sheath.guides) for sheath in simulated.values()])
-    first_guide = np.cumsum(guides) - guides
     rows: list[tuple[int, int, int]] = []
+    at, slips = rows_of(simulated), _slips(model, simulated)
     for sensor, kind in sensors_of_sheaths(model).items():
         k = _shown(model, sensor, simulated)
-        segment, guide, n = int(first_guide[k]) + k, int(first_guide[k]), int(guides[k])
-        shown = _quantities(kind, k, segment, guide, n)
+        shown = _quantities(kind, k, at, slips[k])
         start, width = int(model.sensor_adr[sensor]), int(model.sensor_dim[sensor])
         rows += [(*one, start + at) for at, one in enumerate(shown) if at < width]
     return wp.array(np.array(rows, np.int32).reshape(-1, 3), dtype=wp.int32)
 
 
-def _quantities(kind: str, k: int, segment: int, guide: int, n: int) -> Iterator[tuple[int, int]]:
+def _slips(
+    model: mujoco.MjModel, simulated: Mapping[str, Simulated]
+) -> list[list[tuple[int, int]]]:
+    """Quantity and row of the slip of each guide, for each sheath; a pulley has none."""
+    slips, first_cell = [], 0
+    for guide, sheath in zip(rows_of(simulated).guide, simulated.values(), strict=True):
+        if not sheath.state["inextensible"]:
+            slips.append([(SLIP, guide + i) for i in range(len(sheath.guides))])
+            continue
+        cells, owners = cells_of(model, sheath)
+        own = zip(owners[1:], sheath.guides["is_pulley"], strict=True)
+        slips.append([(SLIDE, -1 if pulley else first_cell + cell) for cell, pulley in own])
+        first_cell += len(cells)
+    return slips
+
+
+def _quantities(
+    kind: str, k: int, at: Rows, slips: list[tuple[int, int]]
+) -> Iterator[tuple[int, int]]:
     """Quantity and row of each number of a sensor."""
+    segment, guide, n = at.shown[k], at.guide[k], len(slips)
     if kind in ("", "input_tension"):
         yield TENSION, segment
     if kind in ("", "output_tension"):
         yield TENSION, segment + n
     if kind == "tension":
         yield from ((TENSION, segment + j) for j in range(n + 1))
-    if kind in ("bend_angle", "slip"):
-        yield from ((ANGLE if kind == "bend_angle" else SLIP, guide + i) for i in range(n))
+    if kind == "bend_angle":
+        yield from ((ANGLE, guide + i) for i in range(n))
+    if kind == "slip":
+        yield from slips
     if kind in ("reel_displacement", "unsolved"):
         yield (WOUND if kind == "reel_displacement" else UNSOLVED), k
 

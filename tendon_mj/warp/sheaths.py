@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import mujoco
 import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError, UnusedKeyError
 from tendon_mj.sheath import check_range
-from tendon_mj.warp.support import LIVE_PARAMETERS, Simulated, layout_of
-from tendon_mj.warp.transfer import allocate
+from tendon_mj.warp.cells import allocate_groups
+from tendon_mj.warp.support import LIVE_PARAMETERS, Simulated, layout_of, rows_of
+from tendon_mj.warp.transfer import allocate, inextensible_of
 
 
 class Sheaths:
@@ -31,21 +33,21 @@ class Sheaths:
 
     def __init__(
         self,
+        model: mujoco.MjModel,
         simulated: dict[str, Simulated],
         unused: Mapping[str, Mapping[str, str]],
         reels: list[tuple[int, int]],
         beyond: list[float],
-        nbody: int,
         nworld: int,
     ) -> None:
         """Put sheaths on the device as they are in a simulation of MuJoCo's.
 
         Args:
+            model: with sheaths.
             simulated: each by name.
             unused: by name of a sheath its parameters that have no use, and why.
             reels: of `allocate`.
             beyond: of `allocate`.
-            nbody: number of bodies.
             nworld: number of worlds, all alike.
         """
         self.names = tuple(simulated)
@@ -54,8 +56,12 @@ class Sheaths:
         self.nworld = nworld
         self.asks = False  # for the actuators' forces, within their computation
         self.tendons: Any = allocate(simulated, reels, beyond, nworld)
+        members = inextensible_of(simulated)
+        self.groups: Any = allocate_groups(model, members, rows_of(simulated), nworld)
         self.written = [  # cfrc_ext and cfrc_int with the sheaths' reactions
-            wp.full((nworld, nbody), wp.spatial_vector(*[np.nan] * 6), dtype=wp.spatial_vector)
+            wp.full(
+                (nworld, model.nbody), wp.spatial_vector(*[np.nan] * 6), dtype=wp.spatial_vector
+            )
             for _ in range(2)
         ]
         self.parameters = {name: getattr(self.tendons, name) for name in LIVE_PARAMETERS}

@@ -64,13 +64,33 @@ def simulated_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, S
     return simulated
 
 
+class Rows(NamedTuple):
+    """First rows of the sheaths: in what is shown, of segments, and of guides; in all arrays."""
+
+    shown: list[int]
+    segment: list[int]
+    guide: list[int]
+
+
+def rows_of(simulated: Mapping[str, Simulated]) -> Rows:
+    """Rows of each sheath; those of inextensible tendons come last, but in what is shown."""
+    guides = np.array([len(sheath.guides) for sheath in simulated.values()])
+    order = np.argsort([bool(s.state["inextensible"]) for s in simulated.values()], kind="stable")
+    first = np.empty(len(guides), int)
+    first[order] = np.cumsum(guides[order]) - guides[order]
+    before = np.empty(len(guides), int)
+    before[order] = np.arange(len(guides))
+    shown = np.cumsum(guides + 1) - guides - 1
+    return Rows(shown.tolist(), (first + before).tolist(), first.tolist())
+
+
 def layout_of(simulated: dict[str, Simulated]) -> SheathLayouts:
     """Layout of each sheath, by which kernels find its numbers; another model has another."""
-    whole = ("tendon", "driven", "reel_actuator", "reel_joint", "output_joint", "input_at_last")
+    whole = ("tendon", "driven", "inextensible", "reel_actuator", "reel_joint", "output_joint")
     return tuple(
         (
             name,
-            *(int(sheath.state[field]) for field in whole),
+            *(int(sheath.state[field]) for field in (*whole, "input_at_last")),
             *(len(part) for part in (sheath.segments, sheath.guides, sheath.arcs)),
         )
         for name, sheath in simulated.items()
@@ -155,8 +175,8 @@ def _check_sheath(model: mujoco.MjModel, where: str, sheath: Simulated) -> None:
         value = float(state["law"][effect])
         if value != 0.0:
             _refuse(f"{where}{effect} = {value:g} [{LAW[effect].unit}]", "set it to 0")
-    if state["pulleys"]:
-        _refuse(f"{where}a tendon that branches at a pulley", "give each branch a tendon")
+    if state["pulleys"] and not state["inextensible"]:
+        _refuse(f"{where}an elastic tendon that branches at a pulley", "state no elasticity")
     for kind, acts in (("stiffness", "own_spring"), ("stiffness", "driven"), ("damping", "driven")):
         if state[acts] and np.any(getattr(model, f"tendon_{kind}poly")[tendon]):
             _refuse(f"{where}a polynomial {kind} of its tendon", "give it a linear one")

@@ -2,8 +2,9 @@
 
 A tendon's n+1 segments lie in a row, and so do its n guides; guide i sits between segments i and
 i+1. Rows come first and worlds second, so that threads of neighbouring worlds read neighbouring
-numbers. As in `tendon_mj.sheath` tensions are normalised, τ = T/EA, and a segment of a purely
-elastic tendon holds the unstretched length
+numbers. Inextensible tendons come last, as they have a path but no stored length. As in
+`tendon_mj.sheath` tensions are normalised, τ = T/EA, and a segment of a purely elastic tendon holds
+the unstretched length
 
     s(τ) = (ℓ − g τ) / (1 + τ).
 
@@ -15,14 +16,21 @@ import warp as wp
 
 wp.set_module_options({"enable_backward": False})
 
+# what a sheath's tendon is: of given length, or with a given force at its input
+WOUND, ELASTIC, INEXTENSIBLE = range(3)
+_ELASTIC = wp.constant(ELASTIC)
+_HOLDS_ANYTHING = wp.constant(wp.float64(37.0))  # see `plugin.sheath_plugin.friction`
+
 
 @wp.struct
 class Tendons:
     """State and work space of the sheaths; (segments, worlds), (guides, worlds) and so on."""
 
     # description of each sheath, (sheaths,); −1: none
+    kind: wp.array[wp.int32]  # WOUND, ELASTIC or INEXTENSIBLE
     tendon: wp.array[wp.int32]
     first_segment: wp.array[wp.int32]
+    first_shown: wp.array[wp.int32]  # of its segments in ``tension_out``
     sheath: wp.array[wp.int32]  # (segments,), that of a segment
     first_guide: wp.array[wp.int32]
     guides: wp.array[wp.int32]
@@ -31,8 +39,7 @@ class Tendons:
     inner_guides: wp.array[wp.int32]
     sharing: wp.array[wp.float64]  # number of guides that share F_c and φ_x
     step: wp.array[wp.int32]  # +1 where the path is followed as it is drawn, −1: from its last site
-    driven: wp.array[wp.bool]
-    constrained: wp.array[wp.bool]  # driven, and by equalities or a limit as well
+    constrained: wp.array[wp.bool]  # by a given force, and by equalities or a limit as well
     own_spring: wp.array[wp.bool]  # whether the tendon's own spring is the cable's elasticity
     beyond_spring: wp.array[wp.float64]  # unstretched length less the rest length of that [m]
     reel: wp.array[wp.int32]  # address of its control
@@ -50,7 +57,7 @@ class Tendons:
     extra_bend: wp.array2d[wp.float32]  # φ_x [rad]
     slack: wp.array2d[wp.float32]  # s [m]
     # committed state
-    started: wp.array2d[wp.bool]  # (sheaths, worlds), whether the tendon has been laid
+    started: wp.array2d[wp.bool]  # (sheaths, worlds); INEXTENSIBLE: whether a step has ended
     stored: wp.array2d[wp.float64]  # s, unstretched length in a segment [m]
     before: wp.array2d[wp.float64]  # τ after the step before
     previous_slip: wp.array2d[wp.int32]  # of a guide: +1 to the input, −1, 0 at rest
@@ -59,6 +66,7 @@ class Tendons:
     spring_length: wp.array2d[wp.float64]  # rest length S of the tendon's own spring [m]
     spring_product: wp.array2d[wp.float64]  # k S of it [N]
     constraint_force: wp.array2d[wp.float64]  # λ of equalities and limits, negative pulls [N]
+    previous_constraint: wp.array2d[wp.float64]  # in the step before [N]
     touched: wp.array2d[wp.bool]  # (arcs, worlds), whether the tendon lay on the geom
     near_tangent: wp.array2d[wp.vec3d]  # in the frame of the geom [m]
     far_tangent: wp.array2d[wp.vec3d]
@@ -78,6 +86,7 @@ class Tendons:
     slip: wp.array2d[wp.int32]
     # path
     length: wp.array2d[wp.float64]  # ℓ [m]
+    yields: wp.array2d[wp.bool]  # (sheaths, worlds), whether g is set
     give: wp.array2d[wp.float64]  # g, by which guides yield to a segment per unit τ [m]
     angle: wp.array2d[wp.float64]  # φ [rad]
     is_on_arc: wp.array2d[wp.bool]  # of a guide
@@ -87,7 +96,7 @@ class Tendons:
     far_body: wp.array2d[wp.int32]  # the same where a segment has no span
     # flow problem
     active: wp.array2d[wp.bool]  # (sheaths, worlds), whether there is one
-    given_tension: wp.array2d[wp.float64]  # τ of the first segment of a driven tendon
+    given_tension: wp.array2d[wp.float64]  # τ of the first segment of an elastic tendon
     kept: wp.array2d[wp.float64]  # s before the flow of this step, after winding and shifts [m]
     alone: wp.array2d[wp.float64]  # τ of a segment whose guides hold
     dynamic_ratio: wp.array2d[wp.float64]  # e^{μ_d φ}
@@ -132,8 +141,19 @@ def sheath_at(t: Tendons, index: int, world: int) -> Sheath:
     s.segment = t.first_segment[index]
     s.guide = t.first_guide[index]
     s.guides = t.guides[index]
-    s.given = t.driven[index]
+    s.given = t.kind[index] == _ELASTIC
     return s
+
+
+@wp.func
+def reset_sheath(t: Tendons, k: int, w: int) -> None:
+    """Reset what tendons of every kind have."""
+    t.started[k, w] = False
+    t.has_trial[k, w] = False
+    t.unsolved[w, k] = 0
+    t.constraint_force[k, w] = wp.float64(0.0)
+    t.previous_constraint[k, w] = wp.float64(0.0)
+    t.solved_force[k, w] = wp.float64(0.0)
 
 
 @wp.func
@@ -155,6 +175,22 @@ def set_alone(t: Tendons, row: int, w: int) -> None:
     if softness > wp.float64(0.0):
         tau = wp.max(wp.float64(0.0), (t.length[row, w] - t.kept[row, w]) / softness)
     t.alone[row, w] = tau
+
+
+@wp.func
+def capstan(t: Tendons, guide: int, k: int, w: int) -> tuple[wp.float64, wp.float64, wp.float64]:
+    """Largest ratio of tensions at a guide while it slides, and at rest; its F_c [N]."""
+    sliding = wp.float64(t.friction[w, k])
+    static = wp.max(sliding, wp.float64(t.static_friction[w, k]))
+    bend, constant = wp.float64(t.angle[guide, w]), wp.float64(0.0)
+    if not t.is_on_arc[guide, w]:
+        bend = wp.max(wp.float64(0.0), bend + wp.float64(t.extra_bend[w, k]) / t.sharing[k])
+        constant = wp.float64(t.constant_friction[w, k]) / t.sharing[k]
+    dynamic = wp.exp(wp.min(sliding * bend, _HOLDS_ANYTHING))
+    highest = wp.float64(dynamic)
+    if static != sliding:
+        highest = wp.exp(wp.min(static * bend, _HOLDS_ANYTHING))
+    return dynamic, highest, constant
 
 
 @wp.func

@@ -81,6 +81,7 @@ SPOOLED = {
     "output_joint": "out_joint",
     "output_radius": 0.5,
 }
+DRIVEN = ("drum", "last", "bent", "spring", "limit", "equal")
 KINDS = ("input_tension", "tension", "bend_angle", "slip", "reel_displacement", "unsolved")
 
 

@@ -64,7 +64,9 @@ REFUSED = {
     "sheath 'reel': creep = 0.1 ": lambda: reel(creep=0.1, creep_time=1.0),
     "sheath 'reel': backlash": lambda: reel(backlash=1e-3),
     "sheath 'reel': axial_damping": lambda: reel(axial_damping=1.0),
-    "sheath 's': a tendon that branches at a pulley": lambda: arm(MOTOR, 0.1, path=PULLEY),
+    "sheath 's': an elastic tendon that branches at a pulley": lambda: arm(
+        MOTOR, 0.1, path=PULLEY, axial_stiffness=1e4
+    ),
     "polynomial stiffness": lambda: arm(MOTOR, 0.1, 'stiffness="60 5 5"'),
     "springs and dampers both": lambda: disabled(reel()),
 }

@@ -9,7 +9,7 @@ wp = pytest.importorskip("warp")
 
 from tendon_mj.sheath import GUIDE as GUIDE_TYPE  # noqa: E402
 from tendon_mj.sheath import SEGMENT as SEGMENT_TYPE  # noqa: E402
-from tendon_mj.warp.tendons import Tendons  # noqa: E402
+from tendon_mj.warp.tendons import ELASTIC, WOUND, Tendons  # noqa: E402
 from tests.sheath.tendons import (  # noqa: E402
     drawn_tight_at_its_output,
     solve_flow,
@@ -65,7 +65,7 @@ def on_device(cases, given):
     t.slip = wp.zeros((n, count), dtype=wp.int32)
     t.first_segment = t.first_guide = wp.zeros(1, dtype=wp.int32)
     t.guides = wp.array([n], dtype=wp.int32)
-    t.driven = wp.array([given], dtype=wp.bool)
+    t.kind = wp.array([ELASTIC if given else WOUND], dtype=wp.int32)
     given_ratios = [
         columns([g[field] for _, g in cases], wp.float64)
         for field in ("dynamic_ratio", "static_ratio")

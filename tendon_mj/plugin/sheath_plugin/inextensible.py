@@ -465,7 +465,8 @@ def set_up(m: int, d: int, work: int, instance: int, stage: bool, written: bool)
         end = guides[int(group.end) - 1]
         speed = _dot(coordinates(_rows_at(work) + 8 * nv * g), velocity, nv)
         drawn = group.passed / h - speed  # as by bodies that move without a velocity
-        is_known = member.spreads == 0.0 and end.is_on_arc == 0.0 and not written
+        on_arc = end.is_on_arc != 0.0 or guides[int(group.begin)].is_on_arc != 0.0
+        is_known = member.spreads == 0.0 and not on_arc and not written
         if integer(m + LAYOUT.o_integrator, 0) == RK4 or not is_known:
             drawn = 0.0
         if abs(h * drawn) <= _UNEXPLAINED * end.trial_way:
