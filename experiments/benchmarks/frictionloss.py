@@ -26,10 +26,10 @@ from tendon_mj.lab.verification import (
 from tendon_mj.models import Bench
 from tendon_mj.typing import FloatArray
 
+STIFF_SOLREF_STEPS = 2.0  # time constant in steps: the shortest that MuJoCo takes
+STIFF_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 _SPAN = 2.0  # largest tension over the mean, and the mean over the least
 _STEPS = 4000
-_STIFF_SOLREF_STEPS = 2.0  # time constant in steps: the shortest that MuJoCo takes
-_STIFF_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 
 
 @dataclass(frozen=True)
@@ -111,8 +111,8 @@ def motor_bench(
     tendon.stiffness[0] = 0.0
     tendon.frictionloss = frictionloss
     if stiff:
-        tendon.solref_friction = [_STIFF_SOLREF_STEPS * bench.timestep, 1.0]
-        tendon.solimp_friction = _STIFF_SOLIMP
+        tendon.solref_friction = [STIFF_SOLREF_STEPS * bench.timestep, 1.0]
+        tendon.solimp_friction = STIFF_SOLIMP
     motor = spec.add_actuator(name="motor", trntype=mujoco.mjtTrn.mjTRN_TENDON, target="tendon")
     motor.set_to_motor()
     motor.gear[0] = -1.0  # a positive control pulls
