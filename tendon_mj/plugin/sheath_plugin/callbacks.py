@@ -45,7 +45,7 @@ from tendon_mj.plugin.sheath_plugin.bind import (
 from tendon_mj.plugin.sheath_plugin.evaluate import (
     commit,
     evaluate,
-    is_driven,
+    list_driven,
     read_inputs,
     repeat_driven,
     set_up_driven,
@@ -55,6 +55,7 @@ from tendon_mj.plugin.sheath_plugin.forces import add_reactions
 from tendon_mj.plugin.sheath_plugin.inextensible import (
     BASE,
     FRICTION,
+    driven_sheaths,
     head_at,
     vector_at,
     workspace,
@@ -65,6 +66,7 @@ from tendon_mj.plugin.sheath_plugin.sensors import show, show_ends
 from tendon_mj.plugin.sheath_plugin.signature import pose_signature, pose_sum
 from tendon_mj.plugin.sheath_plugin.state import (
     SHEATH,
+    WORKSPACE,
     binding_at,
     binding_of,
     state_at,
@@ -124,13 +126,13 @@ def _apply(m: int, d: int, work: int) -> None:
 
 
 @compiled
-def _solve(m: int, d: int, work: int, first: int, last: int) -> None:
+def _solve(m: int, d: int, work: int) -> None:
     """Solve all driven sheaths, and apply their friction."""
-    solve_driven(m, d, work, first, last)
+    solve_driven(m, d, work)
     _apply(m, d, work)
-    for instance in range(first, last + 1):
-        if is_driven(m, d, instance, first):
-            _warn_once(m, d, instance)
+    sheaths = driven_sheaths(work, size(m + LAYOUT.m_nv))
+    for k in range(int(head_at(work).driven)):
+        _warn_once(m, d, int(sheaths[k]))
 
 
 @compiled
@@ -149,22 +151,25 @@ def _evaluate_driven(m: int, d: int, last: int) -> None:
     """
     bound = binding_at(binding_of(d, last, SHEATH))
     first, nv = int(bound.first_sheath), size(m + LAYOUT.m_nv)
-    if not read_inputs(m, d, first, last):
-        return
     work = workspace(m, d, first, last)
     head, pose = head_at(work), pose_signature(m, d)
+    if head.gives == 0.0:
+        list_driven(m, d, work, first, last)
+    if head.driven == 0.0:
+        return
     copy_doubles(vector_at(work, nv, BASE), pointer(d + LAYOUT.d_qfrc_passive), nv)
     if head.gives == 0.0:
         moves = head.signature != pose
-        set_up_driven(m, d, work, first, last)
+        read_inputs(m, d, work)
+        set_up_driven(m, d, work, first)
         head.signature = pose
         if _is_actuated(m):
-            repeat_driven(m, d, work, first, last, moves)
+            repeat_driven(m, d, work, moves)
         else:
             bias = malloc(8 * nv)
             copy_doubles(bias, pointer(d + LAYOUT.d_qfrc_bias), nv)
             mj_rne(m, d, 0, pointer(d + LAYOUT.d_qfrc_bias))
-            _solve(m, d, work, first, last)
+            _solve(m, d, work)
             copy_doubles(pointer(d + LAYOUT.d_qfrc_bias), bias, nv)
             free(bias)
     _apply(m, d, work)
@@ -215,17 +220,20 @@ def _meet_actuators(m: int, d: int, last: int) -> None:
     It adds those of some, and those of plugins that come later, after that: then actuators are
     computed once more to know them.
     """
-    first = first_sheath(m, last)
-    driven = False
-    for instance in range(first, last + 1):
-        if is_sheath(m, instance, last) and has_own_state(m, d, instance):  # binds it in a copy
-            driven |= state_at(state_of(m, d, instance)).driven != 0.0
-    if not driven or binding_of(d, last, SHEATH) == 0:
-        return
-    bound = binding_at(binding_of(d, last, SHEATH))
-    work = workspace(m, d, first, last)
-    head = head_at(work)
-    if head.is_nested != 0.0:
+    binding, pose = binding_of(d, last, SHEATH), pose_signature(m, d)
+    work = pointer(binding + WORKSPACE) if binding != 0 else 0
+    known = work != 0 and head_at(work).signature == pose
+    first = int(binding_at(binding).first_sheath) if known else first_sheath(m, last)
+    if not known:
+        for instance in range(first, last + 1):
+            if is_sheath(m, instance, last):
+                has_own_state(m, d, instance)  # binds it in a copy
+        if binding_of(d, last, SHEATH) == 0:
+            return
+        work = workspace(m, d, first, last)
+        list_driven(m, d, work, first, last)
+    bound, head = binding_at(binding_of(d, last, SHEATH)), head_at(work)
+    if head.driven == 0.0 or head.is_nested != 0.0:
         return
     forces, count = pointer(d + LAYOUT.d_actuator_force), size(m + LAYOUT.m_nout)
     kept = malloc(8 * count)
@@ -237,17 +245,17 @@ def _meet_actuators(m: int, d: int, last: int) -> None:
     else:
         _limit_forces(m, d)
     skipped = _is_skipped(m)
-    if head.signature != pose_signature(m, d):
+    if not known:
         if skipped:
             _evaluate_driven(m, d, last)
         else:
             mj_passive(m, d)  # in a copy they were computed elsewhere
-    if read_inputs(m, d, first, last):
-        _solve(m, d, work, first, last)
-        if bound.is_last_plugin == 0.0 and not skipped:
-            head.gives = 1.0
-            mj_passive(m, d)  # as other plugins have added to them
-            head.gives = 0.0
+    read_inputs(m, d, work)
+    _solve(m, d, work)
+    if bound.is_last_plugin == 0.0 and not skipped:
+        head.gives = 1.0
+        mj_passive(m, d)  # as other plugins have added to them
+        head.gives = 0.0
     copy_doubles(forces, kept, count)
     free(kept)
 

@@ -47,6 +47,7 @@ from tendon_mj.plugin.sheath_plugin.friction import (
 from tendon_mj.plugin.sheath_plugin.inextensible import (
     FRICTION,
     commit_inextensible,
+    driven_sheaths,
     head_at,
     prepare,
     repeat,
@@ -376,102 +377,98 @@ def evaluate(m: int, d: int, address: int) -> None:
         state.started = 1.0
 
 
-@compiled
-def is_driven(m: int, d: int, instance: int, first: int) -> bool:
-    """Whether an instance is a sheath whose input tension is given."""
-    if not is_sheath(m, instance, first) or not is_bound(m, d, instance):
-        return False
-    return state_at(state_of(m, d, instance)).driven != 0.0
-
-
 @apart
-def set_up_driven(m: int, d: int, work: int, first: int, last: int) -> None:
-    """Set up the groups of all inextensible tendons in the pose at hand."""
-    head = head_at(work)
-    head.members = head.groups = head.segments = head.rough = 0.0
-    keeper = state_at(state_of(m, d, first))
-    written = keeper.end_sum != pose_sum(m, d)
+def list_driven(m: int, d: int, work: int, first: int, last: int) -> None:
+    """List the model's driven sheaths."""
+    head, sheaths = head_at(work), driven_sheaths(work, size(m + LAYOUT.m_nv))
+    head.driven = head.elastic = 0.0
     for instance in range(first, last + 1):
-        if is_driven(m, d, instance, first):
+        if is_sheath(m, instance, first) and is_bound(m, d, instance):
             state = state_at(state_of(m, d, instance))
-            if state.inextensible != 0.0:
-                _, stage, _ = _moment(m, d, state)
-                set_up(m, d, work, instance, stage, written)
+            if state.driven != 0.0:
+                sheaths[int(head.driven)] = instance
+                head.driven += 1.0
+                head.elastic += state.inextensible == 0.0
 
 
 @apart
-def read_inputs(m: int, d: int, first: int, last: int) -> bool:
-    """Read the force along each driven tendon; return whether there are any."""
-    driven = False
-    for instance in range(first, last + 1):
-        if is_driven(m, d, instance, first):
-            address = state_of(m, d, instance)
-            state = state_at(address)
-            state.input_force, driven = input_force(m, d, address, state), True
-    return driven
-
-
-@compiled
-def _is_elastic(m: int, d: int, instance: int, first: int) -> bool:
-    """Whether an instance is a driven sheath whose elasticity is stated."""
-    if not is_driven(m, d, instance, first):
-        return False
-    return state_at(state_of(m, d, instance)).inextensible == 0.0
+def set_up_driven(m: int, d: int, work: int, first: int) -> None:
+    """Set up the groups of all inextensible tendons in the pose at hand."""
+    head, sheaths = head_at(work), driven_sheaths(work, size(m + LAYOUT.m_nv))
+    head.members = head.groups = head.segments = head.rough = 0.0
+    written = state_at(state_of(m, d, first)).end_sum != pose_sum(m, d)
+    for k in range(int(head.driven)):
+        state = state_at(state_of(m, d, int(sheaths[k])))
+        if state.inextensible != 0.0:
+            _, stage, _ = _moment(m, d, state)
+            set_up(m, d, work, int(sheaths[k]), stage, written)
 
 
 @apart
-def _let_guides_yield(m: int, d: int, work: int, first: int, last: int) -> None:
+def read_inputs(m: int, d: int, work: int) -> None:
+    """Read the force along each driven tendon."""
+    sheaths = driven_sheaths(work, size(m + LAYOUT.m_nv))
+    for k in range(int(head_at(work).driven)):
+        address = state_of(m, d, int(sheaths[k]))
+        state = state_at(address)
+        state.input_force = input_force(m, d, address, state)
+
+
+@apart
+def _let_guides_yield(m: int, d: int, work: int) -> None:
     """Let the guides of elastic tendons yield so far that a step resolves the stretches between."""
     count, nv, h = 0, size(m + LAYOUT.m_nv), double(m + LAYOUT.o_timestep, 0)
-    for instance in range(first, last + 1):
-        if _is_elastic(m, d, instance, first):
-            count += len(unpack(state_of(m, d, instance))[0])
-    if count == 0:
-        return
+    sheaths, driven = driven_sheaths(work, nv), int(head_at(work).driven)
+    for one in range(driven):
+        address = state_of(m, d, int(sheaths[one]))
+        if state_at(address).inextensible == 0.0:
+            count += len(unpack(address)[0])
     spans = malloc(16 * count * nv)
     answers, k = spans + 8 * count * nv, 0
-    for instance in range(first, last + 1):
-        if _is_elastic(m, d, instance, first):
-            address = state_of(m, d, instance)
-            segments, _, _ = unpack(address)
-            for j in range(len(segments)):
-                row, answer = spans + 8 * nv * k, answers + 8 * nv * k
-                doubles(row, nv)[:] = 0.0
-                pull_segment(m, d, state_at(address), segments[j], -1.0, coordinates(row))
-                copy_doubles(answer, row, nv)
-                respond(m, response_at(work, nv), coordinates(answer))
-                k += 1
+    for one in range(driven):
+        address = state_of(m, d, int(sheaths[one]))
+        segments, _, _ = unpack(address)
+        if state_at(address).inextensible != 0.0:
+            continue
+        for j in range(len(segments)):
+            row, answer = spans + 8 * nv * k, answers + 8 * nv * k
+            doubles(row, nv)[:] = 0.0
+            pull_segment(m, d, state_at(address), segments[j], -1.0, coordinates(row))
+            copy_doubles(answer, row, nv)
+            respond(m, response_at(work, nv), coordinates(answer))
+            k += 1
     k = 0
-    for instance in range(first, last + 1):
-        if _is_elastic(m, d, instance, first):
-            address = state_of(m, d, instance)
-            segments, _, _ = unpack(address)
-            for j in range(len(segments)):
-                mobility, row = 0.0, coordinates(spans + 8 * nv * k)
-                for other in range(count):
-                    answer, along = coordinates(answers + 8 * nv * other), 0.0
-                    for i in range(nv):
-                        along += row[i] * answer[i]
-                    mobility += abs(along)
-                yields = yield_of(state_at(address), segments[j], mobility, h)
-                segments[j].support_compliance = yields
-                k += 1
+    for one in range(driven):
+        address = state_of(m, d, int(sheaths[one]))
+        segments, _, _ = unpack(address)
+        if state_at(address).inextensible != 0.0:
+            continue
+        for j in range(len(segments)):
+            mobility, row = 0.0, coordinates(spans + 8 * nv * k)
+            for other in range(count):
+                answer, along = coordinates(answers + 8 * nv * other), 0.0
+                for i in range(nv):
+                    along += row[i] * answer[i]
+                mobility += abs(along)
+            yields = yield_of(state_at(address), segments[j], mobility, h)
+            segments[j].support_compliance = yields
+            k += 1
     free(spans)
 
 
 @apart
-def solve_driven(m: int, d: int, work: int, first: int, last: int) -> None:
+def solve_driven(m: int, d: int, work: int) -> None:
     """Solve all driven tendons under the forces at hand; their friction becomes FRICTION."""
-    nv = size(m + LAYOUT.m_nv)
-    force = coordinates(vector_at(work, nv, FRICTION))
+    nv, head = size(m + LAYOUT.m_nv), head_at(work)
+    force, sheaths = coordinates(vector_at(work, nv, FRICTION)), driven_sheaths(work, nv)
     for i in range(nv):
         force[i] = 0.0
-    prepare(m, d, work)
-    _let_guides_yield(m, d, work, first, last)
-    for instance in range(first, last + 1):
-        if not is_driven(m, d, instance, first):
-            continue
-        address = state_of(m, d, instance)
+    if head.rough > 0.0 or head.elastic > 0.0:
+        prepare(m, d, work)
+    if head.elastic > 0.0:
+        _let_guides_yield(m, d, work)
+    for k in range(int(head.driven)):
+        address = state_of(m, d, int(sheaths[k]))
         state = state_at(address)
         state.applied = 0.0
         if not math.isfinite(state.input_force):
@@ -482,17 +479,16 @@ def solve_driven(m: int, d: int, work: int, first: int, last: int) -> None:
 
 
 @apart
-def repeat_driven(m: int, d: int, work: int, first: int, last: int, moves: bool) -> None:
+def repeat_driven(m: int, d: int, work: int, moves: bool) -> None:
     """Set FRICTION without solving anything, from the tensions that were shown last."""
     nv = size(m + LAYOUT.m_nv)
-    force = coordinates(vector_at(work, nv, FRICTION))
+    force, sheaths = coordinates(vector_at(work, nv, FRICTION)), driven_sheaths(work, nv)
     for i in range(nv):
         force[i] = 0.0
-    for instance in range(first, last + 1):
-        if is_driven(m, d, instance, first):
-            address = state_of(m, d, instance)
-            state = state_at(address)
-            if state.inextensible == 0.0 and math.isfinite(state.input_force):
-                segments, _, _ = unpack(address)
-                apply_forces(m, d, state, segments, force)
+    for k in range(int(head_at(work).driven)):
+        address = state_of(m, d, int(sheaths[k]))
+        state = state_at(address)
+        if state.inextensible == 0.0 and math.isfinite(state.input_force):
+            segments, _, _ = unpack(address)
+            apply_forces(m, d, state, segments, force)
     repeat(m, d, work, moves)

@@ -88,6 +88,8 @@ class Group:
     upper_offset: float  # [N]
     lower_ratio: float  # T_i ≥ (T_{i−1} − lower_offset) / lower_ratio
     lower_offset: float  # [N]
+    fall: float  # f ≥ fall T_{i−1} − fall_offset
+    fall_offset: float  # [N]
     is_rough: float  # whether there is any friction
     is_static: float  # whether friction at rest is more than that of sliding
     is_set_for: float  # ``slides`` for which these bounds are
@@ -141,7 +143,9 @@ class Head:
     width: float  # of a row half way
     spots: float  # segments that there is memory for
     sheaths: float  # that there is memory for
-    members: float  # how many sheaths there are
+    driven: float  # how many driven sheaths there are
+    elastic: float  # of them with a stated elasticity
+    members: float  # of them without
     groups: float  # how many groups
     segments: float  # of these sheaths
     rough: float  # how many of them have friction
@@ -159,7 +163,8 @@ head_at: Callable[[int], Head] = Record(HEAD)
 def _size_of(room: int, spots: int, sheaths: int, nv: int, width: int) -> int:
     """Numbers of a workspace: groups, their rows, sheaths, owners of segments, vectors."""
     groups = room * (_GROUP_COUNT + nv + 2 * width)
-    return _HEAD_COUNT + groups + sheaths * (_MEMBER_COUNT + nv + width) + spots + 3 * (nv + width)
+    vectors = spots + 3 * (nv + width)
+    return _HEAD_COUNT + groups + sheaths * (_MEMBER_COUNT + 1 + nv + width) + vectors
 
 
 @compiled
@@ -196,13 +201,19 @@ def _members_at(work: int, nv: int) -> int:
 
 
 @compiled
+def driven_sheaths(work: int, nv: int) -> FloatArray:
+    """Instances of all driven sheaths."""
+    return coordinates(_members_at(work, nv) + 8 * _MEMBER_COUNT * int(head_at(work).sheaths))
+
+
+@compiled
 def _member(work: int, nv: int, k: int) -> Member:
     return _member_at(_members_at(work, nv) + 8 * _MEMBER_COUNT * k)
 
 
 @compiled
 def _owners_at(work: int, nv: int) -> int:
-    return _members_at(work, nv) + 8 * _MEMBER_COUNT * int(head_at(work).sheaths)
+    return _members_at(work, nv) + 8 * (_MEMBER_COUNT + 1) * int(head_at(work).sheaths)
 
 
 @compiled
@@ -338,6 +349,7 @@ def _set_bounds(group: Group, guides: Guides) -> None:
         static |= guide.static_ratio != guide.dynamic_ratio
     group.upper_ratio, group.upper_offset = upper, more
     group.lower_ratio, group.lower_offset = lower, less
+    group.fall, group.fall_offset = 1.0 / lower - 1.0, less / lower
     group.is_static, group.is_set_for = static, group.slides
     group.is_rough = upper > 1.0 or more > 0.0 or lower > 1.0
 
@@ -563,7 +575,9 @@ def repeat(m: int, d: int, work: int, moves: bool) -> None:
     _add_friction(work, nv)
 
 
-_ROUNDS = 10  # of a sweep and the conjugate gradients that follow
+_ROUNDS = 100  # of a sweep and the conjugate gradients that follow
+_ROUNDS_IN_MOTION = 6
+_EXACT = 1e-9  # of the accelerations, which is enough where groups move
 _CLOSE = 1e-9  # change of a tension, over the largest, that ends them
 _EPSILON = 2.2e-16  # of a double; of accelerations that add up to none where a group holds
 _STILL = 1e-12  # of its length, by which tendon that counts as still may pass a group in a step
@@ -673,16 +687,22 @@ def _change(work: int, nv: int, group: Group, friction: float) -> None:
 @compiled
 def _bounds(group: Group, tension: float) -> tuple[float, float]:
     """Least and largest friction of a group, as T_0 changes with it."""
-    tension += group.eases * group.friction
-    rise, fall = group.upper_ratio - 1.0, 1.0 / group.lower_ratio - 1.0
-    high = (rise * tension + group.upper_offset) / max(1e-3, 1.0 + group.eases * rise)
-    low = fall * tension - group.lower_offset / group.lower_ratio
-    return max(low / max(1e-3, 1.0 + group.eases * fall), -max(0.0, tension)), max(0.0, high)
+    rise, fall = group.upper_ratio - 1.0, group.fall
+    if group.eases != 0.0:
+        tension += group.eases * group.friction
+        high = (rise * tension + group.upper_offset) / max(1e-3, 1.0 + group.eases * rise)
+        low = (fall * tension - group.fall_offset) / max(1e-3, 1.0 + group.eases * fall)
+    else:
+        high, low = rise * tension + group.upper_offset, fall * tension - group.fall_offset
+    return max(low, -max(0.0, tension)), max(0.0, high)
 
 
 @compiled
-def _missing(work: int, nv: int, group: Group) -> float:
-    """By how much more the slip of a group has to be slowed, 0 where that is rounding [m/s²]."""
+def _missing(work: int, nv: int, group: Group, least: float) -> float:
+    """By how much more the slip of a group has to be slowed [m/s²].
+
+    It counts as 0 up to ``least`` of the accelerations that it is the sum of.
+    """
     row, places = _half(work, nv, group), _places(work, nv, group)
     weights, forces = _half_vector(work, nv, _WEIGHTS), _half_vector(work, nv, _FORCES)
     missing, sizes = group.wanted, abs(group.wanted) + group.mobility * abs(group.friction)
@@ -690,11 +710,11 @@ def _missing(work: int, nv: int, group: Group) -> float:
         i = int(places[k])
         part = weights[i] * row[k] * forces[i]
         missing, sizes = missing + part, sizes + abs(part)
-    return missing if abs(missing) > _EPSILON * sizes else 0.0
+    return missing if abs(missing) > least * sizes else 0.0
 
 
 @apart
-def _sweep(work: int, nv: int, h: float) -> bool:
+def _sweep(work: int, nv: int, h: float, least: float) -> bool:
     """Let every group hold or slide, one after the other; return whether any tension changed."""
     changed = largest = 0.0
     for g in range(int(head_at(work).groups)):
@@ -706,7 +726,7 @@ def _sweep(work: int, nv: int, h: float) -> bool:
         if group.row < 0.0:
             continue
         low, high = _bounds(group, tension)
-        friction, missing = group.friction, _missing(work, nv, group)
+        friction, missing = group.friction, _missing(work, nv, group, least)
         if missing != 0.0:
             if group.mobility > 0.0:
                 friction += missing / group.mobility
@@ -738,7 +758,7 @@ def _begin_gradients(work: int, nv: int) -> float:
         group = _group(work, g)
         group.missing = group.along = 0.0
         if _is_free(group):
-            group.missing = _missing(work, nv, group)
+            group.missing = _missing(work, nv, group, _EXACT)
             group.along = group.missing / group.mobility
             size_of_missing += group.missing * group.along
     return size_of_missing
@@ -789,17 +809,29 @@ def _go_along(work: int, nv: int, size_of_missing: float) -> float:
     return left if free else 0.0
 
 
+@compiled
+def _is_still(work: int) -> bool:
+    """Whether no group slid in the step before."""
+    still = True
+    for g in range(int(head_at(work).groups)):
+        still = still and _group(work, g).is_set_for == 0.0
+    return still
+
+
 @apart
 def _settle(work: int, nv: int, h: float) -> None:
     """Let every group hold or slide.
 
     A sweep finds which groups slide. Those that hold depend on each other: for them conjugate
     gradients, which share a load among all that can bear it, take as many steps as there are
-    directions in which bodies can move, and end where a group comes to its bound.
+    directions in which bodies can move, and end where a group comes to its bound. While tendon
+    slides, the next step corrects what is missing after a few rounds.
     """
-    for _ in range(_ROUNDS):
-        if not _sweep(work, nv, h):
+    least = _EPSILON
+    for _ in range(_ROUNDS if _is_still(work) else _ROUNDS_IN_MOTION):
+        if not _sweep(work, nv, h, least):
             break
+        least = _EXACT
         missing = _begin_gradients(work, nv)
         for _ in range(nv):
             if not missing > 0.0:
