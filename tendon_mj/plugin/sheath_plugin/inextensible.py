@@ -526,7 +526,9 @@ def _start(m: int, d: int, work: int, nv: int, k: int) -> None:
         group.friction = 0.0
         group.before = group.before_in = incoming
         if state.finished != 0.0:
-            group.before = segments[int(group.end)].previous_tension * group.divisor + follows
+            group.before = segments[int(group.end)].previous_tension * group.divisor
+            if group.mobility > 0.0:  # else nothing shows what it bears
+                group.before += follows
             parent = int(group.parent)
             first = segments[0].previous_tension
             group.before_in = _group(work, parent).before if parent >= 0 else first
@@ -933,10 +935,11 @@ def solve(m: int, d: int, work: int) -> None:
     if stage:
         repeat(m, d, work, False)
         return
+    if head.rough > 0.0:
+        _go_half_way(m, work, nv, h)
     for k in range(int(head.members)):
         _start(m, d, work, nv, k)
     if head.rough > 0.0:
-        _go_half_way(m, work, nv, h)
         forces, room = _half_vector(work, nv, _FORCES), coordinates(vector_at(work, nv, _ROOM))
         copy_doubles(vector_at(work, nv, _ROOM), vector_at(work, nv, BASE), nv)
         add_smooth_forces(m, d, room)
