@@ -345,7 +345,7 @@ def _hold(t: Tendons, y: Groups, i: int, w: int) -> None:
             before, before_in = wp.float64(y.before[tail, w]), wp.float64(y.input_before[i, w])
             if y.parent[c] >= 0:
                 before_in = wp.float64(y.before[y.parent[c], w])
-            held = before + follows
+            held = before + wp.where(y.mobility[c, w] > 0.0, follows, _ZERO)
             if spreads:  # the constraint bears what the shares have changed by
                 held = tension + before - before_in
                 grown = (y.way[c, w] - y.way_before[tail, w]) / y.whole[i, w]
