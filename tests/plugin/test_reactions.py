@@ -120,7 +120,9 @@ def pulled_without_tendon(seed, model, data):
     mujoco.mj_kinematics(plain, other)
     mujoco.mj_comPos(plain, other)
     view, state = view_sheath(model, data, "sheath"), sheath_view(model, data, "sheath").state
-    late = -constraint_force(model, data) + float(state.constraint_force)  # uniform, not yet rubbed
+    late = -constraint_force(model, data)  # uniform, not yet rubbed
+    if state.constrained != 0.0:  # by nothing else
+        late += float(state.input_force)
     for piece in pieces_of(model, data, 0):
         for body, at, force in piece.pulls(view.tension[piece.segment] + late / piece.divisor):
             other.xfrc_applied[body, :3] += force

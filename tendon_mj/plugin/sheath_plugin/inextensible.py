@@ -536,6 +536,7 @@ def _start(m: int, d: int, work: int, nv: int, k: int) -> None:
                 end = guides[int(group.end) - 1]
                 grown = group.share * (end.trial_way - end.way) / end.trial_way
                 member.constant -= grown * (group.before - group.before_in)
+                state.input_force = member.constant
 
 
 @apart
@@ -959,7 +960,7 @@ def solve(m: int, d: int, work: int) -> None:
         group = _group(work, g)
         incoming = _incoming(work, nv, group)
         tension = max(0.0, incoming + group.friction)
-        if group.slides != 0.0 and group.row >= 0.0:
+        if group.slides != 0.0 and group.row >= 0.0 and group.share == 0.0:
             tension = _upper(group, incoming) if group.slides > 0.0 else _lower(group, incoming)
         group.tension = tension
         group.friction = tension - incoming
