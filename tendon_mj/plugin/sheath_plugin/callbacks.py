@@ -152,11 +152,13 @@ def _evaluate_driven(m: int, d: int, last: int) -> None:
     bound = binding_at(binding_of(d, last, SHEATH))
     first, nv = int(bound.first_sheath), size(m + LAYOUT.m_nv)
     work = workspace(m, d, first, last)
-    head, pose = head_at(work), pose_signature(m, d)
+    head = head_at(work)
     if head.gives == 0.0:
         list_driven(m, d, work, first, last)
-    if head.driven == 0.0:
+    bound.is_idle = head.driven == 0.0
+    if bound.is_idle != 0.0:
         return
+    pose = pose_signature(m, d)
     copy_doubles(vector_at(work, nv, BASE), pointer(d + LAYOUT.d_qfrc_passive), nv)
     if head.gives == 0.0:
         moves = head.signature != pose
@@ -220,7 +222,10 @@ def _meet_actuators(m: int, d: int, last: int) -> None:
     It adds those of some, and those of plugins that come later, after that: then actuators are
     computed once more to know them.
     """
-    binding, pose = binding_of(d, last, SHEATH), pose_signature(m, d)
+    binding = binding_of(d, last, SHEATH)
+    if binding != 0 and binding_at(binding).is_idle != 0.0:
+        return
+    pose = pose_signature(m, d)
     work = pointer(binding + WORKSPACE) if binding != 0 else 0
     known = work != 0 and head_at(work).signature == pose
     first = int(binding_at(binding).first_sheath) if known else first_sheath(m, last)
