@@ -128,7 +128,7 @@ def commit(address: int) -> None:
     if state.arcs > 0.0:
         _commit_arcs(unpack_arcs(address))
     if state.inextensible != 0.0:
-        commit_inextensible(state, segments, guides)
+        commit_inextensible(segments, guides)
     else:
         _commit_elastic(state, segments, guides)
     commit_velocity(state, guides)

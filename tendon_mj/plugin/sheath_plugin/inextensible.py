@@ -974,7 +974,7 @@ def solve(m: int, d: int, work: int) -> None:
 
 
 @compiled
-def commit_inextensible(state: State, segments: Segments, guides: Guides) -> None:
+def commit_inextensible(segments: Segments, guides: Guides) -> None:
     """Make the step on trial the committed state."""
     for i in range(len(guides)):
         guide = guides[i]

@@ -126,17 +126,25 @@ def _factor(m: int, d: int, factor: FloatArray, inverse: FloatArray) -> None:
             factor[start + a] *= inverse[k]
 
 
+@compiled
+def _solve_upper(m: int, factor: FloatArray, x: FloatArray) -> None:
+    """Replace x by L⁻ᵀ x."""
+    starts, counts = pointer(m + LAYOUT.m_M_rowadr), pointer(m + LAYOUT.m_M_rownnz)
+    columns = pointer(m + LAYOUT.m_M_colind)
+    for i in range(size(m + LAYOUT.m_nv) - 1, -1, -1):
+        if x[i] != 0.0:
+            start, pull = integer(starts, i), x[i]
+            for a in range(start, start + integer(counts, i) - 1):
+                x[integer(columns, a)] -= factor[a] * pull
+
+
 @apart
 def _solve(m: int, factor: FloatArray, inverse: FloatArray, x: FloatArray) -> None:
     """Replace x by (M + h B)⁻¹ x."""
     nv = size(m + LAYOUT.m_nv)
     starts, counts = pointer(m + LAYOUT.m_M_rowadr), pointer(m + LAYOUT.m_M_rownnz)
     columns = pointer(m + LAYOUT.m_M_colind)
-    for i in range(nv - 1, -1, -1):
-        if x[i] != 0.0:
-            start = integer(starts, i)
-            for a in range(start, start + integer(counts, i) - 1):
-                x[integer(columns, a)] -= factor[a] * x[i]
+    _solve_upper(m, factor, x)
     for i in range(nv):
         x[i] *= inverse[i]
         start = integer(starts, i)
@@ -205,14 +213,7 @@ def go_half_way(m: int, work: int, force: FloatArray, half: FloatArray) -> None:
         for i in range(dofs):
             along += row[i] * force[i]
         half[dofs + k] = along
-    factor = _factor_at(work)
-    starts, counts = pointer(m + LAYOUT.m_M_rowadr), pointer(m + LAYOUT.m_M_rownnz)
-    columns = pointer(m + LAYOUT.m_M_colind)
-    for i in range(dofs - 1, -1, -1):
-        if half[i] != 0.0:
-            start, pull = integer(starts, i), half[i]
-            for a in range(start, start + integer(counts, i) - 1):
-                half[integer(columns, a)] -= factor[a] * pull
+    _solve_upper(m, _factor_at(work), half)
 
 
 @apart
@@ -252,23 +253,27 @@ def add_damper(m: int, work: int, moment: FloatArray, damping: float) -> None:
         response.rows += 1.0
 
 
+@compiled
+def _add_moment(m: int, d: int, output: int, factor: float, force: FloatArray) -> None:
+    """Add a multiple of the moment of an actuator's output to ``force``."""
+    moments, columns = pointer(d + LAYOUT.d_actuator_moment), pointer(d + LAYOUT.d_moment_colind)
+    start = integer(pointer(d + LAYOUT.d_moment_rowadr), output)
+    for k in range(start, start + integer(pointer(d + LAYOUT.d_moment_rownnz), output)):
+        force[integer(columns, k)] += double(moments, k) * factor
+
+
 @apart
 def add_actuator_dampers(m: int, d: int, work: int, moment: FloatArray) -> None:
     """Add the dampers of all actuators to M̂; ``moment`` is room for their moments."""
-    nv, columns = size(m + LAYOUT.m_nv), pointer(d + LAYOUT.d_moment_colind)
-    moments = pointer(d + LAYOUT.d_actuator_moment)
-    if not is_implicit(m):
-        return
+    nv = size(m + LAYOUT.m_nv)
     for actuator in range(size(m + LAYOUT.m_nactuator)):
         damping = damping_of(m, d, actuator)
         if not damping > 0.0:
             continue
-        row = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
         for i in range(nv):
             moment[i] = 0.0
-        start = integer(pointer(d + LAYOUT.d_moment_rowadr), row)
-        for k in range(start, start + integer(pointer(d + LAYOUT.d_moment_rownnz), row)):
-            moment[integer(columns, k)] = double(moments, k)
+        output = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
+        _add_moment(m, d, output, 1.0, moment)
         add_damper(m, work, moment, damping)
 
 
@@ -286,11 +291,7 @@ def add_smooth_forces(m: int, d: int, force: FloatArray) -> None:
         force[i] += applied[i] - bias[i]
     if integer(m + LAYOUT.o_disableflags, 0) & _ACTUATION_OFF != 0:
         return
-    forces, moments = pointer(d + LAYOUT.d_actuator_force), pointer(d + LAYOUT.d_actuator_moment)
-    columns = pointer(d + LAYOUT.d_moment_colind)
-    for row in range(size(m + LAYOUT.m_nout)):
-        pull = double(forces, row)
-        if pull != 0.0:
-            start = integer(pointer(d + LAYOUT.d_moment_rowadr), row)
-            for k in range(start, start + integer(pointer(d + LAYOUT.d_moment_rownnz), row)):
-                force[integer(columns, k)] += double(moments, k) * pull
+    forces = pointer(d + LAYOUT.d_actuator_force)
+    for output in range(size(m + LAYOUT.m_nout)):
+        if double(forces, output) != 0.0:
+            _add_moment(m, d, output, double(forces, output), force)
