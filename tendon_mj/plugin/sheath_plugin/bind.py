@@ -168,7 +168,7 @@ def _bind(m: int, instance: int, address: int, signature: float) -> None:
     """Look up what a sheath is attached to; its tendon is −1 where that cannot be."""
     bound = binding_at(address)
     sensors, reels = pointer(m + LAYOUT.m_sensor_plugin), pointer(m + LAYOUT.m_actuator_plugin)
-    bound.signature, bound.is_idle = signature, 0.0
+    bound.signature, bound.listed_for = signature, 0.0
     bound.config_signature = config_signature(m, instance)
     bound.first_sheath, bound.last_sheath = first_sheath(m, instance), last_sheath(m, instance)
     bound.is_last_plugin = _is_last_plugin(m, int(bound.last_sheath))

@@ -57,6 +57,7 @@ from tendon_mj.plugin.sheath_plugin.inextensible import (
     FRICTION,
     driven_sheaths,
     head_at,
+    is_wide_enough,
     vector_at,
     workspace,
 )
@@ -142,6 +143,15 @@ def _is_actuated(m: int) -> bool:
     return size(m + LAYOUT.m_nactuator) > 0 and not off
 
 
+@compiled
+def _is_listed(m: int, binding: int) -> bool:
+    """Whether the workspace of the last sheath lists the driven sheaths of the model as it is."""
+    if binding == 0 or pointer(binding + WORKSPACE) == 0:
+        return False
+    bound = binding_at(binding)
+    return bound.listed_for == bound.signature and is_wide_enough(m, pointer(binding + WORKSPACE))
+
+
 @apart
 def _evaluate_driven(m: int, d: int, last: int) -> None:
     """Set up all driven sheaths, which the last sheath does for all of them.
@@ -149,18 +159,19 @@ def _evaluate_driven(m: int, d: int, last: int) -> None:
     They are solved once MuJoCo has computed actuators. `mj_inverse` does not: what it shows is the
     friction that was shown last, or, in another pose, that of tendons that slide as they move.
     """
-    bound = binding_at(binding_of(d, last, SHEATH))
-    first, nv = int(bound.first_sheath), size(m + LAYOUT.m_nv)
-    work = workspace(m, d, first, last)
+    binding, nv = binding_of(d, last, SHEATH), size(m + LAYOUT.m_nv)
+    bound = binding_at(binding)
+    first = int(bound.first_sheath)
+    if not _is_listed(m, binding):  # all of them have been bound by now
+        list_driven(m, d, workspace(m, d, first, last), first, last)
+        bound.listed_for = bound.signature
+    work = pointer(binding + WORKSPACE)
     head = head_at(work)
-    if head.gives == 0.0:
-        list_driven(m, d, work, first, last)
-    bound.is_idle = head.driven == 0.0
-    if bound.is_idle != 0.0:
+    if head.driven == 0.0:
         return
-    pose = pose_signature(m, d)
     copy_doubles(vector_at(work, nv, BASE), pointer(d + LAYOUT.d_qfrc_passive), nv)
     if head.gives == 0.0:
+        pose = pose_signature(m, d)
         moves = head.signature != pose
         read_inputs(m, d, work)
         set_up_driven(m, d, work, first)
@@ -222,24 +233,21 @@ def _meet_actuators(m: int, d: int, last: int) -> None:
     It adds those of some, and those of plugins that come later, after that: then actuators are
     computed once more to know them.
     """
-    binding = binding_of(d, last, SHEATH)
-    if binding != 0 and binding_at(binding).is_idle != 0.0:
-        return
-    pose = pose_signature(m, d)
-    work = pointer(binding + WORKSPACE) if binding != 0 else 0
-    known = work != 0 and head_at(work).signature == pose
-    first = int(binding_at(binding).first_sheath) if known else first_sheath(m, last)
-    if not known:
+    listed = _is_listed(m, binding_of(d, last, SHEATH))
+    if not listed:
+        first = first_sheath(m, last)
         for instance in range(first, last + 1):
             if is_sheath(m, instance, last):
                 has_own_state(m, d, instance)  # binds it in a copy
         if binding_of(d, last, SHEATH) == 0:
             return
-        work = workspace(m, d, first, last)
-        list_driven(m, d, work, first, last)
-    bound, head = binding_at(binding_of(d, last, SHEATH)), head_at(work)
+        list_driven(m, d, workspace(m, d, first, last), first, last)
+    bound = binding_at(binding_of(d, last, SHEATH))
+    work = pointer(binding_of(d, last, SHEATH) + WORKSPACE)
+    head = head_at(work)
     if head.driven == 0.0 or head.is_nested != 0.0:
         return
+    known = listed and head.signature == pose_signature(m, d)
     forces, count = pointer(d + LAYOUT.d_actuator_force), size(m + LAYOUT.m_nout)
     kept = malloc(8 * count)
     copy_doubles(kept, forces, count)

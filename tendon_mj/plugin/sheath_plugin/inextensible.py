@@ -105,9 +105,12 @@ class Group:
     before: float  # T_i of the last step [N]
     before_in: float  # the same in front of the group [N]
     friction: float  # f [N]
+    low: float  # least friction under the tension that came in last [N]
+    high: float  # the most [N]
     expected: float  # speed of its slip at the end of the step [m/s]
     missing: float  # what its slip has still to be slowed by [m/s²]
     along: float  # change of friction along the conjugate gradient [N]
+    free: float  # which group is the k-th that shares a load, for group k
     answer: float  # D M̂⁻¹ Dᵀ of that [m/s²]
     tension: float  # T_i [N]
 
@@ -149,6 +152,7 @@ class Head:
     groups: float  # how many groups
     segments: float  # of these sheaths
     rough: float  # how many of them have friction
+    free: float  # how many of these hold with less friction than they can have
     signature: float  # of the velocities for which they were set up, 0: none
     is_nested: float  # whether actuators are being computed once more
     gives: float  # whether passive forces are being computed once more, with the friction known
@@ -187,11 +191,11 @@ def _half(work: int, nv: int, group: Group) -> FloatArray:
 
 
 @compiled
-def _places(work: int, nv: int, group: Group) -> FloatArray:
-    """Where these numbers are."""
+def _places(work: int, nv: int, group: Group) -> int:
+    """Address of where these numbers are, whole numbers."""
     head = head_at(work)
     rows = _rows_at(work) + 8 * nv * int(head.room)
-    return coordinates(rows + 16 * int(head.width) * int(group.row) + 8 * int(head.width))
+    return rows + 16 * int(head.width) * int(group.row) + 8 * int(head.width)
 
 
 @compiled
@@ -233,7 +237,9 @@ BASE, FRICTION, _ROOM = range(3)
 
 @compiled
 def _half_vector(work: int, nv: int, which: int) -> FloatArray:
-    """A vector half way: all forces, their changes along the conjugate gradient, the weights."""
+    """A vector half way: all forces and their changes along the conjugate gradient, both times
+    the weights, and the weights.
+    """
     return coordinates(vector_at(work, nv, _ROOM + 1) + 8 * int(head_at(work).width) * which)
 
 
@@ -265,6 +271,13 @@ def response_at(work: int, nv: int) -> int:
     return _input_at(work, nv, int(head_at(work).sheaths))
 
 
+@compiled
+def is_wide_enough(m: int, work: int) -> bool:
+    """Whether there is memory for all dampers, of which another integrator has more."""
+    head = head_at(work)
+    return head.width >= size(m + LAYOUT.m_nv) + most_dampers(m, int(head.sheaths))
+
+
 @apart
 def workspace(m: int, d: int, first: int, last: int) -> int:
     """Memory for the groups of all sheaths, kept in the binding of the last one."""
@@ -278,7 +291,7 @@ def workspace(m: int, d: int, first: int, last: int) -> int:
     spots = room + sheaths
     width = nv + most_dampers(m, sheaths)
     head = head_at(work)
-    if work != 0 and (head.room < room or head.sheaths < sheaths or head.width < width):
+    if work != 0 and (head.room < room or head.sheaths < sheaths or not is_wide_enough(m, work)):
         free(work)
         work = 0
     if work == 0:
@@ -439,6 +452,13 @@ def _set_ways(
         group.share = way / whole
 
 
+@compiled
+def _slid(member: Member, group: Group, guides: Guides) -> float:
+    """How a group slid in the step before, or, within a step of Runge-Kutta, at its beginning."""
+    end = guides[int(group.end) - 1]
+    return -(end.trial_slip if member.is_stage != 0.0 else end.previous_slip)
+
+
 @apart
 def set_up(m: int, d: int, work: int, instance: int, stage: bool, written: bool) -> None:
     """Set up the groups of a sheath in the pose at hand, and their friction as it was shown last.
@@ -460,8 +480,7 @@ def set_up(m: int, d: int, work: int, instance: int, stage: bool, written: bool)
     _set_ways(work, nv, member, state, segments, guides)
     for g in range(first, last):
         group = _group(work, g)
-        guide = guides[int(group.end) - 1]
-        group.slides = -(guide.trial_slip if stage else guide.previous_slip)
+        group.slides = _slid(member, group, guides)
         group.wanted = group.unknown = group.mobility = group.eases = group.expected = 0.0
         if member.spreads == 0.0:
             group.share = 0.0
@@ -504,8 +523,9 @@ def _incoming(work: int, nv: int, group: Group) -> float:
 @compiled
 def _take_over(work: int, nv: int, group: Group, friction: float) -> None:
     """Give a group its friction; where the stretch is spread the input bears its share."""
-    member = _member(work, nv, int(group.member))
-    member.constant += group.share * (friction - group.friction)
+    if group.share != 0.0:
+        member = _member(work, nv, int(group.member))
+        member.constant += group.share * (friction - group.friction)
     group.friction = friction
 
 
@@ -523,7 +543,9 @@ def _start(m: int, d: int, work: int, nv: int, k: int) -> None:
     follows = incoming - max(0.0, -before) if member.spreads == 0.0 else 0.0
     for g in range(int(member.first), int(member.last)):
         group = _group(work, g)
-        group.friction = 0.0
+        group.friction, group.slides = 0.0, _slid(member, group, guides)
+        if group.is_set_for != group.slides:  # in another solution for the same pose
+            _set_bounds(group, guides)
         group.before = group.before_in = incoming
         if state.finished != 0.0:
             group.before = segments[int(group.end)].previous_tension * group.divisor
@@ -582,6 +604,7 @@ _ROUNDS = 100  # of a sweep and the conjugate gradients that follow
 _ROUNDS_IN_MOTION = 6
 _EXACT = 1e-9  # of the accelerations, which is enough where groups move
 _CLOSE = 1e-9  # change of a tension, over the largest, that ends them
+_RESOLVED = 1e-20  # of Σ missing²/mobility, that conjugate gradients leave
 _EPSILON = 2.2e-16  # of a double; of accelerations that add up to none where a group holds
 _STILL = 1e-12  # of its length, by which tendon that counts as still may pass a group in a step
 
@@ -623,37 +646,39 @@ def _go_half_way(m: int, work: int, nv: int, h: float) -> None:
         count, mobility = 0, 0.0
         for i in range(width):
             if room[i] != 0.0:
-                half[count], places[count] = room[i], i
+                half[count] = room[i]
+                set_pointer(places + 8 * count, i)
                 mobility += weights[i] * room[i] * room[i]
                 count += 1
         group.count, group.mobility, group.eases = count, mobility, group.share
         member = _member(work, nv, int(group.member))
         if member.damping != 0.0:
             at_input = _input_half(work, nv, int(group.member))
-            group.eases += h * member.damping * _across(work, nv, group, at_input)
+            eases = 0.0
+            for i in range(count):
+                place = pointer(places + 8 * i)
+                eases += half[i] * weights[place] * at_input[place]
+            group.eases += h * member.damping * eases
 
 
 @compiled
 def _across(work: int, nv: int, group: Group, half: FloatArray) -> float:
-    """D M̂⁻¹ F of a group and a force that is half way."""
-    row, places, weights = (
-        _half(work, nv, group),
-        _places(work, nv, group),
-        _half_vector(work, nv, _WEIGHTS),
-    )
+    """D M̂⁻¹ F of a group and a force that is half way, times the weights."""
+    row, places = _half(work, nv, group), _places(work, nv, group)
     total = 0.0
     for k in range(int(group.count)):
-        i = int(places[k])
-        total += weights[i] * row[k] * half[i]
+        total += row[k] * half[pointer(places + 8 * k)]
     return total
 
 
 @compiled
 def _add_half(work: int, nv: int, group: Group, half: FloatArray, factor: float) -> None:
-    """Add a multiple of the row of a group to a force that is half way."""
+    """Add a multiple of the row of a group, times the weights, to a force that is half way."""
     row, places = _half(work, nv, group), _places(work, nv, group)
+    weights = _half_vector(work, nv, _WEIGHTS)
     for k in range(int(group.count)):
-        half[int(places[k])] += factor * row[k]
+        i = pointer(places + 8 * k)
+        half[i] += factor * weights[i] * row[k]
 
 
 @compiled
@@ -672,9 +697,8 @@ def _update_input(work: int, nv: int, k: int, h: float) -> None:
     force = member.constant
     if member.damping != 0.0:
         row, forces = _input_half(work, nv, k), _half_vector(work, nv, _FORCES)
-        weights = _half_vector(work, nv, _WEIGHTS)
         for i in range(response_width(response_at(work, nv))):
-            force -= h * member.damping * weights[i] * row[i] * forces[i]
+            force -= h * member.damping * row[i] * forces[i]
     member.input = max(0.0, -force)
 
 
@@ -707,11 +731,10 @@ def _missing(work: int, nv: int, group: Group, least: float) -> float:
     It counts as 0 up to ``least`` of the accelerations that it is the sum of.
     """
     row, places = _half(work, nv, group), _places(work, nv, group)
-    weights, forces = _half_vector(work, nv, _WEIGHTS), _half_vector(work, nv, _FORCES)
+    forces = _half_vector(work, nv, _FORCES)
     missing, sizes = group.wanted, abs(group.wanted) + group.mobility * abs(group.friction)
     for k in range(int(group.count)):
-        i = int(places[k])
-        part = weights[i] * row[k] * forces[i]
+        part = row[k] * forces[pointer(places + 8 * k)]
         missing, sizes = missing + part, sizes + abs(part)
     return missing if abs(missing) > least * sizes else 0.0
 
@@ -728,7 +751,7 @@ def _sweep(work: int, nv: int, h: float, least: float) -> bool:
         group.tension = tension
         if group.row < 0.0:
             continue
-        low, high = _bounds(group, tension)
+        group.low, group.high = low, high = _bounds(group, tension)
         friction, missing = group.friction, _missing(work, nv, group, least)
         if missing != 0.0:
             if group.mobility > 0.0:
@@ -748,19 +771,21 @@ def _sweep(work: int, nv: int, h: float, least: float) -> bool:
 
 
 @compiled
-def _is_free(group: Group) -> bool:
-    """Whether a group holds with less friction than it can have."""
-    return group.row >= 0.0 and group.slides == 0.0 and group.mobility > 0.0
+def _free_group(work: int, k: int) -> Group:
+    """The k-th group that holds with less friction than it can have."""
+    return _group(work, int(_group(work, k).free))
 
 
 @apart
 def _begin_gradients(work: int, nv: int) -> float:
     """Set what all groups that hold miss, and go along that; return Σ missing²/mobility."""
-    size_of_missing = 0.0
-    for g in range(int(head_at(work).groups)):
+    head, size_of_missing = head_at(work), 0.0
+    head.free = 0.0
+    for g in range(int(head.groups)):
         group = _group(work, g)
-        group.missing = group.along = 0.0
-        if _is_free(group):
+        if group.row >= 0.0 and group.slides == 0.0 and group.mobility > 0.0:
+            _group(work, int(head.free)).free = g
+            head.free += 1.0
             group.missing = _missing(work, nv, group, _EXACT)
             group.along = group.missing / group.mobility
             size_of_missing += group.missing * group.along
@@ -772,44 +797,48 @@ def _go_along(work: int, nv: int, size_of_missing: float) -> float:
     """Change the friction of all groups that hold along the conjugate gradient.
 
     Returns:
-        Σ missing²/mobility afterwards; 0 where one comes to its bound, or nothing is missing.
+        Σ missing²/mobility afterwards; 0 where one came to its bound, or nothing is missing.
     """
     along, width = _half_vector(work, nv, _ALONG), response_width(response_at(work, nv))
-    groups, curvature, free = int(head_at(work).groups), 0.0, True
+    count, curvature, bounded = int(head_at(work).free), 0.0, False
     for i in range(width):
         along[i] = 0.0
-    for g in range(groups):
-        group = _group(work, g)
-        if group.along != 0.0:
-            _add_half(work, nv, group, along, group.along)
-    for g in range(groups):
-        group = _group(work, g)
-        if _is_free(group):
-            group.answer = _across(work, nv, group, along)
-            curvature += group.along * group.answer
+    for k in range(count):
+        group = _free_group(work, k)
+        _add_half(work, nv, group, along, group.along)
+    for k in range(count):
+        group = _free_group(work, k)
+        group.answer = _across(work, nv, group, along)
+        curvature += group.along * group.answer
     if not curvature > 0.0:
         return 0.0
     step = size_of_missing / curvature
-    for g in range(groups):
-        group = _group(work, g)
-        if group.along != 0.0:
-            low, high = _bounds(group, group.tension - group.friction)
-            room = (high if group.along > 0.0 else low) - group.friction
-            if step * abs(group.along) > abs(room):
-                step, free = abs(room) / abs(group.along), False
+    for k in range(count):
+        group = _free_group(work, k)
+        room = (group.high if group.along > 0.0 else group.low) - group.friction
+        if step * abs(group.along) > abs(room):
+            step, bounded = abs(room) / abs(group.along), True
     left = 0.0
-    for g in range(groups):
-        group = _group(work, g)
-        if _is_free(group):
-            _take_over(work, nv, group, group.friction + step * group.along)
-            group.missing -= step * group.answer
-            left += group.missing * group.missing / group.mobility
+    for k in range(count):
+        group = _free_group(work, k)
+        _take_over(work, nv, group, group.friction + step * group.along)
+        group.missing -= step * group.answer
+        left += group.missing * group.missing / group.mobility
     _add_to(_half_vector(work, nv, _FORCES), along, -step, width)
-    for g in range(groups):
-        group = _group(work, g)
-        if _is_free(group):
-            group.along = group.missing / group.mobility + left / size_of_missing * group.along
-    return left if free else 0.0
+    for k in range(count):
+        group = _free_group(work, k)
+        group.along = group.missing / group.mobility + left / size_of_missing * group.along
+    return 0.0 if bounded else left
+
+
+@apart
+def _share_load(work: int, nv: int) -> None:
+    """Let the groups that hold share what is missing, until one comes to its bound."""
+    missing = first = _begin_gradients(work, nv)
+    for _ in range(nv):
+        if not missing > _RESOLVED * first:
+            break
+        missing = _go_along(work, nv, missing)
 
 
 @compiled
@@ -826,20 +855,16 @@ def _settle(work: int, nv: int, h: float) -> None:
     """Let every group hold or slide.
 
     A sweep finds which groups slide. Those that hold depend on each other: for them conjugate
-    gradients, which share a load among all that can bear it, take as many steps as there are
+    gradients, which share a load among all that can bear it, take about as many steps as there are
     directions in which bodies can move, and end where a group comes to its bound. While tendon
-    slides, the next step corrects what is missing after a few rounds.
+    slides, a few rounds do: the next step corrects what they leave.
     """
     least = _EPSILON
     for _ in range(_ROUNDS if _is_still(work) else _ROUNDS_IN_MOTION):
         if not _sweep(work, nv, h, least):
             break
         least = _EXACT
-        missing = _begin_gradients(work, nv)
-        for _ in range(nv):
-            if not missing > 0.0:
-                break
-            missing = _go_along(work, nv, missing)
+        _share_load(work, nv)
 
 
 @apart
@@ -945,6 +970,9 @@ def solve(m: int, d: int, work: int) -> None:
         copy_doubles(vector_at(work, nv, _ROOM), vector_at(work, nv, BASE), nv)
         add_smooth_forces(m, d, room)
         go_half_way(m, response_at(work, nv), room, forces)
+        weights = _half_vector(work, nv, _WEIGHTS)
+        for i in range(response_width(response_at(work, nv))):
+            forces[i] *= weights[i]
         for g in range(int(head.groups)):
             group = _group(work, g)
             _hold(work, nv, g)

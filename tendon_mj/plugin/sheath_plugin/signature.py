@@ -17,6 +17,7 @@ _FACTOR = -7046029254386353131  # 2⁶⁴ divided by the golden ratio, as an int
 _FACTOR_2, _FACTOR_3, _FACTOR_4 = (  # its powers, as int64s
     (_FACTOR**k + 2**63) % 2**64 - 2**63 for k in (2, 3, 4)
 )
+_GOLDEN = 0.6180339887498949  # multiples of which are spread evenly mod 1
 _MIXER = -4417276706812531889
 _BITS = (1 << 52) - 1
 _HALF = (1 << 32) - 1
@@ -137,17 +138,22 @@ def model_signature(m: int) -> float:
 
 
 @compiled
+def _weighted_sum(numbers: int, count: int, fraction: float) -> float:
+    """Sum of numbers, each with another weight between 1 and 2."""
+    total = 0.0
+    for k in range(count):
+        fraction += _GOLDEN
+        if fraction >= 1.0:
+            fraction -= 1.0
+        total += (1.0 + fraction) * double(numbers, k)
+    return total
+
+
+@compiled
 def pose_sum(m: int, d: int) -> float:
     """Weighted sum of positions and velocities, by which a state can tell that one was written."""
-    positions, velocities = pointer(d + LAYOUT.d_qpos), pointer(d + LAYOUT.d_qvel)
-    total, weight = 0.0, 1.0
-    for k in range(size(m + LAYOUT.m_nq)):
-        weight = 0.5 + (0.6180339887498949 * weight) % 1.0
-        total += weight * double(positions, k)
-    for k in range(size(m + LAYOUT.m_nv)):
-        weight = 0.5 + (0.6180339887498949 * weight + 0.1) % 1.0
-        total += weight * double(velocities, k)
-    return total
+    positions = _weighted_sum(pointer(d + LAYOUT.d_qpos), size(m + LAYOUT.m_nq), 0.0)
+    return positions + _weighted_sum(pointer(d + LAYOUT.d_qvel), size(m + LAYOUT.m_nv), 0.5)
 
 
 @compiled

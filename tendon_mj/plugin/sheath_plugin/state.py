@@ -97,7 +97,7 @@ class Binding(Bound):
     present: float  # signature of the model as it is now, in the binding of its first sheath
     config_signature: float  # of the attributes
     workspace: float  # address of the groups of all guides, in the binding of the last sheath
-    is_idle: float  # whether the last evaluation found no sheath of the model driven
+    listed_for: float  # signature of the model whose driven sheaths are listed in the workspace
     is_last_plugin: float  # whether no other plugin comes after the last sheath
 
 
