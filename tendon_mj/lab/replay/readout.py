@@ -6,7 +6,8 @@ time of the first sample. Before t_0, x counts as x(t_0).
 A reading behind a gear, as a motor's current is, has x_g = x η^{−s}: x/η while the motor winds in
 (s = 1) and x η while the load turns it back (s = −1). At rest the gear's friction bears more or
 less of the load, s = ``rest_in`` after winding in and s = ``rest_out`` after paying out, each from
-−1 to 1. Without a gear x_g = x.
+−1 to 1. Without a gear x_g = x. Where the motor turns it is slower than its column can tell, and
+no recording says when s changes: samples there show what was measured, as far as any s explains it.
 
 The delay of MuJoCo's sensors is not used: it is a number of samples fixed when the model is
 compiled, and a fit of it would repeat the simulation.
@@ -23,7 +24,7 @@ from typing import Final, NamedTuple
 import mujoco
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.recordings import LARGEST
@@ -33,6 +34,7 @@ JOINT_COMMAND: Final = ".command"  # custom text of a model: scale, offset and d
 USER_NUMBERS = 5  # of a `Readout`, that are user data of MJCF
 _STILL, _FASTEST_STILL = 1e-6, 0.1  # of the largest speed: between these a drive counts as at rest
 _NOISE = 4.0  # standard deviations of a speed that noise makes, likewise
+_TURN = 5  # samples that a drive may take to be seen moving
 _SAME = 1e-6  # of an interval: a time this near to a sample is that of it
 _GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
 _ON_GRID = 1e-6  # share of a step within which a sample counts as lying on the grid
@@ -98,6 +100,18 @@ class Sense(NamedTuple):
         places = 2 * behind + np.where(shares < _SAME, 0, np.where(shares > 1.0 - _SAME, 2, 1))
         return Sense(self.now[places], self.last[places])
 
+    @property
+    def turns(self) -> NDArray[np.bool_]:
+        """(n,) samples next to a motion that is the reverse of the one before or after it."""
+        moving = np.flatnonzero(self.now)
+        turned = self.now[moving[:-1]] != self.now[moving[1:]]
+        samples = np.zeros((self.now.size + 1) // 2, bool)
+        for end, begin in zip(moving[:-1][turned], moving[1:][turned], strict=True):
+            last, first = end // 2, (begin + 1) // 2
+            samples[last : min(last + _TURN, first) + 1] = True
+            samples[max(first - _TURN, last) : first + 1] = True
+        return samples
+
 
 def sense_of(time: FloatArray, place: FloatArray) -> Sense:
     """Direction of a drive's motion; ``place`` (n,) grows as it winds in.
@@ -142,17 +156,36 @@ class Readout(NamedTuple):
     rest_out: float = -1.0
 
     def of(
-        self, series: FloatArray, clock: Clock, time: FloatArray, sense: Sense | None = None
+        self,
+        series: FloatArray,
+        clock: Clock,
+        time: FloatArray,
+        sense: Sense | None = None,
+        measured: FloatArray | None = None,
     ) -> FloatArray:
         """(steps+1,) simulated on the clock's grid to (n,) as recorded at the sample times [s].
 
-        ``sense`` is that of the drive behind the gear; without it no gear is.
+        ``sense`` is that of the drive behind the gear; without it no gear is. ``measured`` (n,)
+        decides what is shown where the drive turns.
         """
-        if self.efficiency != 1.0 and sense is not None:
-            now, last = sense.at(time, clock.time)
-            resting = np.where(last > 0.0, self.rest_in, self.rest_out)
-            state = np.where(now != 0.0, now, resting)
-            series = series * self.efficiency ** (-state * np.sign(series))
+        if self.efficiency == 1.0 or sense is None:
+            return self._read(series, clock, time)
+
+        def geared(state: FloatArray | float) -> FloatArray:
+            loss = self.efficiency ** (-state * np.sign(series))
+            return self._read(series * loss, clock, time)
+
+        now, last = sense.at(time, clock.time)
+        resting = np.where(last > 0.0, self.rest_in, self.rest_out)
+        read = geared(np.where(now != 0.0, now, resting))
+        if measured is not None and sense.turns.any():
+            ends = geared(-1.0), geared(1.0)
+            between = np.clip(measured, np.minimum(*ends), np.maximum(*ends))
+            read = np.where(sense.turns, between, read)
+        return read
+
+    def _read(self, series: FloatArray, clock: Clock, time: FloatArray) -> FloatArray:
+        """The reading of what a sensor meets, behind its gear."""
         if self.lag > 0.0:
             series = low_pass(series, clock.timestep, self.lag)
         samples = clock.sample(series, self.delay)

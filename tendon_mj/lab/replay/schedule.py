@@ -204,6 +204,7 @@ class Schedule:
                 self.clock,
                 self.recording.time,
                 self._sense(adjustable, sensor),
+                self.recording.columns[column],
             )
             for column, (sensor, address) in self.addresses.items()
         }

@@ -144,6 +144,18 @@ def test_a_force_of_the_other_sign_drives_where_the_first_resists():
     np.testing.assert_allclose(geared(load=-LOAD), -(LOAD[0] ** 2) / geared())
 
 
+def test_where_a_drive_turns_a_gear_shows_what_was_measured_as_far_as_its_loss_explains_it():
+    """The motor turns after a rest of 30 samples, of which those beside a motion are uncertain."""
+    sense, gear = sense_of(TIME, STROKE), Readout(efficiency=0.5, rest_in=0.0)
+    plain = gear.of(LOAD, CLOCK, TIME, sense)
+    for measured, shown in ((7.0, 7.0), (99.0, 16.0), (-1.0, 4.0)):
+        read = gear.of(LOAD, CLOCK, TIME, sense, np.full(TIME.size, measured))
+        np.testing.assert_allclose(read[sense.turns], shown)
+        np.testing.assert_array_equal(read[~sense.turns], plain[~sense.turns])
+    np.testing.assert_allclose(plain[48:62], 8.0)
+    assert not sense.turns[np.r_[:36, 48:62, 76:100]].any()
+
+
 # in MJCF
 
 
