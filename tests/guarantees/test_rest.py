@@ -147,6 +147,35 @@ def test_a_rope_that_a_constraint_holds_rests(parts, integrator, step):
     assert outputs[-1] == pytest.approx(20.0, rel=1e-4)
 
 
+PRESSES = """<mujoco><option timestep="{step}" integrator="{integrator}" cone="{cone}"/><worldbody>
+  <geom type="box" size=".05 .05 .01" pos=".06 0 -.05"/>
+  <site name="s0" pos="-.06 0 -.012"/><site name="s1" pos="-.01 0 -.01"/>
+  <body><joint axis="0 1 0" damping=".005"/>
+    <geom type="capsule" fromto="0 0 0 .045 0 0" size=".008" contype="0" conaffinity="0"/>
+    <site name="s2" pos=".01 0 -.009"/><site name="s3" pos=".035 0 -.009"/>
+    <body pos=".045 0 0"><joint axis="0 1 0" damping=".003" stiffness=".02"/>
+      <geom type="capsule" fromto="0 0 0 .03 0 0" size=".007"/>
+      <site name="s4" pos=".008 0 -.008"/><site name="s5" pos=".022 0 -.008"/></body></body>
+  </worldbody><tendon><spatial name="t">{sites}</spatial></tendon>
+  <actuator><motor tendon="t"/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize("step", [2e-3, 1e-3, 5e-4])
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
+@pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
+def test_a_finger_that_presses_on_a_block_rests(cone, integrator, step):
+    sites = "".join(f'<site site="s{k}"/>' for k in range(6))
+    text = PRESSES.format(step=step, integrator=integrator, cone=cone, sites=sites)
+    model = add_friction(mujoco.MjSpec.from_string(text), "t", friction=0.4).compile()
+    data, outputs = mujoco.MjData(model), []
+    for k in range(round(3.0 / step)):
+        data.ctrl[:] = max(-12.0, -60.0 * k * step) if k * step < 1.5 else -8.0
+        mujoco.mj_step(model, data)
+        outputs.append(data.sensor("output_tension").data[0])
+    assert data.ncon > 0
+    assert np.ptp(outputs[-500:]) < 1e-4 * 8.0
+
+
 @pytest.mark.parametrize("step", [2e-3, 5e-4])
 @pytest.mark.parametrize("friction", [0.1, 1.0, 1.9])
 def test_two_weights_on_a_rope_over_a_corner_fall_as_the_capstan_says(friction, step):
