@@ -129,7 +129,8 @@ def _guard(module: ModuleType, names: tuple[str, ...]) -> None:
                 for name in sorted(set(plugins_of(model).values()) & set(names)):
                     raise NoPluginsError(
                         f"the model has plugin {name}, and {engine} runs no plugins; "
-                        "tendon_mj.warp.put_model takes sheaths to MuJoCo Warp; mujoco.mj_step, "
+                        "tendon_mj.warp.put_model takes sheaths to MuJoCo Warp, and "
+                        "tendon_mj.warp.take_sheaths has another package call it; mujoco.mj_step, "
                         "and mujoco.rollout for many at once, simulate every model"
                     )
         return original(*arguments, **named)
