@@ -5,6 +5,7 @@ here and where the repository is read; Sphinx starts from the repository's root 
 """
 
 import sys
+import tomllib
 from pathlib import Path
 
 from pygments.lexers.special import TextLexer
@@ -60,11 +61,12 @@ python_maximum_signature_line_length = 80
 
 lexers["csv"] = TextLexer()  # tables are shown as they are
 
+metadata = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 html_theme = "furo"
 html_title = "tendon_mj"
 html_favicon = html_logo = "static/icon.svg"
 html_theme_options = {
-    "source_repository": "https://github.com/tendon-mj/tendon_mj/",
+    "source_repository": metadata["project"]["urls"]["Source"],
     "source_branch": "main",
     "source_directory": "",
     "top_of_page_buttons": ["view"],
