@@ -11,17 +11,21 @@ import pytest
 import tendon_mj
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
-PAGE = 60  # lines
+PAGE = 65  # lines
 # what each says, beside finishing: numbers that a reader can check
 FOUND = {
     "add_friction": r"friction 0\.15: of a pull of 10 N +7\.73 N arrive at the joint.* deg",
     "diagnose_recordings": r"Missing: play.*(?s:.)*sheath\.backlash = .* m, 95 % within",
+    "friction_in_mjlab": r"friction \[0\.\d+ .*\]\nof 10 N arrive \[\d\.\d+ .*\]",
     "press_with_gymnasium": r"random (0\.0\d+), scripted (0\.9\d+)",
     "servo_in_the_step": r"servo on the output tension: 30 N .* (30\.0|29\.9)\d N are reached",
     "sweep_friction": r"0\.15: T_out/T_in from 0\.624 to 1\.602, .* equation 0\.624 to 1\.602",
     "train_on_warp": r"unseen frictions: 1\d\.\d deg before, 0\.\d after",
 }
-NEEDS = {"train_on_warp": "mujoco_warp"}  # what not every environment has
+NEEDS = {  # what not every environment has
+    "friction_in_mjlab": "mjlab",
+    "train_on_warp": "mujoco_warp",
+}
 
 
 def run(path, folder):
@@ -35,7 +39,7 @@ def run(path, folder):
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
 def test_the_example_runs_and_says_what_it_found(path, tmp_path):
     if path.stem in NEEDS:
-        pytest.importorskip(NEEDS[path.stem], reason="the extra `warp` is not installed")
+        pytest.importorskip(NEEDS[path.stem])
     said = run(path, tmp_path)
     assert re.search(FOUND[path.stem], said), said
     for name in re.findall(r"^wrote (\S+\.png)", said, re.M):

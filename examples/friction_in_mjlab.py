@@ -1,0 +1,64 @@
+"""An environment of mjlab in which each world draws the friction of its tendon at every reset."""
+
+import mjlab.sim.sim
+import mujoco
+import torch
+import warp as wp
+from mjlab.actuator.actuator import TransmissionType
+from mjlab.actuator.xml_actuator import XmlActuatorCfg
+from mjlab.entity import EntityArticulationInfoCfg, EntityCfg
+from mjlab.envs import ManagerBasedRlEnv, ManagerBasedRlEnvCfg, mdp
+from mjlab.managers.event_manager import EventTermCfg
+from mjlab.scene import SceneCfg
+from mjlab.sim import MujocoCfg, SimulationCfg
+
+import tendon_mj
+import tendon_mj.warp
+
+FINGER = """<mujoco>
+  <worldbody>
+    <site name="motor" pos="-.05 0 .01"/><site name="palm" pos="0 .01 .01"/>
+    <body><joint name="knuckle" axis="0 0 1" stiffness=".2" damping=".02"/>
+      <geom type="capsule" size=".006" fromto="0 0 0 .04 0 0" mass=".02"/>
+      <site name="near" pos=".01 .012 .01"/><site name="far" pos=".03 .006 .01"/>
+    </body>
+  </worldbody>
+  <tendon><spatial name="flexor"><site site="motor"/><site site="palm"/>
+    <site site="near"/><site site="far"/></spatial></tendon>
+  <actuator><motor name="pull" tendon="flexor" ctrlrange="-20 0"/></actuator>
+</mujoco>"""
+pull = XmlActuatorCfg(target_names_expr=("flexor",), transmission_type=TransmissionType.TENDON)
+finger = EntityCfg(
+    spec_fn=lambda: mujoco.MjSpec.from_string(FINGER),
+    articulation=EntityArticulationInfoCfg(actuators=(pull,)),
+)
+
+
+def draw_friction(env, env_ids, low, high):
+    """Draw the friction of every sheath in some worlds."""
+    table = wp.to_torch(tendon_mj.warp.sheaths_of(env.sim.wp_data).parameters["friction"])
+    worlds = slice(None) if env_ids is None else env_ids
+    table[worlds] = torch.empty_like(table[worlds]).uniform_(low, high)
+
+
+drawn = EventTermCfg(func=draw_friction, mode="reset", params={"low": 0.05, "high": 0.3})
+tendon_mj.warp.take_sheaths(mjlab.sim.sim)  # before the environment is made
+configuration = ManagerBasedRlEnvCfg(
+    scene=SceneCfg(
+        num_envs=4,
+        entities={"robot": finger},
+        spec_fn=lambda spec: tendon_mj.add_friction(spec, "*", friction=0.1),
+    ),
+    observations={},
+    actions={"pull": mdp.TendonEffortActionCfg(entity_name="robot", actuator_names=("flexor",))},
+    events={"friction": drawn},
+    sim=SimulationCfg(mujoco=MujocoCfg(timestep=0.002, disableflags=("contact",))),
+    decimation=5,
+)
+env = ManagerBasedRlEnv(configuration, "cpu")
+env.reset()
+for _ in range(50):
+    env.step(torch.full((4, 1), -10.0))
+sheaths = tendon_mj.warp.sheaths_of(env.sim.wp_data)
+print("friction", sheaths.parameters["friction"].numpy().ravel().round(3))
+print("of 10 N arrive", sheaths.output_tension.numpy().ravel().round(2))
