@@ -86,16 +86,19 @@ class _States:
             ) from None
         if not self.numbers.flags.writeable:
             raise InvalidValueError(f"{name}: the array of the states is read-only")
+        changed = bool(np.any(self.numbers[..., address] != values))
         self.numbers[..., address] = values
         if kind == "axial_stiffness" and values.size:
-            self._warn_of_step(name, owner, float(values.max()))
+            self._warn_of_step(name, owner, float(values.max()), changed)
 
-    def _warn_of_step(self, name: str, sheath: str, stiffness: float) -> None:
-        """Warn of an EA that the step does not resolve; the guides of a driven tendon yield."""
+    def _warn_of_step(self, name: str, sheath: str, stiffness: float, changed: bool) -> None:
+        """Warn of an EA that the step does not carry."""
         instance = plugin.sheaths(self.model)[sheath]
-        if "pretension" in plugin.unused_parameters(self.model, instance.instance):
+        driven = "pretension" in plugin.unused_parameters(self.model, instance.instance)
+        if driven and not changed:  # it may be one that was chosen
             return
-        said = step_warning(self.model, self.model.tendon(instance.tendon).id, stiffness)
+        tendon = self.model.tendon(instance.tendon).id
+        said = step_warning(self.model, tendon, stiffness, driven=driven)
         if said:
             warnings.warn(f"{name}: {said}", TendonWarning, stacklevel=4)
 

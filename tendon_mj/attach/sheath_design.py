@@ -145,10 +145,10 @@ class Designer:
         spool = design_spool(
             self._spec, tendon, name, request.spool, at_last, config, actuators, compiled
         )
-        too_stiff = "" if is_driven or spool else self._step_warning(tendon)
+        too_stiff = "" if spool else self._step_warning(tendon, is_driven)
         return NewSheath(tendon, name, config, idle, passing, too_stiff, is_driven, spool)
 
-    def _step_warning(self, tendon: mujoco.MjsTendon) -> str:
+    def _step_warning(self, tendon: mujoco.MjsTendon, driven: bool) -> str:
         """`step_warning` of a stated EA, if the model is as complete as to be compiled."""
         if self._request.axial_stiffness is None:
             return ""
@@ -156,7 +156,7 @@ class Designer:
             model = self._compiled()
         except ValueError:
             return ""
-        return step_warning(model, tendon.id, self._request.axial_stiffness)
+        return step_warning(model, tendon.id, self._request.axial_stiffness, driven=driven)
 
     def _drives_itself(
         self,

@@ -71,20 +71,40 @@ def _limits(model: mujoco.MjModel, tendons: Sequence[int], damping: FloatArray) 
     return limits
 
 
-def step_warning(model: mujoco.MjModel, tendon: int, stiffness: float) -> str:
-    """Sentence on an EA of a wound tendon with which a step is unstable; empty where it is not."""
+def step_warning(
+    model: mujoco.MjModel, tendon: int, stiffness: float, *, driven: bool = False
+) -> str:
+    """Sentence on an EA that a step does not carry; empty where it does.
+
+    With more, a wound tendon is unstable, and the guides of one that is ``driven`` yield.
+    """
+    if driven:
+        largest = stiffness_limits(model, [tendon])[0]
+        if stiffness <= largest * (1.0 + _ROUNDING):
+            return ""
+        shorter = model.opt.timestep * math.sqrt(largest / stiffness)
+        return (
+            f"a time step of {model.opt.timestep:g} s carries {largest:.2g} N of an axial stiffness"
+            f" of {stiffness:.4g} N, and the guides yield for the rest: take a step of"
+            f" {_rounded_down(shorter):.2g} s, or leave the axial stiffness out"
+        )
     step, explicit = model.opt.timestep, model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4
     damping = np.zeros(model.nv) if explicit else np.maximum(model.dof_damping, 0.0)
     largest = _STABLE * _limits(model, [tendon], damping)[0]
     if stiffness <= largest * (1.0 + _ROUNDING):
         return ""
     shorter = step * math.sqrt(_STABLE * stiffness_limits(model, [tendon])[0] / stiffness)
-    digit = 10.0 ** (math.floor(math.log10(shorter)) - 1)  # the second, rounded down
     return (
         f"an axial stiffness of {stiffness:.4g} N is more than a time step of {step:g} s carries,"
         f" {largest:.2g} N, and the tendon may ring from step to step: take a step of"
-        f" {math.floor(shorter / digit) * digit:.2g} s, or a softer tendon"
+        f" {_rounded_down(shorter):.2g} s, or a softer tendon"
     )
+
+
+def _rounded_down(number: float) -> float:
+    """A number of two digits that is not larger."""
+    digit = 10.0 ** (math.floor(math.log10(number)) - 1)
+    return math.floor(number / digit) * digit
 
 
 class Pull(NamedTuple):

@@ -125,7 +125,7 @@ EQUALITY = '<equality><tendon tendon1="t"/></equality>'
 
 
 @pytest.mark.parametrize("step", [2e-3, 1e-3, 5e-4])
-@pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
 @pytest.mark.parametrize(
     "parts",
     [

@@ -595,6 +595,10 @@ def repeat(m: int, d: int, work: int, moves: bool) -> None:
     nv, head = size(m + LAYOUT.m_nv), head_at(work)
     for k in range(int(head.members)):
         _start(m, d, work, nv, k)
+        member = _member(work, nv, k)
+        if member.is_stage != 0.0 and member.spreads != 0.0:  # the input bore shares of friction
+            segments, _, _ = unpack(state_of(m, d, int(member.instance)))
+            member.input = segments[0].trial_tension
     for g in range(int(head.groups)):
         _repeat(m, d, work, nv, g, moves)
     _add_friction(work, nv)
