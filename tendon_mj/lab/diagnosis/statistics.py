@@ -9,7 +9,7 @@ and W the weights of terms with an expected spread,
 
 with Δ_b held within the terms' ranges. This holds near a minimum, where the response is linear. A
 part of which it foretells far more than the fit leaves is left out of another fit, as where a fit
-was stopped on its way or a friction starts the other way round for other values. A value that was
+was stopped on its way, or a friction starts the other way round for other values. A value that was
 set anew for a recording is determined by no other one: with that recording left out, its own terms
 are held in Δ_b, and then fitted to it. With an effect whose cost is non-smooth the
 linearisation does not hold, so no block is left out and the held-out data alone can refute the
