@@ -11,11 +11,11 @@ with Δ_b held within the terms' ranges. This holds near a minimum, where the re
 part of which it foretells far more than the fit leaves is left out of another fit, as where a fit
 was stopped on its way, or a friction starts the other way round for other values. A value that was
 set anew for a recording is determined by no other one: with that recording left out, its own terms
-are held in Δ_b, and then fitted to it. With an effect whose cost is non-smooth the
-linearisation does not hold, so no block is left out and the held-out data alone can refute the
-effect. Neighbouring residuals are correlated, as model and rig differ by more than white noise.
-Models are therefore compared block by block, never sample by sample, and intervals come from how
-the gradient varies between whole blocks of time (a clustered sandwich estimate):
+are held in Δ_b, and then fitted to it. With an effect whose cost is non-smooth the linearisation
+does not hold, so no block is left out and the held-out data alone can refute the effect.
+Neighbouring residuals are correlated, as model and rig differ by more than white noise. Models are
+therefore compared block by block, never sample by sample, and intervals come from how the gradient
+varies between whole blocks of time (a clustered sandwich estimate):
 
     Cov = A⁻¹ (Σ_b g_b g_bᵀ) A⁻¹,   A = JᵀJ,   g_b = J_bᵀ r_b.
 
