@@ -130,7 +130,7 @@ def _measured_joint(progress: Progress) -> Iterator[Figure]:
     for row, diagnosed in rows:
         yield Figure(row, 1, _verdict(diagnosed.found))
         friction = diagnosed.found.parameters.get("sheath_1.friction")
-        if friction:
+        if friction and not row.startswith("all but"):
             yield Figure(row, 2, (friction.value,), False)
 
 
