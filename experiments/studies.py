@@ -102,8 +102,8 @@ def _words(measured: tuple[float, ...] | str) -> str:
 
 
 def _verdict(diagnosis: Diagnosis) -> str:
-    closest = "" if diagnosis.proven else "closest "
-    return f"{diagnosis.verdict}: {closest}{', '.join(diagnosis.effects or diagnosis.closest)}"
+    between = ": " if diagnosis.proven else ", closest "
+    return diagnosis.verdict + between + ", ".join(diagnosis.effects or diagnosis.closest)
 
 
 def _cable_tool(progress: Progress) -> Iterator[Figure]:
