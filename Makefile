@@ -23,13 +23,17 @@ ifneq ($(wildcard ../shared/models),)
 export TENDON_MJ_MODELS ?= $(abspath ../shared/models)
 endif
 
-.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system compiled docs test test-long test-oldest test-newest soak check format test-wheel test-mujocos clean
+.PHONY: demo kaneko1991 force_servo cable_tool measured_joint positioning_system studies compiled docs test test-long test-oldest test-newest soak check format test-wheel test-mujocos clean
 
 demo: $(STAMP)                ## the main job: compare, render, replay, diagnose
 	$(BIN)/tendon-mj demo --out $(OUT)
 
 kaneko1991 force_servo cable_tool measured_joint positioning_system: $(STAMP)  ## an experiment, into out/ and its name
 	$(BIN)/python -m experiments.$@ --out out/$@
+
+# Before a change of the search, the selection or the proof of a diagnosis lands.
+studies: $(STAMP)             ## studies of real data beside the figures that their READMEs state
+	$(BIN)/python -m experiments.studies
 
 docs: $(STAMP)                ## the site, into out/site; warnings are errors
 	$(BIN)/python -m sphinx -q -W --keep-going -c docs . out/site

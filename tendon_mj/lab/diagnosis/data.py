@@ -139,6 +139,12 @@ class Problem:
         """
         return self.recording_of if by_recording(self.recordings) else self.blocks
 
+    def without(self, part: int) -> Problem:
+        """The problem with one of its `parts` left out of the training data."""
+        sample = {k: self.parts[rows] for k, _, rows in self.signals}
+        train = tuple(mask & (sample[k] != part) for k, mask in enumerate(self.train))
+        return replace(self, train=train)
+
     def residuals(self, parameter_sets: Sequence[Mapping[str, float]]) -> FloatArray:
         """(sets, m) residuals; a simulation that failed has infinite ones."""
         return self._residuals(self.simulate, parameter_sets)

@@ -5,7 +5,10 @@ reduction of χ² is computed from one simulation, in which the event is at the 
 its trace per size, g_s the trace from t_s on and 0 before, Q a basis of the fit's Jacobian and r
 the residual,
 
-    e(t_s) = (g_sᵀ P r)²/(g_sᵀ P g_s),    a = −g_sᵀ P r/(g_sᵀ P g_s),    P = 1 − Q Qᵀ.
+    e(t_s) = −a (2 g_sᵀ P r + a g_sᵀ P g_s),    a = −g_sᵀ P r/(g_sᵀ P g_s),    P = 1 − Q Qᵀ,
+
+with a no larger than the range of the drive. Where its trace is faint, the best a would be one that
+no rig bears.
 
 Friction forgets where the drive was before its last reversal, so that g_s is right but for the time
 until the next one. Events that promise enough are therefore simulated at times between samples
@@ -121,7 +124,8 @@ class _Scan:
     def events(self, candidate: Candidate) -> list[_Event]:
         """The best event of each recording, from one simulation of all."""
         recordings = self.problem.recordings
-        probe = _PROBE * self._range(candidate)
+        most = self._range(candidate)
+        probe = _PROBE * most
         given = dict(self.values)
         for k, recording in enumerate(recordings):
             given[self.name(candidate, k)] = probe
@@ -132,7 +136,7 @@ class _Scan:
         trace = (row + self.fitted.correction - self.fitted.residual)[self.used] / probe
         events = []
         for k in range(len(recordings)):
-            explained, sizes = self._explained(trace * (self.owner == k), k)
+            explained, sizes = self._explained(trace * (self.owner == k), k, most)
             best = int(np.argmax(explained))
             top, time = float(explained[best]), recordings[k].time
             near = np.flatnonzero(explained >= min(_NEAR * top, top - _AS_GOOD * self.left(top)))
@@ -165,8 +169,13 @@ class _Scan:
         jumped = changes[near] - float(np.median(around))
         return bool(np.any(np.abs(jumped + event.size) < _ALIKE * abs(event.size)))
 
-    def _explained(self, trace: FloatArray, recording: int) -> tuple[FloatArray, FloatArray]:
-        """(n,) Δχ² and size of an event before each sample of a recording, from its trace (m,)."""
+    def _explained(
+        self, trace: FloatArray, recording: int, most: float = np.inf
+    ) -> tuple[FloatArray, FloatArray]:
+        """(n,) Δχ² and size of an event before each sample of a recording, from its trace (m,).
+
+        ``most`` is the largest size.
+        """
         time = self.problem.recordings[recording].time
         own = np.flatnonzero(trace)
         samples = np.searchsorted(time, self.times[own])
@@ -184,7 +193,8 @@ class _Scan:
         place = np.arange(time.size)
         visible = (alone > 1e-3 * power) & (power > 0.0) & (place >= _FEWEST) & (place <= last)
         alone = np.where(visible, alone, 1.0)
-        return np.where(visible, along**2 / alone, 0.0), np.where(visible, -along / alone, 0.0)
+        size = np.where(visible, np.clip(-along / alone, -most, most), 0.0)
+        return -size * (2.0 * along + size * alone), size
 
     def left(self, explained: float) -> float:
         """Mean square of the rest of the residual, at least that of noise."""
@@ -230,14 +240,18 @@ class _Scan:
         endings = ("", "_time", "_duration")
         names = [self.name(event.candidate, event.recording, ending) for ending in endings]
         sets = [{**self.values, **dict(zip(names, (event.size, *at), strict=True))} for at in times]
+        most = self._range(event.candidate)
         own, before = self.owner == event.recording, self.fitted.correction - self.fitted.residual
         events = {}
         for at, row in zip(times, self.problem.residuals(sets), strict=True):
+            if not np.isfinite(row).all():
+                continue
             trace = (row + before)[self.used] * own / event.size
             free = trace - self.basis @ (self.basis.T @ trace)
             alone, along = float(free @ free), float(free @ self.residual)
-            if np.isfinite(alone) and alone > 0.0 and along != 0.0:
-                size, explained = -along / alone, along**2 / alone
+            if alone > 0.0 and along != 0.0:
+                size = min(max(-along / alone, -most), most)
+                explained = -size * (2.0 * along + size * alone)
                 events[at] = replace(
                     event, time=at[0], duration=at[1], size=size, explained=explained
                 )

@@ -36,6 +36,7 @@ _NEGLIGIBLE = 1e-3  # of the mean square residual: a smaller fall of χ² moves 
 _ACTIVE_SETS = 100  # tried at most; some ten terms take as many
 _UNCHANGED = 0.02  # mean square [-] by which the correction has changed at most
 _ROUNDS = 3
+_REFIT = 6  # evaluations: a model changes little when a part of the data is left out
 _FARTHEST = 1e9  # probes: a farther end of a range does not count
 
 
@@ -186,6 +187,21 @@ def fit(
         jacobian=best.jacobian,
         scaled=best.point,
         bounds=solver.bounds,
+    )
+
+
+def fit_without(problem: Problem, base: Mapping[str, float], fitted: Fit, part: int) -> Fit:
+    """The terms of a fit, fitted again to all data but one of the problem's `parts`."""
+    return fit(
+        problem.without(part),
+        base,
+        fitted.calibrated,
+        fitted.effects,
+        fitted.values,
+        correction=fitted.correction,
+        jacobian=fitted.jacobian,
+        seen=fitted.residual - fitted.correction,
+        evaluations=_REFIT,
     )
 
 

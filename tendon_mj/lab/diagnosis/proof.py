@@ -30,7 +30,7 @@ from tendon_mj.lab.diagnosis.data import (
     with_step,
 )
 from tendon_mj.lab.diagnosis.effects.effect import Effect, Term
-from tendon_mj.lab.diagnosis.fitting import Fit, fit
+from tendon_mj.lab.diagnosis.fitting import Fit, fit, fit_without
 from tendon_mj.lab.diagnosis.model_faults import (
     too_few_guides,
     warn_of_guides,
@@ -73,7 +73,6 @@ _EXPLAINS = 0.01  # of the excess χ², to be in the ranking
 # decades, of the range about its guess.
 _MARGIN = 0.2  # of a probe
 _FAR = 10.0  # times as much left without an effect tells enough, converged or not
-_REFIT = 6  # evaluations: a model changes little when one recording is left out
 _SESSION = 8  # evaluations, of a few numbers that hardly depend on each other
 
 
@@ -158,23 +157,11 @@ class HeldOut:
         if not by_recording(self.problem.recordings):
             return []
         if fitted not in self._refits:
-            left_out = range(len(self.problem.recordings))
-            self._refits[fitted] = [self._without(k, fitted) for k in left_out]
+            self._refits[fitted] = [
+                fit_without(self.problem, self.base, fitted, k)
+                for k in range(len(self.problem.recordings))
+            ]
         return self._refits[fitted]
-
-    def _without(self, left_out: int, fitted: Fit) -> Fit:
-        """The model fitted to all recordings but one."""
-        masks = [mask & (k != left_out) for k, mask in enumerate(self.problem.train)]
-        return fit(
-            replace(self.problem, train=tuple(masks)),
-            self.base,
-            fitted.calibrated,
-            fitted.effects,
-            fitted.values,
-            correction=fitted.correction,
-            jacobian=fitted.jacobian,
-            evaluations=_REFIT,
-        )
 
 
 def _shared(fitted: Fit, base: Mapping[str, float]) -> dict[str, float]:

@@ -13,7 +13,7 @@ import numpy as np
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.lab.diagnosis.events import find_events
-from tendon_mj.lab.diagnosis.fitting import Fit, fit
+from tendon_mj.lab.diagnosis.fitting import Fit, fit, fit_without
 from tendon_mj.lab.diagnosis.search import (
     ScreeningScore,
     Slopes,
@@ -37,7 +37,6 @@ from tendon_mj.lab.diagnosis.verdict import (
     unexplained_excess,
 )
 from tendon_mj.lab.progress import Progress
-from tendon_mj.lab.replay import suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
 
 CONVERGED = 25  # evaluations: enough for a fit to converge
@@ -112,12 +111,10 @@ class SelectionContext:
             evaluations=evaluations,
         )
 
-        @suppress_unsolved_warnings()
-        def simulate(values: FloatArray) -> FloatArray:
-            (row,) = self.problem.residuals([fitted.parameters(self.base, values)])
-            return np.asarray(row + fitted.correction)
+        def refit(left_out: int) -> Fit:
+            return fit_without(self.problem, self.base, fitted, left_out)
 
-        return FittedCandidate(candidate, fitted, cross_validate(self.problem, fitted, simulate))
+        return FittedCandidate(candidate, fitted, cross_validate(self.problem, fitted, refit))
 
     def extend(
         self, model: FittedCandidate, share: float = _PROMISING, *, look_down: bool = True
@@ -355,11 +352,13 @@ def select_forward(
 
 
 def eliminate_backward(context: SelectionContext, model: FittedCandidate) -> FittedCandidate:
-    """Remove effects without which the model is as good."""
+    """Remove effects without which the model, fitted to convergence, is as good."""
     for candidate in model.fit.effects:
         reduced = context.without(model, candidate)
         if not context.improves(reduced, model):
-            return eliminate_backward(context, reduced)
+            reduced = context.polish(reduced)
+            if not context.improves(reduced, model):
+                return eliminate_backward(context, reduced)
     return model
 
 

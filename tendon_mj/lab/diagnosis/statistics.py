@@ -7,14 +7,15 @@ and W the weights of terms with an expected spread,
 
     Δ_b = (JᵀJ + W² − J_bᵀJ_b)⁻¹ J_bᵀ r_b,     left-out residual r_b + J_b Δ_b,
 
-with Δ_b held within the terms' ranges. Where that is far more than the fit leaves of the part, as
-where a friction starts the other way round for other values, the part is simulated with Δ_b. A
-value that was set anew for a recording is determined by no other one: with that recording left out,
-its own terms are held in Δ_b, and then fitted to it. With an effect whose cost is non-smooth the
-linearisation does not hold, so no block is left out and the held-out data alone can refute the
-effect. Neighbouring residuals are correlated, as model and rig differ by more than white noise.
-Models are therefore compared block by block, never sample by sample, and intervals come from how
-the gradient varies between whole blocks of time (a clustered sandwich estimate):
+with Δ_b held within the terms' ranges. This holds near a minimum, where the response is linear. A
+part of which it foretells far more than the fit leaves is left out of another fit, as where a fit
+was stopped on its way, or a friction starts the other way round for other values. A value that was
+set anew for a recording is determined by no other one: with that recording left out, its own terms
+are held in Δ_b, and then fitted to it. With an effect whose cost is non-smooth the linearisation
+does not hold, so no block is left out and the held-out data alone can refute the effect.
+Neighbouring residuals are correlated, as model and rig differ by more than white noise. Models are
+therefore compared block by block, never sample by sample, and intervals come from how the gradient
+varies between whole blocks of time (a clustered sandwich estimate):
 
     Cov = A⁻¹ (Σ_b g_b g_bᵀ) A⁻¹,   A = JᵀJ,   g_b = J_bᵀ r_b.
 
@@ -29,7 +30,6 @@ where recording b is left out of the fit.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -39,16 +39,16 @@ from numpy.typing import NDArray
 
 from tendon_mj.lab.diagnosis.data import Problem, step_error
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
-from tendon_mj.lab.diagnosis.fitting import Fit, natural_in_range
+from tendon_mj.lab.diagnosis.fitting import Fit
 from tendon_mj.lab.diagnosis.verdict import STANDARD_ERRORS
 from tendon_mj.typing import FloatArray
 
 _LEVEL = 0.95
 _SINGULAR = 1e-5  # eigenvalue of JᵀJ scaled to a unit diagonal
 _LOADING = 0.1  # component of its eigenvector
-_FAR = 4.0  # left-out χ² over that in the fit, beyond which it is simulated
+_FAR = 4.0  # left-out χ² over that in the fit, beyond which the others are fitted again
 _MATTERS = 0.1  # of the χ² of all parts, that it must be worth
-_MOST_SIMULATED = 3  # parts
+_MOST_REFITTED = 3  # parts
 _CORRELATION = 0.2  # ρ, of unmodelled structure with a column of J
 
 
@@ -66,11 +66,11 @@ class CrossValidation:
 
 
 def cross_validate(
-    problem: Problem, fit: Fit, simulate: Callable[[FloatArray], FloatArray] | None = None
+    problem: Problem, fit: Fit, refit: Callable[[int], Fit] | None = None
 ) -> CrossValidation:
     """Cross-validate a fit on the training data.
 
-    ``simulate`` maps values (p,) to the residuals there (m,); see above for where it is asked.
+    ``refit`` maps a part to a fit of the same terms to all others; see above for where it is asked.
     """
     used = problem.in_train
     residual, parts = fit.residual[used], problem.parts[used]
@@ -79,7 +79,7 @@ def cross_validate(
     names, part_of = np.unique(parts, return_inverse=True)
     weights, shared = fit.weights[refitted] ** 2, fit.shared[refitted]
     normal = jacobian.T @ jacobian
-    chi2, shifts = np.empty(names.size), np.zeros((names.size, refitted.sum()))
+    chi2, own_terms = np.empty(names.size), []
     room = (fit.bounds - fit.scaled)[:, refitted]
     regular = np.diag(1e-9 * np.diag(normal) + weights)
     for b in range(names.size):
@@ -96,17 +96,18 @@ def cross_validate(
             alone = j[:, own].T @ j[:, own] + regular[np.ix_(own, own)]
             shift[own] = -np.linalg.solve(alone, j[:, own].T @ (j @ shift))
         r = r + j @ shift
-        chi2[b], shifts[b] = float(r @ r), shift
+        chi2[b] = float(r @ r)
+        own_terms.append(own)
     inside = np.bincount(part_of, residual**2)
     beyond = np.where(chi2 > _FAR * inside, chi2 - inside, 0.0)
-    for b in np.argsort(-beyond)[:_MOST_SIMULATED]:
-        if simulate is None or beyond[b] <= _MATTERS * chi2.sum():
+    for b in np.argsort(-beyond)[:_MOST_REFITTED]:
+        if refit is None or beyond[b] <= _MATTERS * chi2.sum():
             break
-        scaled = fit.scaled.copy()
-        scaled[refitted] += shifts[b]
-        values = natural_in_range(fit.terms, scaled)
-        left_out = float(np.sum(simulate(values)[used][part_of == b] ** 2))
-        chi2[b] = left_out if math.isfinite(left_out) else chi2[b]
+        again, rows, own = refit(int(names[b])), part_of == b, own_terms[b]
+        r, j = again.residual[used][rows], again.jacobian[used][rows][:, refitted][:, own]
+        pull = j.T @ r + (weights * again.scaled[refitted])[own]
+        r = r - j @ np.linalg.solve(j.T @ j + regular[np.ix_(own, own)], pull)
+        chi2[b] = float(r @ r) if np.isfinite(r).all() else chi2[b]
     return CrossValidation(chi2, int(used.sum()))
 
 

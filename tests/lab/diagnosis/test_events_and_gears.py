@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -11,11 +12,13 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.lab.diagnosis import CATALOGUE, Diagnosis, diagnose
+from tendon_mj.lab.diagnosis import CATALOGUE, Candidate, Diagnosis, Term, diagnose, fit
+from tendon_mj.lab.diagnosis.events import find_events
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Adjustable, patch_model, read_intervals, replay_recording
 from tendon_mj.models import load_model
-from tests.lab.diagnosis.toy import bench_recording
+from tendon_mj.typing import FloatArray
+from tests.lab.diagnosis.toy import Added, bench_recording, problem_of
 from tests.refusals import refusing
 
 NOISE = {"input_tension_N": 0.1, "output_tension_N": 0.1}
@@ -91,6 +94,37 @@ def test_a_slip_is_named_with_its_size_its_time_and_its_recording(
     assert "slip" not in text.replace("slip_", "")
     shown = {row.measured.name for row in outcome.simulate()}
     assert "second" in shown
+
+
+@pytest.mark.parametrize("shows", [1.0, 1e4])
+def test_no_slip_larger_than_the_drive_moves_is_tried_and_one_that_fails_is_passed_over(
+    shows: float,
+) -> None:
+    """A slip hardly shows on one rig, whose misfit is large, and breaks another."""
+    time = np.arange(0.0, 4.0, 0.02)
+    step = 30.0 * (time > 2.0)
+    blank = bench_recording("r", time, 1e-3 * np.sin(time), 1.0, ["input_tension_N"])
+    misfit = replace(blank, columns={**blank.columns, "input_tension_N": step})
+    tried = []
+
+    class Slipping(Added):
+        sessions = True
+
+        def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
+            return np.full(time.size, shows)
+
+        def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
+            size = changed.get("reel.slip @ r", 0.0)
+            tried.append(abs(size))
+            bears = size if abs(size) < 1e-3 else np.inf
+            return super()._one({"reel.slip": bears}, recording)
+
+    values = {"reel.slip": 0.0, "reel.command_scale": 1.0}
+    problem = problem_of(lambda made: Slipping(made, values), [misfit])
+    slip = Candidate(CATALOGUE["slip"], "reel", (Term(("reel.slip",), "m", 0.0, -1, 1, 1e-4),))
+    fitted = fit(problem, {}, (), (), np.zeros(0))
+    assert not find_events(problem, {}, fitted, [slip], set(), 0.01)
+    assert 0.0 < max(tried) <= np.ptp(blank.columns[DRIVE])
 
 
 def test_a_slip_in_a_recordings_known_replays_it() -> None:

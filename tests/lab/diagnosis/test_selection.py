@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tendon_mj.lab.diagnosis.selection import CONVERGED, eliminate_backward
 from tests.lab.diagnosis.linear_rig import BLOCKS, Shape, context, effect, named, select, selected
 
 A, B, C = (effect(name) for name in "abc")
@@ -141,6 +142,17 @@ def test_a_promising_fit_that_was_stopped_on_its_way_is_continued_before_selecti
     first, second = given.converged(model, [stopped, useless])
     assert first.excess == pytest.approx(0.0, abs=1e-3)
     assert second is useless
+
+
+def test_what_an_elimination_leaves_is_a_fit_to_convergence() -> None:
+    """Without b a fit that was stopped on its way leaves 0.01, and a = 5 leaves nothing."""
+    given = context({"a": {"a": 1.0}, "b": {"b": 1.0}}, {"a": 5.0}, [A, B])
+    model = given.fit_model((A, B), (5.0, 0.0), B, evaluations=CONVERGED)
+    stopped = given.fit_model((A,), (4.9,), A, evaluations=1)
+    given.reduced[model.fit, B] = stopped
+    left = eliminate_backward(given, model)
+    assert left.fit.effects == (A,)
+    assert left.fit.values == pytest.approx([5.0], abs=1e-3)
 
 
 def test_a_parameter_of_the_model_is_no_further_candidate() -> None:

@@ -227,6 +227,21 @@ def test_leaving_out_a_recording_is_a_refit_to_the_others_and_of_its_own_zero_to
         assert result.chi2[k] == pytest.approx(float(left @ left), rel=1e-6)
 
 
+def test_a_recordings_own_zero_is_fitted_to_it_by_the_values_of_another_fit_to_the_others() -> None:
+    data, fitted, noise = sessions_fit(1)
+    weights, inside = np.diag([0.0, 0.05, 0.05, 0.05]), data.recording_of == 1
+    steep = fitted.jacobian.copy()
+    steep[inside, 0] *= 1e3
+
+    def refit(part: int) -> Fit:
+        others = data.without(part).in_train
+        solution = _solve(fitted.jacobian * others[:, None], noise * others, weights)
+        return replace(fitted, scaled=solution, residual=noise + fitted.jacobian @ solution)
+
+    refitted = cross_validate(data, replace(fitted, jacobian=steep), refit)
+    assert refitted.chi2[1] == pytest.approx(cross_validate(data, fitted).chi2[1], rel=1e-6)
+
+
 def test_an_expected_spread_holds_what_the_data_do_not_tell() -> None:
     """Of y = p + noise with n samples and p ~ N(0, s²) the best p is ȳ n s²/(n s² + σ²)."""
     made = [replace(recordings(count=1)[0], measured={COLUMN: Measured("gauge", 10.0)})]
