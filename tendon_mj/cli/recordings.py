@@ -8,26 +8,34 @@ import warnings
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal, NamedTuple
 
 import mujoco
 import tyro
 from rich.progress import track
 
 from tendon_mj.cli.options import OutFile, Recordings, Repeated, flat, given_files
-from tendon_mj.cli.output import Output, console, print_warnings
+from tendon_mj.cli.output import Output, console, print_table, print_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonWarning
 from tendon_mj.lab.data_check import Checked, check_recording, timing_warnings
-from tendon_mj.lab.recordings import Recording, read_recording, tables_in, write_recording
+from tendon_mj.lab.recordings import (
+    Recording,
+    noise_levels,
+    read_recording,
+    tables_in,
+    write_recording,
+)
 from tendon_mj.lab.replay import (
     Adjustable,
     Misfit,
     column_unit,
     matching,
+    plain,
     quantity,
     read_intervals,
     replay_error,
     replay_recording,
+    stated_values,
 )
 from tendon_mj.models import load_model
 from tendon_mj.show import init as write_description
@@ -36,6 +44,13 @@ from tendon_mj.show import replay_figure
 ValuesOf = Literal["description", "model"]
 DESCRIBED, KEPT = "as described", "with the model's values"
 _WITHOUT = "friction 0"
+
+
+class _Variant(NamedTuple):
+    """A simulation: its model, and parameters in place of the stated ones."""
+
+    model: str
+    parameters: Mapping[str, float]
 
 
 def init(model: tyro.conf.Positional[str], out: OutFile[Path | None] = None) -> Path:
@@ -73,8 +88,11 @@ def check(
         out: Folder for result.json and a picture of each recording.
         description: TOML file that describes the columns of all recordings.
         model: Model to simulate in place of the recordings' own: a name or an MJCF file.
-        values_of: Values to use where the description and the model differ. By default those of
-            the description, except for values that a diagnosis fitted and wrote into the model.
+        values_of: Values to use where the description and the model differ. By default a --model
+            keeps its own in place of [uncertain], and of [known] if it differs there from the
+            recordings' own model; so does any model what a diagnosis fitted and wrote into it.
+            Otherwise the description's. Columns (commands, sensors) are always as described,
+            unless the model states them.
         settle: Time before the first sample in which the model comes to the first drive value. By
             default the description's.
 
@@ -92,9 +110,9 @@ def check(
     for text in of_tables:
         console.print(f"warning: {text}")
     checked = [
-        check_recording(recording, on, described=stated, settle=settle)
-        for recording, on, stated in track(
-            list(zip(read, compiled, described, strict=True)), "simulate", console=console
+        check_recording(recording, shared, described=stated, settle=settle)
+        for recording, stated in track(
+            list(zip(read, described, strict=True)), "simulate", console=console
         )
     ]
     for one in checked:
@@ -116,21 +134,25 @@ def replay(
     recording: tyro.conf.Positional[Path],
     out: Path = Path("out/replay"),
     description: Path | None = None,
-    model: str | None = None,
+    model: Annotated[Repeated[str], tyro.conf.arg(metavar="MODEL [MODEL ...]")] = (),
     values_of: ValuesOf | None = None,
     settle: float | None = None,
     change: Repeated[str] = (),
 ) -> dict[str, object]:
-    """Simulate a recording with and without friction, and draw both with the measurement.
+    """Simulate a recording with and without friction, or on several models, and draw all with it.
 
     Args:
         recording: CSV, Parquet or MCAP file with its TOML file next to it, unless --description
             gives another.
         out: Folder for result.json, the simulated recordings and the picture.
         description: TOML file that describes the columns of the recording.
-        model: Model to simulate in place of the recording's own: a name or an MJCF file.
-        values_of: Values to use where the description and the model differ. By default those of
-            the description, except for values that a diagnosis fitted and wrote into the model.
+        model: Models to simulate in place of the recording's own: names or MJCF files. Several are
+            compared, each with its own physics and without a variant of friction 0.
+        values_of: Values to use where the description and the model differ. By default a --model
+            keeps its own in place of [uncertain], and of [known] if it differs there from the
+            recording's own model; so does any model what a diagnosis fitted and wrote into it.
+            Otherwise the description's. Columns (commands, sensors) are always as described,
+            unless the model states them.
         settle: Time before the first sample in which the model comes to the first drive value. By
             default the description's.
         change: More variants to simulate, of one change or several, such as "*.friction=0.1".
@@ -138,32 +160,64 @@ def replay(
     Example:
         tendon-mj replay rig.csv --change "*.friction=0.1"
     """
+    models = flat(model)
     writes = ("simulated_[0-9]*.csv", "simulated_[0-9]*.toml")
-    output = Output(out, writes=writes, given=given_files([recording], description, [model]))
+    given = given_files([recording], description, models or [None])
+    output = Output(out, writes=writes, given=given)
     measured = read_recording(recording, description)
     if not measured.measured:
         raise RecordingError(f"{recording}: no column is [measured], so nothing can be compared")
     print_warnings(timing_warnings(measured))
-    compiled = load_model(model) if model else load_model(measured.model, beside=measured.beside)
-    described = _as_described(values_of, measured, compiled)
-    kept = not described and bool(read_intervals(compiled) or values_of)
-    stated = KEPT if kept else DESCRIBED
-    variants: dict[str, dict[str, float]] = {stated: {}}
-    known = Adjustable(copy.copy(compiled)).names()
-    frictions = [name for name in known if name.endswith(".friction")]
-    if frictions:
-        variants[_WITHOUT] = dict.fromkeys(frictions, 0.0)
-    variants |= {text: _parse_change(text, known) for text in flat(change)}
-    simulated = {
-        label: replay_recording(
-            measured, compiled, parameters=parameters, described=described, settle=settle
-        )
-        for label, parameters in track(variants.items(), "replay", console=console)
-    }
+    compiled = {name: load_model(name) for name in models}
+    own = {} if models else {measured.model: load_model(measured.model, beside=measured.beside)}
+    variants, described = dict[str, _Variant](), dict[str, bool | None]()
+    for name, one in (compiled or own).items():
+        described[name] = _as_described(values_of, measured, one)
+        kept = not described[name] and bool(read_intervals(one) or values_of)
+        stated = name if len(models) > 1 else KEPT if kept else DESCRIBED
+        variants[stated] = _Variant(name, {})
+        known = Adjustable(copy.copy(one)).names()
+        frictions = [parameter for parameter in known if parameter.endswith(".friction")]
+        if frictions and len(models) < 2:
+            variants[_WITHOUT] = _Variant(name, dict.fromkeys(frictions, 0.0))
+        for text in flat(change):
+            label = f"{name}, {text}" if len(models) > 1 else text
+            variants[label] = _Variant(name, _parse_change(text, known))
+    simulated, warned = dict[str, Recording](), dict[str, None]()  # in order
+    for label, variant in track(variants.items(), "replay", console=console):
+        name = variant.model
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            simulated[label] = replay_recording(
+                measured,
+                compiled.get(name),
+                parameters=variant.parameters,
+                described=described[name],
+                settle=settle,
+            )
+        warned |= dict.fromkeys(f"warning: {name}: {one.message}" for one in caught)
+    for text in warned:
+        console.print(text)
     errors = {label: replay_error(measured, answer) for label, answer in simulated.items()}
-    for k, (label, answer) in enumerate(simulated.items()):
-        _print_errors(measured, errors[label], label)
+    noise = noise_levels(measured)
+    over_noise = {
+        label: math.sqrt(sum((e.rmse / noise[c]) ** 2 for c, e in of.items()) / len(of))
+        for label, of in errors.items()
+    }
+    for k, answer in enumerate(simulated.values()):
         output.add(write_recording(answer, out / f"simulated_{k}.csv"))
+    columns = [measured.written(column) for column in measured.measured]
+    print_table(
+        ["rms error", *columns, "all [noise]"],
+        [
+            [
+                label,
+                *(f"{_rms_text(e, c)}{e.of_range}" for c, e in of.items()),
+                plain(over_noise[label]),
+            ]
+            for label, of in errors.items()
+        ],
+    )
     result: dict[str, object] = {
         label: {
             column: {"rmse": error.rmse, "share_of_range": error.share_of_range}
@@ -172,8 +226,20 @@ def replay(
         for label, of_columns in errors.items()
     }
     output.figure("replay", replay_figure(measured, simulated))
-    output.result({"recording": str(recording), "source": measured.source, "rmse": result})
-    output.close(_replay_sentence(measured, errors, stated))
+    output.result(
+        {
+            "recording": str(recording),
+            "source": measured.source,
+            "rmse": result,
+            "over_noise": over_noise,
+        }
+    )
+    ending = (
+        _comparison_sentence(over_noise)
+        if len(models) > 1
+        else _replay_sentence(measured, errors, next(iter(errors)))
+    )
+    output.close(ending)
     return result
 
 
@@ -195,6 +261,14 @@ def _as_described(
             else f"warning: {name}: the description overrules the values that a diagnosis wrote"
             f" into the model, such as {first}; without --values-of description they are kept"
         )
+    if values_of == "model":
+        parameters = Adjustable(copy.copy(model)).parameters()
+        said, used = (stated_values(recording, model, parameters, d) for d in (True, False))
+        if unused := sorted(said.keys() - used.keys()):
+            console.print(
+                f"{recording.name}: the model's values are used, and not the description's, of"
+                f" {', '.join(unused)}"
+            )
     return None if values_of is None else values_of == "description"
 
 
@@ -261,6 +335,13 @@ def _replay_sentence(
             part += f" (without friction {_rms_text(errors[_WITHOUT][column], column)})"
         parts.append(part)
     return f"{stated.capitalize()}, the simulation misses {', '.join(parts)}, rms."
+
+
+def _comparison_sentence(over_noise: Mapping[str, float]) -> str:
+    """The error of every variant in units of the noise, the smallest first."""
+    ranked = sorted(over_noise.items(), key=lambda one: one[1])
+    parts = [f"{label} by {plain(times)}" for label, times in ranked]
+    return f"The simulations miss the recording by this many times its noise: {', '.join(parts)}."
 
 
 def _parse_change(text: str, known: Collection[str]) -> dict[str, float]:
