@@ -80,7 +80,7 @@ def diagnose(
     given = [*given_files(paths, description, [model]), next]
     output = Output(out, writes=_WRITES if next is None else _WRITES + _NEXT, given=given)
     bounds = read_bounds(next) if next else None
-    read = [_read_one(path, description, model, settle) for path in paths]
+    read = [read_one(path, description, model, settle) for path in paths]
     train, held_out = read[: len(recordings)], read[len(recordings) :]
     checks = _warn_of_data(read)
     if bounds and train:  # before the diagnosis, which takes longer
@@ -132,9 +132,10 @@ def _write_model(output: Output, diagnosis: Diagnosis) -> tuple[Diagnosis, list[
     return diagnosis, []
 
 
-def _read_one(
+def read_one(
     path: Path, description: Path | None, model: str | None, settle: float | None
 ) -> Recording:
+    """Read a recording, with another model or settling time if they are given."""
     recording = read_recording(path, description)
     if model:
         recording = replace(recording, model=model, beside=None)

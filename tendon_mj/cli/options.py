@@ -33,6 +33,7 @@ METAVARS: Final = {  # argument of a command → its value in the help
     "description": "TOML",
     "draws": "COUNT",
     "duration": "SECONDS",
+    "effect": "NAME=VALUE[,...] [...]",
     "exclude": "EFFECT [EFFECT ...]",
     "extra_bend": "RADIANS",
     "folder": "FOLDER",

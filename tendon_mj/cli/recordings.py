@@ -182,7 +182,7 @@ def replay(
             variants[_WITHOUT] = _Variant(name, dict.fromkeys(frictions, 0.0))
         for text in flat(change):
             label = f"{name}, {text}" if len(models) > 1 else text
-            variants[label] = _Variant(name, _parse_change(text, known))
+            variants[label] = _Variant(name, parse_change(text, known, "--change"))
     simulated, warned = dict[str, Recording](), dict[str, None]()  # in order
     for label, variant in track(variants.items(), "replay", console=console):
         name = variant.model
@@ -344,7 +344,7 @@ def _comparison_sentence(over_noise: Mapping[str, float]) -> str:
     return f"The simulations miss the recording by this many times its noise: {', '.join(parts)}."
 
 
-def _parse_change(text: str, known: Collection[str]) -> dict[str, float]:
+def parse_change(text: str, known: Collection[str], option: str) -> dict[str, float]:
     """Parameters of ``name=value,…``; a pattern means all that it matches; a plain name wins."""
     plain: dict[str, float] = {}
     wild: dict[str, float] = {}
@@ -355,15 +355,15 @@ def _parse_change(text: str, known: Collection[str]) -> dict[str, float]:
         except ValueError:
             equals = ""
         if not equals:
-            raise InvalidValueError(f"--change {text!r}: {part!r} is not like name=value")
+            raise InvalidValueError(f"{option} {text!r}: {part!r} is not like name=value")
         if not math.isfinite(number):
-            raise InvalidValueError(f"--change {text!r}: {part!r} is not finite; give a number")
-        names = matching(name.strip(), known, f"--change {text!r}")
+            raise InvalidValueError(f"{option} {text!r}: {part!r} is not finite; give a number")
+        names = matching(name.strip(), known, f"{option} {text!r}")
         chosen = plain if names == [name.strip()] else wild
         for one in names:
             if chosen.setdefault(one, number) != number:
                 raise InvalidValueError(
-                    f"--change {text!r}: {one} is given {chosen[one]:g} and {number:g}; for two"
-                    " variants write them apart: --change a=1 a=2"
+                    f"{option} {text!r}: {one} is given {chosen[one]:g} and {number:g}; for two"
+                    f" variants write them apart: {option} a=1 a=2"
                 )
     return wild | plain
