@@ -29,6 +29,7 @@ METAVARS: Final = {  # argument of a command → its value in the help
     "arc_guides": "COUNT",
     "axial_stiffness": "EA",
     "camera": "NAME",
+    "catalogue": "EFFECT [EFFECT ...]",
     "change": '"NAME=VALUE[,...]" [...]',
     "description": "TOML",
     "draws": "COUNT",

@@ -39,7 +39,7 @@ def rehearse(
         seed: Seed of the noise.
 
     Example:
-        tendon-mj rehearse triangles.csv --description rig.toml --effect backlash=0.5e-3
+        tendon-mj rehearse pull.csv --effect backlash=0.5e-3
     """
     paths = (*recordings, *flat(hold_out))
     given = given_files(paths, description, [model])

@@ -76,15 +76,20 @@ def state(
     elif verdict == "unknown" and faults:
         text = _faulty(evidence, faults)
     elif verdict == "unknown":
-        text = f"Nothing in {catalogue} explains the error. {_closest(findings, evidence)}"
+        text = f"{_not_found(catalogue)} the error. {_closest(findings, evidence)}"
     else:
         text = f"{_list_by_kind(findings)}; {_shrank(evidence)}."
         if verdict == "partly":
             text = (
-                f"In part {text[0].lower()}{text[1:]} Nothing in {catalogue} explains what"
+                f"In part {text[0].lower()}{text[1:]} {_not_found(catalogue)} what"
                 f" remains, {_times(evidence.extrapolated, evidence.extrapolated.after)}."
             )
     return text + _between_sessions(evidence)
+
+
+def _not_found(catalogue: str) -> str:
+    """Beginning of a sentence on what a search, which is never exhaustive, did not find."""
+    return f"Nothing was found in {catalogue} that explains"
 
 
 def _nothing(evidence: Evidence) -> str:

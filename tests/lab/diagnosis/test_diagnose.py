@@ -152,7 +152,10 @@ def test_an_excluded_effect_is_not_named_and_stated_as_such(extra: float) -> Non
     diagnosis = diagnose(*rig(1, EFFECTS["friction_drift"], extra), Toy, exclude="friction_drift")
     assert diagnosis.verdict == "unknown"
     assert "friction_drift" not in (*diagnosis.effects, *diagnosis.closest)
-    assert "Nothing in the catalogue, without friction_drift, explains" in diagnosis.sentence
+    assert (
+        "Nothing was found in the catalogue, without friction_drift, that explains"
+        in diagnosis.sentence
+    )
     assert diagnosis.result()["excluded"] == ["friction_drift"]
 
 
