@@ -33,7 +33,7 @@ from tendon_mj.lab.experiment_design import (
 )
 from tendon_mj.lab.recordings import Recording, read_recording
 from tendon_mj.lab.replay import engineering_unit, estimated_percent, plain, with_unit
-from tendon_mj.show import ABSENT, MODEL, value_rows, write_report
+from tendon_mj.show import ABSENT, MODEL, headline, value_rows, write_report
 
 _Result = TypeVar("_Result")
 _WRITES = (
@@ -213,7 +213,7 @@ def _suggest(
 
 
 def _print_diagnosis(diagnosis: Diagnosis) -> None:
-    console.print(f"{diagnosis.verdict}: {diagnosis.sentence}")
+    console.print(f"{diagnosis.verdict}: {headline(diagnosis)}")
     console.print(diagnosis.located.sentence)
     for finding in diagnosis.findings:
         console.print(

@@ -28,7 +28,9 @@ from tendon_mj.lab.recordings import (
 from tendon_mj.lab.replay import (
     Adjustable,
     Misfit,
+    Parameter,
     column_unit,
+    expand,
     matching,
     plain,
     quantity,
@@ -50,7 +52,7 @@ class _Variant(NamedTuple):
     """A simulation: its model, and parameters in place of the stated ones."""
 
     model: str
-    parameters: Mapping[str, float]
+    changed: Mapping[str, float]
 
 
 def init(model: tyro.conf.Positional[str], out: OutFile[Path | None] = None) -> Path:
@@ -171,31 +173,41 @@ def replay(
     compiled = {name: load_model(name) for name in models}
     own = {} if models else {measured.model: load_model(measured.model, beside=measured.beside)}
     variants, described = dict[str, _Variant](), dict[str, bool | None]()
+    parameters = dict[str, Mapping[str, Parameter]]()  # of each model
     for name, one in (compiled or own).items():
         described[name] = _as_described(values_of, measured, one)
-        kept = not described[name] and bool(read_intervals(one) or values_of)
-        stated = name if len(models) > 1 else KEPT if kept else DESCRIBED
-        variants[stated] = _Variant(name, {})
-        known = Adjustable(copy.copy(one)).names()
+        keeps = not described[name] and bool(read_intervals(one) or values_of)
+        label = name if len(models) > 1 else KEPT if keeps else DESCRIBED
+        variants[label] = _Variant(name, {})
+        known = parameters[name] = Adjustable(copy.copy(one)).parameters()
         frictions = [parameter for parameter in known if parameter.endswith(".friction")]
         if frictions and len(models) < 2:
             variants[_WITHOUT] = _Variant(name, dict.fromkeys(frictions, 0.0))
         for text in flat(change):
-            label = f"{name}, {text}" if len(models) > 1 else text
-            variants[label] = _Variant(name, parse_change(text, known, "--change"))
+            longer = f"{name}, {text}" if len(models) > 1 else text
+            variants[longer] = _Variant(name, parse_change(text, known, "--change"))
+    differ = _differences(parameters) if values_of is None else set[str]()
     simulated, warned = dict[str, Recording](), dict[str, None]()  # in order
     for label, variant in track(variants.items(), "replay", console=console):
         name = variant.model
+        stated = expand({**measured.session, **measured.known}, parameters[name])
+        if kept := sorted(differ & stated.keys()):
+            text = f"the models differ in {', '.join(kept)}: each keeps its own values"
+            warned[f"{text}, and not the description's"] = None
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             simulated[label] = replay_recording(
-                measured,
+                _without(measured, kept, parameters[name]),
                 compiled.get(name),
-                parameters=variant.parameters,
+                parameters=variant.changed,
                 described=described[name],
                 settle=settle,
             )
         warned |= dict.fromkeys(f"warning: {name}: {one.message}" for one in caught)
+        if name in compiled:
+            applied = {n: v for n, v in simulated[label].known.items() if n not in variant.changed}
+            warned |= dict.fromkeys(_changes(name, applied, parameters[name]))
+            simulated[label] = replace(simulated[label], model=name)
     for text in warned:
         console.print(text)
     errors = {label: replay_error(measured, answer) for label, answer in simulated.items()}
@@ -335,6 +347,43 @@ def _replay_sentence(
             part += f" (without friction {_rms_text(errors[_WITHOUT][column], column)})"
         parts.append(part)
     return f"{stated.capitalize()}, the simulation misses {', '.join(parts)}, rms."
+
+
+def _differences(parameters: Mapping[str, Mapping[str, Parameter]]) -> set[str]:
+    """Parameters that several models state differently."""
+    first, *others = parameters.values()
+    return {
+        name
+        for other in others
+        for name in first.keys() & other.keys()
+        if first[name].value != other[name].value
+        and not (first[name].is_plain(name) or other[name].is_plain(name))
+    }
+
+
+def _without(recording: Recording, differ: Collection[str], names: Collection[str]) -> Recording:
+    """A recording that states none of these parameters as known or of its session."""
+    if not differ:
+        return recording
+    known, session = expand(recording.known, names), expand(recording.session, names)
+    return replace(
+        recording,
+        known={name: value for name, value in known.items() if name not in differ},
+        session={name: value for name, value in session.items() if name not in differ},
+    )
+
+
+def _changes(
+    model: str, applied: Mapping[str, float], parameters: Mapping[str, Parameter]
+) -> list[str]:
+    """A sentence on what the description changes of a model's physics; none if nothing."""
+    written = {
+        name: (quantity(value, of.unit), quantity(of.value, of.unit))
+        for name, value in applied.items()
+        if not (of := parameters[name]).is_plain(name)
+    }
+    listed = [f"{n} = {new} (model: {old})" for n, (new, old) in written.items() if new != old]
+    return [f"{model}: the description sets {', '.join(listed)}"] if listed else []
 
 
 def _comparison_sentence(over_noise: Mapping[str, float]) -> str:

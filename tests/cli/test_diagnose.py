@@ -195,7 +195,7 @@ def test_ctrl_c_after_the_verdict_skips_the_comparison_and_no_more(
     def interrupted(*_):
         page = (tmp_path / "report.html").read_text("utf-8")
         assert "interrupted" in page
-        assert "Missing: " in capsys.readouterr().out
+        assert "named: The rig has a sensor" in capsys.readouterr().out
         raise KeyboardInterrupt
 
     monkeypatch.setattr("tendon_mj.cli.diagnose.sysid_is_there", lambda: True)

@@ -119,8 +119,9 @@ def _faulty(evidence: Evidence, faults: Sequence[str]) -> str:
 
 
 def _closest(findings: Sequence[Finding], evidence: Evidence) -> str:
+    off = f"On held-out data the calibrated model is off by {_off(evidence)}."
     if not findings:
-        return f"On held-out data the model is off by {_off(evidence)}."
+        return off
     shares = evidence.weighed.reducible_closed, evidence.extrapolated.reducible_closed
     too_little = ", of which two thirds are required" if 0.0 < max(shares) < PART else ""
     taken = (
@@ -129,8 +130,8 @@ def _closest(findings: Sequence[Finding], evidence: Evidence) -> str:
         else ""
     )
     return (
-        f"What comes closest is not proven: {_list(findings)}; {_shrank(evidence)}{too_little}"
-        f"{taken}.{_SLIPS if evidence.non_smooth else ''}"
+        f"{off} What comes closest is not proven: {', and '.join(f.summary for f in findings)};"
+        f" {_shrank(evidence)}{too_little}{taken}.{_SLIPS if evidence.non_smooth else ''}"
     )
 
 

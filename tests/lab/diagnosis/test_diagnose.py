@@ -99,7 +99,7 @@ def test_an_effect_that_only_the_held_out_data_show_is_not_nothing() -> None:
     _, held_out = rig(1, EFFECTS["constant_friction"])
     diagnosis = diagnose(train, held_out, Toy)
     assert diagnosis.verdict == "unknown"
-    assert "On held-out data the model is off by" in diagnosis.sentence
+    assert "On held-out data the calibrated model is off by" in diagnosis.sentence
 
 
 def test_noise_that_is_stated_too_large_is_warned_of() -> None:
