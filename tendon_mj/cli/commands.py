@@ -47,6 +47,7 @@ _GROUPS = {  # group → name → module, which is loaded when the command is ca
         "check": "recordings",
         "replay": "recordings",
         "diagnose": "diagnose",
+        "rehearse": "rehearse",
         "fleet": "many",
     },
     "study": {"sweep": "many", "compare": "bench", "bench": "bench", "demo": "demo"},

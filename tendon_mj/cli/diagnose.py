@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 from tendon_mj.cli.options import Recordings, Repeated, flat, given_files
 from tendon_mj.cli.output import Output, console, print_warnings, progress_bar, typed_command
-from tendon_mj.errors import TendonError
+from tendon_mj.errors import INTERRUPTED, TendonError, UnknownNameError
 from tendon_mj.lab.data_check import DataWarning, check_recording
 from tendon_mj.lab.diagnosis import (
+    CATALOGUE,
     Diagnosis,
+    Effect,
     SysidResult,
     collect_provenance,
     files_of,
@@ -29,8 +33,9 @@ from tendon_mj.lab.experiment_design import (
 )
 from tendon_mj.lab.recordings import Recording, read_recording
 from tendon_mj.lab.replay import engineering_unit, estimated_percent, plain, with_unit
-from tendon_mj.show import ABSENT, MODEL, value_rows, write_report
+from tendon_mj.show import ABSENT, MODEL, headline, value_rows, write_report
 
+_Result = TypeVar("_Result")
 _WRITES = (
     MODEL,
     *(f"[0-9]*_{when}.{ending}" for when in ("before", "after") for ending in ("csv", "toml")),
@@ -38,6 +43,7 @@ _WRITES = (
 )
 _NEXT = ("next.csv", "next.toml")  # written where explanations tie
 _LEFT_OUT = "The comparison with mujoco.sysid was left out (--no-sysid)."
+_SKIPPED = "The comparison with mujoco.sysid was interrupted."
 _NOT_THERE = (
     "No comparison with mujoco.sysid: its packages are missing (pip install 'tendon-mj[sysid]')."
 )
@@ -51,6 +57,7 @@ def diagnose(
     model: str | None = None,
     settle: float | None = None,
     exclude: Repeated[str] = (),
+    catalogue: Repeated[str] = (),
     sysid: bool = True,
     next: Path | None = None,
 ) -> dict[str, object]:
@@ -68,7 +75,9 @@ def diagnose(
         settle: Time before the first sample in which the model comes to the first drive value. By
             default that of the description.
         exclude: Effects of the catalogue to leave out.
-        sysid: Fit the same data with mujoco.sysid alone, for comparison.
+        catalogue: Effects of the catalogue to consider, and no others. By default all.
+        sysid: Fit the same data with mujoco.sysid alone, for comparison, after everything else.
+            Ctrl-C skips it.
         next: TOML file with the bounds of an experiment. If the recordings cannot tell effects
             apart, the experiment within the bounds that can is written as next.csv and next.toml,
             to be filled in.
@@ -80,25 +89,47 @@ def diagnose(
     given = [*given_files(paths, description, [model]), next]
     output = Output(out, writes=_WRITES if next is None else _WRITES + _NEXT, given=given)
     bounds = read_bounds(next) if next else None
-    read = [_read_one(path, description, model, settle) for path in paths]
+    read = [read_one(path, description, model, settle) for path in paths]
     train, held_out = read[: len(recordings)], read[len(recordings) :]
     checks = _warn_of_data(read)
     if bounds and train:  # before the diagnosis, which takes longer
         check_bounds(train, bounds)
+    effects = _chosen(flat(catalogue))
     with progress_bar() as progress:
-        diagnosis = find(train, held_out, exclude=flat(exclude), checks=checks, progress=progress)
-        fits = sysid and sysid_is_there()
-        compared = fit_with_sysid(train, held_out, progress) if fits else None
+        diagnosis = find(
+            train,
+            held_out,
+            catalogue=effects,
+            exclude=flat(exclude),
+            checks=checks,
+            progress=progress,
+        )
         simulated = diagnosis.simulate(progress)
-    no_sysid = _LEFT_OUT if not sysid else _NOT_THERE
-    _print_diagnosis(diagnosis, compared, no_sysid)
     provenance = collect_provenance(typed_command.get(), files_of(paths, description, train))
     output.written += write_before_after(simulated, out)
     diagnosis, failures = _write_model(output, diagnosis)  # before the report, which links to it
-    output.written += write_report(
-        diagnosis, simulated, out, sysid=compared, no_sysid=no_sysid, provenance=provenance
+    compares = sysid and sysid_is_there()
+    no_sysid = _SKIPPED if compares else _NOT_THERE if sysid else _LEFT_OUT
+    report = partial(write_report, diagnosis, simulated, out, provenance=provenance)
+    output.written += report(no_sysid=no_sysid)  # before the verdict, after which Ctrl-C may come
+    _print_diagnosis(diagnosis)
+
+    def compare() -> SysidResult:
+        console.print("Comparing with mujoco.sysid; Ctrl-C skips this.")
+        with progress_bar() as progress:
+            fitted = fit_with_sysid(train, held_out, progress)
+        report(sysid=fitted)
+        return fitted
+
+    suggestion = bounds and _unless_interrupted(
+        partial(_suggest, output, diagnosis, bounds, failures)
     )
-    suggestion = _suggest(output, diagnosis, bounds, failures) if bounds else None
+    compared = _unless_interrupted(compare) if compares else None
+    console.print(
+        f"mujoco.sysid alone: {compared.held_out_rms:.2f} held out, in noise"
+        if compared
+        else no_sysid
+    )
     result = {
         **diagnosis.result(),
         "recordings": [recording.name for recording in train],
@@ -113,6 +144,27 @@ def diagnose(
     if failures:
         raise TendonError(str(failures[0]))
     return result
+
+
+def _chosen(identifiers: Sequence[str]) -> dict[str, Effect]:
+    """Effects of the catalogue with these identifiers; all if there are none."""
+    for identifier in identifiers:
+        if identifier not in CATALOGUE:
+            raise UnknownNameError("effect", identifier, CATALOGUE, "--catalogue")
+    return {name: CATALOGUE[name] for name in identifiers or CATALOGUE}
+
+
+def _unless_interrupted(do: Callable[[], _Result]) -> _Result | None:
+    """The result of a step that Ctrl-C skips; None if it did."""
+    try:
+        return do()
+    except KeyboardInterrupt:
+        pass
+    except TendonError as error:  # as which the plugins report a Ctrl-C
+        if INTERRUPTED not in str(error):
+            raise
+    console.print("Skipped; the rest is written all the same.")
+    return None
 
 
 def _warn_of_data(recordings: Sequence[Recording]) -> list[DataWarning]:
@@ -132,9 +184,10 @@ def _write_model(output: Output, diagnosis: Diagnosis) -> tuple[Diagnosis, list[
     return diagnosis, []
 
 
-def _read_one(
+def read_one(
     path: Path, description: Path | None, model: str | None, settle: float | None
 ) -> Recording:
+    """Read a recording, with another model or settling time if they are given."""
     recording = read_recording(path, description)
     if model:
         recording = replace(recording, model=model, beside=None)
@@ -159,7 +212,8 @@ def _suggest(
     return suggestion
 
 
-def _print_diagnosis(diagnosis: Diagnosis, compared: SysidResult | None, no_sysid: str) -> None:
+def _print_diagnosis(diagnosis: Diagnosis) -> None:
+    console.print(f"{diagnosis.verdict}: {headline(diagnosis)}")
     console.print(diagnosis.located.sentence)
     for finding in diagnosis.findings:
         console.print(
@@ -167,6 +221,11 @@ def _print_diagnosis(diagnosis: Diagnosis, compared: SysidResult | None, no_sysi
             f" {estimated_percent(finding.confidence)}: {finding.equation}"
         )
     values = {**diagnosis.calibrated, **diagnosis.parameters}
+    if diagnosis.closest:
+        console.print(
+            "The numbers of what comes closest, not proven, are in report.html and result.json."
+        )
+        values = {}
     for row in value_rows(values):
         value, span = row.fitted, f"{row.low} … {row.high}"
         unit = "" if row.unit == ABSENT else f" {row.unit}"
@@ -190,7 +249,3 @@ def _print_diagnosis(diagnosis: Diagnosis, compared: SysidResult | None, no_sysi
             f"held out, in the unit of the verdict: {weighed.before:.2f} before,"
             f" {weighed.after:.2f} after [{weighed.unit}]"
         )
-    if compared:
-        console.print(f"mujoco.sysid alone: {compared.held_out_rms:.2f} held out, in noise")
-    else:
-        console.print(no_sysid)

@@ -8,26 +8,36 @@ import warnings
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal, NamedTuple
 
 import mujoco
 import tyro
 from rich.progress import track
 
 from tendon_mj.cli.options import OutFile, Recordings, Repeated, flat, given_files
-from tendon_mj.cli.output import Output, console, print_warnings
+from tendon_mj.cli.output import Output, console, print_table, print_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonWarning
 from tendon_mj.lab.data_check import Checked, check_recording, timing_warnings
-from tendon_mj.lab.recordings import Recording, read_recording, tables_in, write_recording
+from tendon_mj.lab.recordings import (
+    Recording,
+    noise_levels,
+    read_recording,
+    tables_in,
+    write_recording,
+)
 from tendon_mj.lab.replay import (
     Adjustable,
     Misfit,
+    Parameter,
     column_unit,
+    expand,
     matching,
+    plain,
     quantity,
     read_intervals,
     replay_error,
     replay_recording,
+    stated_values,
 )
 from tendon_mj.models import load_model
 from tendon_mj.show import init as write_description
@@ -36,6 +46,13 @@ from tendon_mj.show import replay_figure
 ValuesOf = Literal["description", "model"]
 DESCRIBED, KEPT = "as described", "with the model's values"
 _WITHOUT = "friction 0"
+
+
+class _Variant(NamedTuple):
+    """A simulation: its model, and parameters in place of the stated ones."""
+
+    model: str
+    changed: Mapping[str, float]
 
 
 def init(model: tyro.conf.Positional[str], out: OutFile[Path | None] = None) -> Path:
@@ -73,8 +90,11 @@ def check(
         out: Folder for result.json and a picture of each recording.
         description: TOML file that describes the columns of all recordings.
         model: Model to simulate in place of the recordings' own: a name or an MJCF file.
-        values_of: Values to use where the description and the model differ. By default those of
-            the description, except for values that a diagnosis fitted and wrote into the model.
+        values_of: Values to use where the description and the model differ. By default a --model
+            keeps its own in place of [uncertain], and of [known] if it differs there from the
+            recordings' own model; so does any model what a diagnosis fitted and wrote into it.
+            Otherwise the description's. Columns (commands, sensors) are always as described,
+            unless the model states them.
         settle: Time before the first sample in which the model comes to the first drive value. By
             default the description's.
 
@@ -92,9 +112,9 @@ def check(
     for text in of_tables:
         console.print(f"warning: {text}")
     checked = [
-        check_recording(recording, on, described=stated, settle=settle)
-        for recording, on, stated in track(
-            list(zip(read, compiled, described, strict=True)), "simulate", console=console
+        check_recording(recording, shared, described=stated, settle=settle)
+        for recording, stated in track(
+            list(zip(read, described, strict=True)), "simulate", console=console
         )
     ]
     for one in checked:
@@ -116,21 +136,25 @@ def replay(
     recording: tyro.conf.Positional[Path],
     out: Path = Path("out/replay"),
     description: Path | None = None,
-    model: str | None = None,
+    model: Annotated[Repeated[str], tyro.conf.arg(metavar="MODEL [MODEL ...]")] = (),
     values_of: ValuesOf | None = None,
     settle: float | None = None,
     change: Repeated[str] = (),
 ) -> dict[str, object]:
-    """Simulate a recording with and without friction, and draw both with the measurement.
+    """Simulate a recording with and without friction, or on several models, and draw all with it.
 
     Args:
         recording: CSV, Parquet or MCAP file with its TOML file next to it, unless --description
             gives another.
         out: Folder for result.json, the simulated recordings and the picture.
         description: TOML file that describes the columns of the recording.
-        model: Model to simulate in place of the recording's own: a name or an MJCF file.
-        values_of: Values to use where the description and the model differ. By default those of
-            the description, except for values that a diagnosis fitted and wrote into the model.
+        model: Models to simulate in place of the recording's own: names or MJCF files. Several are
+            compared, each with its own physics and without a variant of friction 0.
+        values_of: Values to use where the description and the model differ. By default a --model
+            keeps its own in place of [uncertain], and of [known] if it differs there from the
+            recording's own model; so does any model what a diagnosis fitted and wrote into it.
+            Otherwise the description's. Columns (commands, sensors) are always as described,
+            unless the model states them.
         settle: Time before the first sample in which the model comes to the first drive value. By
             default the description's.
         change: More variants to simulate, of one change or several, such as "*.friction=0.1".
@@ -138,32 +162,74 @@ def replay(
     Example:
         tendon-mj replay rig.csv --change "*.friction=0.1"
     """
+    models = flat(model)
     writes = ("simulated_[0-9]*.csv", "simulated_[0-9]*.toml")
-    output = Output(out, writes=writes, given=given_files([recording], description, [model]))
+    given = given_files([recording], description, models or [None])
+    output = Output(out, writes=writes, given=given)
     measured = read_recording(recording, description)
     if not measured.measured:
         raise RecordingError(f"{recording}: no column is [measured], so nothing can be compared")
     print_warnings(timing_warnings(measured))
-    compiled = load_model(model) if model else load_model(measured.model, beside=measured.beside)
-    described = _as_described(values_of, measured, compiled)
-    kept = not described and bool(read_intervals(compiled) or values_of)
-    stated = KEPT if kept else DESCRIBED
-    variants: dict[str, dict[str, float]] = {stated: {}}
-    known = Adjustable(copy.copy(compiled)).names()
-    frictions = [name for name in known if name.endswith(".friction")]
-    if frictions:
-        variants[_WITHOUT] = dict.fromkeys(frictions, 0.0)
-    variants |= {text: _parse_change(text, known) for text in flat(change)}
-    simulated = {
-        label: replay_recording(
-            measured, compiled, parameters=parameters, described=described, settle=settle
-        )
-        for label, parameters in track(variants.items(), "replay", console=console)
-    }
+    compiled = {name: load_model(name) for name in models}
+    own = {} if models else {measured.model: load_model(measured.model, beside=measured.beside)}
+    variants, described = dict[str, _Variant](), dict[str, bool | None]()
+    parameters = dict[str, Mapping[str, Parameter]]()  # of each model
+    for name, one in (compiled or own).items():
+        described[name] = _as_described(values_of, measured, one)
+        keeps = not described[name] and bool(read_intervals(one) or values_of)
+        label = name if len(models) > 1 else KEPT if keeps else DESCRIBED
+        variants[label] = _Variant(name, {})
+        known = parameters[name] = Adjustable(copy.copy(one)).parameters()
+        frictions = [parameter for parameter in known if parameter.endswith(".friction")]
+        if frictions and len(models) < 2:
+            variants[_WITHOUT] = _Variant(name, dict.fromkeys(frictions, 0.0))
+        for text in flat(change):
+            longer = f"{name}, {text}" if len(models) > 1 else text
+            variants[longer] = _Variant(name, parse_change(text, known, "--change"))
+    differ = _differences(parameters) if values_of is None else set[str]()
+    simulated, warned = dict[str, Recording](), dict[str, None]()  # in order
+    for label, variant in track(variants.items(), "replay", console=console):
+        name = variant.model
+        stated = expand({**measured.session, **measured.known}, parameters[name])
+        if kept := sorted(differ & stated.keys()):
+            text = f"the models differ in {', '.join(kept)}: each keeps its own values"
+            warned[f"{text}, and not the description's"] = None
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            simulated[label] = replay_recording(
+                _without(measured, kept, parameters[name]),
+                compiled.get(name),
+                parameters=variant.changed,
+                described=described[name],
+                settle=settle,
+            )
+        warned |= dict.fromkeys(f"warning: {name}: {one.message}" for one in caught)
+        if name in compiled:
+            applied = {n: v for n, v in simulated[label].known.items() if n not in variant.changed}
+            warned |= dict.fromkeys(_changes(name, applied, parameters[name]))
+            simulated[label] = replace(simulated[label], model=name)
+    for text in warned:
+        console.print(text)
     errors = {label: replay_error(measured, answer) for label, answer in simulated.items()}
-    for k, (label, answer) in enumerate(simulated.items()):
-        _print_errors(measured, errors[label], label)
+    noise = noise_levels(measured)
+    over_noise = {
+        label: math.sqrt(sum((e.rmse / noise[c]) ** 2 for c, e in of.items()) / len(of))
+        for label, of in errors.items()
+    }
+    for k, answer in enumerate(simulated.values()):
         output.add(write_recording(answer, out / f"simulated_{k}.csv"))
+    columns = [measured.written(column) for column in measured.measured]
+    print_table(
+        ["rms error", *columns, "all [noise]"],
+        [
+            [
+                label,
+                *(f"{_rms_text(e, c)}{e.of_range}" for c, e in of.items()),
+                plain(over_noise[label]),
+            ]
+            for label, of in errors.items()
+        ],
+    )
     result: dict[str, object] = {
         label: {
             column: {"rmse": error.rmse, "share_of_range": error.share_of_range}
@@ -172,8 +238,20 @@ def replay(
         for label, of_columns in errors.items()
     }
     output.figure("replay", replay_figure(measured, simulated))
-    output.result({"recording": str(recording), "source": measured.source, "rmse": result})
-    output.close(_replay_sentence(measured, errors, stated))
+    output.result(
+        {
+            "recording": str(recording),
+            "source": measured.source,
+            "rmse": result,
+            "over_noise": over_noise,
+        }
+    )
+    ending = (
+        _comparison_sentence(over_noise)
+        if len(models) > 1
+        else _replay_sentence(measured, errors, next(iter(errors)))
+    )
+    output.close(ending)
     return result
 
 
@@ -195,6 +273,14 @@ def _as_described(
             else f"warning: {name}: the description overrules the values that a diagnosis wrote"
             f" into the model, such as {first}; without --values-of description they are kept"
         )
+    if values_of == "model":
+        parameters = Adjustable(copy.copy(model)).parameters()
+        said, used = (stated_values(recording, model, parameters, d) for d in (True, False))
+        if unused := sorted(said.keys() - used.keys()):
+            console.print(
+                f"{recording.name}: the model's values are used, and not the description's, of"
+                f" {', '.join(unused)}"
+            )
     return None if values_of is None else values_of == "description"
 
 
@@ -263,7 +349,51 @@ def _replay_sentence(
     return f"{stated.capitalize()}, the simulation misses {', '.join(parts)}, rms."
 
 
-def _parse_change(text: str, known: Collection[str]) -> dict[str, float]:
+def _differences(parameters: Mapping[str, Mapping[str, Parameter]]) -> set[str]:
+    """Parameters that several models state differently."""
+    first, *others = parameters.values()
+    return {
+        name
+        for other in others
+        for name in first.keys() & other.keys()
+        if first[name].value != other[name].value
+        and not (first[name].is_plain(name) or other[name].is_plain(name))
+    }
+
+
+def _without(recording: Recording, differ: Collection[str], names: Collection[str]) -> Recording:
+    """A recording that states none of these parameters as known or of its session."""
+    if not differ:
+        return recording
+    known, session = expand(recording.known, names), expand(recording.session, names)
+    return replace(
+        recording,
+        known={name: value for name, value in known.items() if name not in differ},
+        session={name: value for name, value in session.items() if name not in differ},
+    )
+
+
+def _changes(
+    model: str, applied: Mapping[str, float], parameters: Mapping[str, Parameter]
+) -> list[str]:
+    """A sentence on what the description changes of a model's physics; none if nothing."""
+    written = {
+        name: (quantity(value, of.unit), quantity(of.value, of.unit))
+        for name, value in applied.items()
+        if not (of := parameters[name]).is_plain(name)
+    }
+    listed = [f"{n} = {new} (model: {old})" for n, (new, old) in written.items() if new != old]
+    return [f"{model}: the description sets {', '.join(listed)}"] if listed else []
+
+
+def _comparison_sentence(over_noise: Mapping[str, float]) -> str:
+    """The error of every variant in units of the noise, the smallest first."""
+    ranked = sorted(over_noise.items(), key=lambda one: one[1])
+    parts = [f"{label} by {plain(times)}" for label, times in ranked]
+    return f"The simulations miss the recording by this many times its noise: {', '.join(parts)}."
+
+
+def parse_change(text: str, known: Collection[str], option: str) -> dict[str, float]:
     """Parameters of ``name=value,…``; a pattern means all that it matches; a plain name wins."""
     plain: dict[str, float] = {}
     wild: dict[str, float] = {}
@@ -274,15 +404,15 @@ def _parse_change(text: str, known: Collection[str]) -> dict[str, float]:
         except ValueError:
             equals = ""
         if not equals:
-            raise InvalidValueError(f"--change {text!r}: {part!r} is not like name=value")
+            raise InvalidValueError(f"{option} {text!r}: {part!r} is not like name=value")
         if not math.isfinite(number):
-            raise InvalidValueError(f"--change {text!r}: {part!r} is not finite; give a number")
-        names = matching(name.strip(), known, f"--change {text!r}")
+            raise InvalidValueError(f"{option} {text!r}: {part!r} is not finite; give a number")
+        names = matching(name.strip(), known, f"{option} {text!r}")
         chosen = plain if names == [name.strip()] else wild
         for one in names:
             if chosen.setdefault(one, number) != number:
                 raise InvalidValueError(
-                    f"--change {text!r}: {one} is given {chosen[one]:g} and {number:g}; for two"
-                    " variants write them apart: --change a=1 a=2"
+                    f"{option} {text!r}: {one} is given {chosen[one]:g} and {number:g}; for two"
+                    f" variants write them apart: {option} a=1 a=2"
                 )
     return wild | plain

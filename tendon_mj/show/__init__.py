@@ -52,6 +52,7 @@ try:
     from tendon_mj.show.report.page import first_screen as first_screen
     from tendon_mj.show.report.page import write_report as write_report
     from tendon_mj.show.report.text import ABSENT as ABSENT
+    from tendon_mj.show.report.text import headline as headline
     from tendon_mj.show.report.text import value_rows as value_rows
 except ModuleNotFoundError as error:
     raise MissingPackageError.of_lab("tendon_mj.show", error) from None

@@ -186,7 +186,30 @@ def test_a_tare_is_the_reason_why_no_effect_is_sought(rig, tmp_path, capsys):
     assert f"row {tension.size // 2 + 2}" in check["value"]
     page = (tmp_path / "out" / "report.html").read_text("utf-8")
     assert "No effect is named" in page
-    assert "Nothing in the catalogue" not in page
+    assert "Nothing was found" not in page
+
+
+def test_ctrl_c_after_the_verdict_skips_the_comparison_and_no_more(
+    rig, tmp_path, capsys, monkeypatch
+):
+    def interrupted(*_):
+        page = (tmp_path / "report.html").read_text("utf-8")
+        assert "interrupted" in page
+        assert "named: The rig has a sensor" in capsys.readouterr().out
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("tendon_mj.cli.diagnose.sysid_is_there", lambda: True)
+    monkeypatch.setattr("tendon_mj.cli.diagnose.fit_with_sysid", interrupted)
+    train, held_out = rig[1.0]
+    arguments = ["diagnose", train, "--hold-out", held_out, "--out", str(tmp_path)]
+    assert main([*arguments, "--catalogue", "sensor_bias"]) == 0
+    result = json.loads((tmp_path / "result.json").read_text("utf-8"))
+    assert (result["effects"], result["sysid"]) == (["sensor_bias"], None)
+    assert {ranked["identifier"] for ranked in result["ranking"]} == {"sensor_bias"}
+    assert "report.html" in result["files"]
+    assert "Skipped" in capsys.readouterr().out
+    assert main([*arguments, "--catalogue", "sensor_bais"]) == 2
+    assert "did you mean 'sensor_bias'" in " ".join(capsys.readouterr().err.split())
 
 
 def test_where_nothing_is_missing_it_says_so(rig, tmp_path, capsys):

@@ -4,11 +4,21 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from tendon_mj import load_model, read_recording, replay_error, replay_recording
+from tendon_mj import (
+    Uncertain,
+    example_rig,
+    load_model,
+    patch_model,
+    read_recording,
+    replay_error,
+    replay_recording,
+    write_recording,
+)
 from tendon_mj.cli import main
 from tendon_mj.models import example_recording
 from tests.lab.recorded import written
@@ -61,6 +71,58 @@ def test_replay_warns_of_gaps_too(tmp_path: Path, capsys: pytest.CaptureFixture[
     said = " ".join(capsys.readouterr().out.split())
     assert "warning: r, column 'time_s': 1 gap, the longest 0.52 s" in said
     assert re.search(r"misses pull_N by [\d.]+ N \(without friction [\d.]+ N\), rms\.$", said)
+
+
+def test_replay_compares_models_each_with_its_own_friction(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The recording is one model's own: that one leaves the noise, and a description no guess."""
+    rig, paths = example_rig(), []
+    for friction in (0.12, 0.0):
+        paths.append(str(tmp_path / f"{friction}.xml"))
+        patch_model(str(rig / "rig.xml"), {"sheath.friction": friction}, paths[-1])
+    described = read_recording(rig / "triangles.csv", rig / "rig.toml")
+    guess = {**described.uncertain, "sheath.friction": Uncertain(0.25, 0.03, 0.3)}
+    recording = replace(described, uncertain=guess)
+    known = {**recording.known, "sheath.friction": 0.0}
+    truth = replace(recording, known=known, uncertain={}, model=str(rig / "rig.xml"))
+    made = replay_recording(truth)
+    write_recording(replace(recording, columns=made.columns, model=paths[0]), tmp_path / "pull.csv")
+    out = tmp_path / "out"
+    assert main(["replay", str(tmp_path / "pull.csv"), "--model", *paths, "--out", str(out)]) == 0
+    found = json.loads((out / "result.json").read_text())["over_noise"]
+    assert list(found) == paths
+    assert found[paths[0]] > 10.0
+    assert found[paths[1]] < 0.01
+    again = read_recording(out / "simulated_1")
+    assert replay_error(again, replay_recording(again))["cable_N"].rmse < 1e-6
+    assert Path(again.model).name == Path(paths[1]).name
+    said = " ".join(capsys.readouterr().out.split())
+    assert "0.12 (description: 0.25)" in said
+    assert said.rindex(f"{paths[1]} by") < said.rindex(f"{paths[0]} by")
+
+
+def test_models_that_differ_in_a_known_number_have_two_curves(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The description is of the second model, and knows the friction of the first."""
+    rig, paths = example_rig(), []
+    for friction in (0.12, 0.0):
+        paths.append(str(tmp_path / f"{friction}.xml"))
+        patch_model(str(rig / "rig.xml"), {"sheath.friction": friction}, paths[-1])
+    described = read_recording(rig / "triangles.csv", rig / "rig.toml")
+    known = {**described.known, "sheath.friction": 0.12}
+    recording = replace(described, model=paths[1], known=known, uncertain={})
+    write_recording(recording, tmp_path / "pull.csv")
+    arguments = ["replay", str(tmp_path / "pull.csv"), "--out", str(tmp_path / "out"), "--model"]
+    assert main([*arguments, *paths]) == 0
+    first, second = json.loads((tmp_path / "out" / "result.json").read_text())[
+        "over_noise"
+    ].values()
+    assert second > 1.5 * first
+    assert "the models differ in sheath.friction" in " ".join(capsys.readouterr().out.split())
+    assert main([*arguments, paths[1]]) == 0
+    assert "sets sheath.friction = 0.12 (model: 0)" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_demo_ends_with_the_verdict_and_its_report(

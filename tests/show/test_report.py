@@ -131,7 +131,7 @@ def first_screen(html):
         ("named", (), "The rig has a sensor with an offset (output_tension)."),
         ("parameter", (), "Coefficient of friction"),
         ("nothing missing", (), "Nothing is missing from the model."),
-        ("unknown", ("creep",), "Nothing in the catalogue explains the error."),
+        ("unknown", ("creep",), "Nothing was found that explains the error."),
     ],
 )
 def test_a_page_has_verdict_finding_and_next_steps_first_and_needs_no_other_file(
@@ -152,6 +152,23 @@ def test_a_page_has_verdict_finding_and_next_steps_first_and_needs_no_other_file
     script = re.search(r"<script>(.*?)</script>", html, re.S)[1]  # the only one that may run
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     assert f"script-src 'sha256-{digest}'" in html
+
+
+def test_what_comes_closest_is_folded_and_marked_and_after_the_verdict():
+    html = page(diagnosis("unknown", closest=("creep",)))
+    folded = re.findall(
+        r"<details class=\"closest\"><summary>(.*?)</summary>(.*?)</details>", html, re.S
+    )
+    assert [summary for summary, _ in folded] == 2 * ["What comes closest, not proven"]
+    rest = html
+    for summary, inside in folded:
+        assert "creep" in inside
+        rest = rest.replace(summary, "").replace(inside, "")
+    first = rest[rest.index('class="first"') : rest.index("</section>")]
+    assert html.index("Nothing was found that explains") < html.index("comes closest")
+    assert "10.00 times the noise" in words(first)
+    assert "1.02" not in words(first)  # the error with what comes closest
+    assert "0.18" not in words(rest[: rest.index("Candidate set")])
 
 
 def test_a_model_that_reads_files_says_which_to_send_along() -> None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from warnings import catch_warnings
 
 import mujoco
@@ -104,6 +104,7 @@ def check_recording(
         RecordingError, UnknownNameError, InvalidValueError: as `replay_recording`, of a
             recording that cannot be simulated, such as of a sensor that the model lacks.
     """
+    given = model is not None
     if model is None:
         model = load_model(recording.model, beside=recording.beside)
     adjustable = Adjustable(copy.copy(model))
@@ -111,12 +112,13 @@ def check_recording(
     if any(warning.identifier in _WRONG_TIMES for warning in timing):
         return Checked(recording, None, (*timing, *still))
     schedule = Schedule(recording, adjustable.model, settle)  # refuses a recording of another model
-    adjustable.set(stated_values(recording, model, adjustable.names(), described))
+    stated = stated_values(recording, model, adjustable.parameters(), described, given=given)
+    adjustable.set(stated)
 
     def replay(other: Recording) -> Recording | None:
-        return _simulate(other, model, described, settle)[0]
+        return _simulate(other, model, stated, settle)[0]
 
-    simulated, failed = _simulate(recording, model, described, settle)
+    simulated, failed = _simulate(recording, model, stated, settle)
     degrees = degree_warnings(recording, simulated, replay)
     jumps = list[DataWarning]()
     if not recording.quasi_static:  # few rows, which all jump
@@ -139,7 +141,7 @@ def check_recording(
         readings = reading_warnings(recording, simulated)
         started = all(w.identifier != "start" for w in readings)
         if not started and settle is None and recording.settle > 0.0:
-            readings = _short_settle(recording, model, described) or readings
+            readings = _short_settle(recording, model, stated) or readings
         warnings += readings
         warnings += slack_warnings(recording, simulated, adjustable)
         warnings += prescribed_warnings(schedule, simulated, adjustable.model)
@@ -147,12 +149,12 @@ def check_recording(
 
 
 def _short_settle(
-    recording: Recording, model: mujoco.MjModel, described: bool | None
+    recording: Recording, model: mujoco.MjModel, stated: Mapping[str, float]
 ) -> list[DataWarning]:
     """Warnings where the model starts as the rig does once it has had more time to settle."""
     for times in _LONGER:
         longer = times * recording.settle
-        simulated, _ = _simulate(recording, model, described, longer)
+        simulated, _ = _simulate(recording, model, stated, longer)
         readings = [] if simulated is None else reading_warnings(recording, simulated)
         if simulated is not None and all(w.identifier != "start" for w in readings):
             short = DataWarning(
@@ -173,11 +175,16 @@ def _without_consequences(warnings: Sequence[DataWarning]) -> tuple[DataWarning,
 
 
 def _simulate(
-    recording: Recording, model: mujoco.MjModel, described: bool | None, settle: float | None
+    recording: Recording,
+    model: mujoco.MjModel,
+    stated: Mapping[str, float],
+    settle: float | None,
 ) -> tuple[Recording | None, list[DataWarning]]:
+    """The simulation with the stated parameters, or the warning that it failed."""
+    applied = replace(recording, known=stated, uncertain={}, session={})
     try:
         with catch_warnings(record=True):
-            return replay_recording(recording, model, described=described, settle=settle), []
+            return replay_recording(applied, model, described=True, settle=settle), []
     except TendonError as error:
         failed = DataWarning(
             "unstable",

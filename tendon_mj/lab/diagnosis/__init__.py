@@ -44,6 +44,7 @@ from tendon_mj.lab.diagnosis.fitting import fit as fit
 from tendon_mj.lab.diagnosis.fitting import written as written
 from tendon_mj.lab.diagnosis.regimes import Bin as Bin
 from tendon_mj.lab.diagnosis.regimes import Located as Located
+from tendon_mj.lab.diagnosis.rehearsal import rehearse as rehearse
 from tendon_mj.lab.diagnosis.result import BeforeAfter as BeforeAfter
 from tendon_mj.lab.diagnosis.result import Diagnosis as Diagnosis
 from tendon_mj.lab.diagnosis.result import Finding as Finding

@@ -76,15 +76,20 @@ def state(
     elif verdict == "unknown" and faults:
         text = _faulty(evidence, faults)
     elif verdict == "unknown":
-        text = f"Nothing in {catalogue} explains the error. {_closest(findings, evidence)}"
+        text = f"{_not_found(catalogue)} the error. {_closest(findings, evidence)}"
     else:
         text = f"{_list_by_kind(findings)}; {_shrank(evidence)}."
         if verdict == "partly":
             text = (
-                f"In part {text[0].lower()}{text[1:]} Nothing in {catalogue} explains what"
+                f"In part {text[0].lower()}{text[1:]} {_not_found(catalogue)} what"
                 f" remains, {_times(evidence.extrapolated, evidence.extrapolated.after)}."
             )
     return text + _between_sessions(evidence)
+
+
+def _not_found(catalogue: str) -> str:
+    """Beginning of a sentence on what a search, which is never exhaustive, did not find."""
+    return f"Nothing was found in {catalogue} that explains"
 
 
 def _nothing(evidence: Evidence) -> str:
@@ -114,8 +119,9 @@ def _faulty(evidence: Evidence, faults: Sequence[str]) -> str:
 
 
 def _closest(findings: Sequence[Finding], evidence: Evidence) -> str:
+    off = f"On held-out data the calibrated model is off by {_off(evidence)}."
     if not findings:
-        return f"On held-out data the model is off by {_off(evidence)}."
+        return off
     shares = evidence.weighed.reducible_closed, evidence.extrapolated.reducible_closed
     too_little = ", of which two thirds are required" if 0.0 < max(shares) < PART else ""
     taken = (
@@ -124,8 +130,8 @@ def _closest(findings: Sequence[Finding], evidence: Evidence) -> str:
         else ""
     )
     return (
-        f"What comes closest is not proven: {_list(findings)}; {_shrank(evidence)}{too_little}"
-        f"{taken}.{_SLIPS if evidence.non_smooth else ''}"
+        f"{off} What comes closest is not proven: {', and '.join(f.summary for f in findings)};"
+        f" {_shrank(evidence)}{too_little}{taken}.{_SLIPS if evidence.non_smooth else ''}"
     )
 
 

@@ -5,8 +5,8 @@ Verdicts:
 * "nothing missing": calibrated, the model leaves no more than noise and numerical error.
 * "parameter": correcting a parameter that no recording calls uncertain removes the error.
 * "named": effects that the model lacks remove the error, on held-out data too.
-* "partly": they remove much of it there, and nothing in the catalogue explains what remains.
-* "unknown": an error remains that nothing in the catalogue explains.
+* "partly": they remove much of it there, and nothing was found that explains what remains.
+* "unknown": an error remains, and nothing was found that explains it.
 """
 
 from __future__ import annotations

@@ -43,6 +43,7 @@ from tendon_mj.attach import Parameters, checked_number
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownKeyError, UnknownNameError
 from tendon_mj.lab.recordings import LARGEST, Recording
 from tendon_mj.lab.replay.readout import (
+    PLAIN_COMMAND,
     USER_NUMBERS,
     Readout,
     custom_numbers,
@@ -75,6 +76,7 @@ _LEAST_EFFICIENCY = 1e-3
 _SOFT_SOLREF, _SOFT_SOLIMP = (0.02, 1.0), (0.9, 0.95, 0.001, 0.5, 2.0)
 _STIFF_STEPS, _STIFF_SOLIMP = 2.0, (0.9999, 0.9999, 0.001, 0.5, 2.0)  # time constant in steps
 
+_PLAIN_DRIVE = {**PLAIN_COMMAND, **dict.fromkeys(SLIP, 0.0)}
 _COMMANDS = {"command_scale": -math.inf, "command_offset": -math.inf, "command_delay": 0.0}  # least
 
 Kind = Literal["live", "joint", "body", "actuator", "motor", "sensor", "gravity"]
@@ -173,6 +175,12 @@ class Parameter(NamedTuple):
     low: float = -math.inf
     joints: tuple[str, ...] = ()
     reference: float = 0.0
+
+    def is_plain(self, name: str) -> bool:
+        """Whether it, of this name, is of a column of which the model states nothing."""
+        parameter = name.rsplit(".", 1)[1]
+        plain = Readout()._asdict() if self.kind == "sensor" else _PLAIN_DRIVE
+        return plain.get(parameter) == self.value
 
 
 class DrawnBends:

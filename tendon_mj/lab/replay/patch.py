@@ -65,8 +65,9 @@ def patch_model(
     """Write a model with these parameters, and make sure that the file has them.
 
     All other numbers stay as they are written in the source, digit for digit, with its comments;
-    included files are put in their places. On a model with intervals `replay_recording` does not
-    let a recording's guesses overrule it; on another, give it ``described=False``.
+    included files are put in their places. `replay_recording` does
+    not let a recording's guesses overrule it, on a model with intervals not even if the recording
+    names it.
 
     Args:
         model: as ``recording.model``: a model of the package or an MJCF file.

@@ -30,6 +30,8 @@ from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.recordings import LARGEST
 from tendon_mj.typing import FloatArray
 
+# of a column that is a control as it stands
+PLAIN_COMMAND: Final = {"command_scale": 1.0, "command_offset": 0.0, "command_delay": 0.0}
 JOINT_COMMAND: Final = ".command"  # custom text of a model: scale, offset and delay of a joint
 USER_NUMBERS = 5  # of a `Readout`, that are user data of MJCF
 _STILL, _FASTEST_STILL = 1e-6, 0.1  # of the largest speed: between these a drive counts as at rest
@@ -214,12 +216,11 @@ def stored_readouts(model: mujoco.MjModel) -> FloatArray:
 
 def plain_commands(model: mujoco.MjModel) -> dict[str, float]:
     """Parameter → value with which a column is a control, of actuators that say otherwise."""
-    plain = {"command_scale": 1.0, "command_offset": 0.0, "command_delay": 0.0}
     return {
         f"{model.actuator(k).name}.{parameter}": value
         for k, stored in enumerate(stored_commands(model).tolist())
-        if model.actuator(k).name and stored != list(plain.values())
-        for parameter, value in plain.items()
+        if model.actuator(k).name and stored != list(PLAIN_COMMAND.values())
+        for parameter, value in PLAIN_COMMAND.items()
     }
 
 

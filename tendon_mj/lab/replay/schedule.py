@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import copy
 import math
+import warnings
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
-from tendon_mj.errors import RecordingError, UnknownNameError
+from tendon_mj.errors import RecordingError, TendonError, TendonWarning, UnknownNameError
 from tendon_mj.lab.recordings import NOT_NEGATIVE, POSITIVE_NUMBER, Recording, Session, Uncertain
-from tendon_mj.lab.replay.parameters import Adjustable, expand
+from tendon_mj.lab.replay.parameters import Adjustable, Parameter, expand
 from tendon_mj.lab.replay.patch import read_intervals
 from tendon_mj.lab.replay.readout import Readout, Sense, make_clock, sense_of
-from tendon_mj.lab.replay.units import column_unit, name_in, reading_unit
+from tendon_mj.lab.replay.units import column_unit, name_in, quantity, reading_unit
+from tendon_mj.models import load_model
 from tendon_mj.typing import FloatArray
 
 _MOST_STEPS = 20_000_000  # some minutes
@@ -265,22 +267,61 @@ def described_values(recording: Recording, names: Collection[str]) -> dict[str, 
 def stated_values(
     recording: Recording,
     model: mujoco.MjModel,
-    names: Collection[str],
+    parameters: Mapping[str, Parameter],
     described: bool | None = None,
+    *,
+    given: bool = False,
 ) -> dict[str, float]:
-    """Parameters that a recording's description sets on a model; ``names`` are of all there are.
+    """Parameters that a recording's description sets on a model; ``parameters`` are the model's.
 
-    ``described`` says whether ``known``, ``uncertain`` and ``session`` are applied. None: all; but
-    if ``model`` carries intervals of a diagnosis, neither those parameters nor ``uncertain``.
+    ``given``: whether the model is in place of the one that the recording names. ``described`` says
+    whether ``known``, ``uncertain`` and ``session`` are applied. False: only to columns (commands
+    and sensors) of which the model states nothing. None: all; but
+
+    * if ``model`` carries intervals of a diagnosis, neither those parameters nor ``uncertain``;
+    * else a model that is given keeps its values instead of ``uncertain``, and instead of ``known``
+      and ``session`` if it differs there from the model that the recording names.
+
+    Warns:
+        TendonWarning: a model that is given keeps other values than the description's.
     """
-    if described is False:
-        return {}
-    values = described_values(recording, names)
-    intervals = read_intervals(model)
-    if described or not intervals:
+    values = described_values(recording, parameters)
+    uncertain = expand(recording.uncertain, parameters)
+    if described is None and (intervals := read_intervals(model)):
+        return {name: v for name, v in values.items() if name not in {*intervals, *uncertain}}
+    if described or (described is None and not given):
         return values
-    fitted = {*intervals, *expand(recording.uncertain, names)}
-    return {name: value for name, value in values.items() if name not in fitted}
+    differ = {name for name, v in values.items() if v != parameters[name].value}
+    kept = {name for name in differ if not parameters[name].is_plain(name)}
+    if described is None:
+        own = _named_model(recording) if kept - uncertain.keys() else {}
+        kept &= {*uncertain, *(n for n in own if n in kept and own[n] != parameters[n].value)}
+        _warn_of_kept(recording, {n: (values[n], parameters[n]) for n in sorted(kept)})
+    return {name: value for name, value in values.items() if name not in kept}
+
+
+def _named_model(recording: Recording) -> dict[str, float]:
+    """Parameter → value of the model that a recording names; none if that cannot be loaded."""
+    try:
+        named = Adjustable(load_model(recording.model, beside=recording.beside))
+    except TendonError:
+        return {}
+    return {name: parameter.value for name, parameter in named.parameters().items()}
+
+
+def _warn_of_kept(recording: Recording, kept: Mapping[str, tuple[float, Parameter]]) -> None:
+    if kept:
+        listed = ", ".join(
+            f"{name} = {quantity(model.value, model.unit)} (description:"
+            f" {quantity(value, model.unit)})"
+            for name, (value, model) in kept.items()
+        )
+        warnings.warn(
+            f"recording {recording.name!r}: the given model keeps {listed}; described=True"
+            " (--values-of description) applies the description's",
+            TendonWarning,
+            stacklevel=4,
+        )
 
 
 def _driven(

@@ -202,10 +202,12 @@ def replay_recording(
 
     Args:
         recording: to simulate.
-        model: to drive in place of the one that ``recording.model`` names; not changed.
+        model: to drive in place of the one that ``recording.model`` names; not changed. It keeps
+            its values, see `stated_values`.
         parameters: ``<element>.<parameter>`` to value (see `replay.parameters`), over
             ``recording.known`` and the values of ``recording.uncertain`` and ``recording.session``.
-        described: whether those three are applied; default: see `stated_values`.
+        described: whether those three are applied: True all, False only what commands and sensors
+            are of which the model states nothing; default: see `stated_values`.
         settle: time before the first sample [s]; with 0 the model starts in its reference pose.
             Default: as the recording says.
         progress: called with the share that is done, 0 … 1, every 2000 steps.
@@ -221,11 +223,12 @@ def replay_recording(
         InvalidValueError: a parameter or ``settle`` outside its range.
         TendonError: the simulation failed; the message says when.
     """
+    given = model is not None
     if model is None:
         model = load_model(recording.model, beside=recording.beside)
     adjustable = Adjustable(copy.copy(model))
     schedule = Schedule(recording, adjustable.model, settle)
-    stated = stated_values(recording, model, adjustable.names(), described)
+    stated = stated_values(recording, model, adjustable.parameters(), described, given=given)
     values = {**stated, **(parameters or {})}
     adjustable.set(values)
     schedule.prepare(adjustable)

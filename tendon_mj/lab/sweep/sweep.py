@@ -88,7 +88,7 @@ class Sweep:
             recording=recording,
             settle=settle,
             described=({} if measured else plain_commands(model))
-            | stated_values(recording, model, list(known.parameters)),
+            | stated_values(recording, model, known.parameters),
             axes={axis.name: axis.targets for axis in self.axes},
             outputs=self.outputs,
             policy=policy,

@@ -45,7 +45,7 @@ def replay_figure(measured: Recording, simulated: Mapping[str, Recording]) -> Fi
         figure = style.new_figure(9.5 if drive else 6.5, 0.6 + 2.2 * rows)
         source = textwrap.fill(f"recording: {measured.source}", 110)
         figure.suptitle(
-            f"{measured.name} on model {Path(measured.model).name}\n{source}",
+            f"{measured.name}, described for model {Path(measured.model).name}\n{source}",
             fontsize=9.0,
             parse_math=False,
         )

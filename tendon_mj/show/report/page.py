@@ -203,7 +203,7 @@ def _first(
     """Names of the template of the first screen: texts, and the signal that tells most."""
     white = residual_autocorrelations(row)
     held_out = any(row.measured.name == r.name for r in _held_out_only(diagnosis))
-    picture = as_png(signal_figure(row, column, changed=diagnosis.changed))
+    picture = as_png(signal_figure(row, column, changed=bool(diagnosis.findings)))
     return {
         "d": diagnosis,
         "changed": diagnosis.changed,

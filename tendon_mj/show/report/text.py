@@ -46,7 +46,7 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.withheld:
         return "No effect is named: the recordings have a fault that would be taken for one."
     if diagnosis.verdict == "unknown":
-        return "Nothing in the catalogue explains the error."
+        return "Nothing was found that explains the error."
     missing, sensors, wrong, happened = (
         " and ".join(f.summary for f in diagnosis.findings if _kind(f) == kind)
         for kind in ("missing", "sensor", "parameter", "happened")
@@ -101,7 +101,11 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
                 " proven."
             )
         advice = advise(diagnosis.closest, diagnosis.catalogue)
-        return [first, *(advice or [_record_more(diagnosis)])]
+        page = (
+            'The page "It says unknown: what now?" of the documentation says what the shape of the'
+            " residual tells, and how to go on."
+        )
+        return [first, *(advice or [_record_more(diagnosis)]), page]
     use = [
         "Use model.xml, which includes the findings; tendon-mj replay RECORDING --model model.xml"
         " shows how it follows a recording, with the --description of this diagnosis if it had one."
@@ -109,8 +113,8 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.verdict == "partly":
         without = f", without {', '.join(diagnosis.excluded)}," if diagnosis.excluded else ""
         use = [
-            "Use model.xml with care: an error remains that nothing in the catalogue"
-            f"{without} explains.",
+            f"Use model.xml with care: an error remains, and nothing was found{without} that"
+            " explains it.",
             _record_more(diagnosis),
         ]
     ties = [

@@ -99,7 +99,7 @@ def test_an_effect_that_only_the_held_out_data_show_is_not_nothing() -> None:
     _, held_out = rig(1, EFFECTS["constant_friction"])
     diagnosis = diagnose(train, held_out, Toy)
     assert diagnosis.verdict == "unknown"
-    assert "On held-out data the model is off by" in diagnosis.sentence
+    assert "On held-out data the calibrated model is off by" in diagnosis.sentence
 
 
 def test_noise_that_is_stated_too_large_is_warned_of() -> None:
@@ -152,7 +152,10 @@ def test_an_excluded_effect_is_not_named_and_stated_as_such(extra: float) -> Non
     diagnosis = diagnose(*rig(1, EFFECTS["friction_drift"], extra), Toy, exclude="friction_drift")
     assert diagnosis.verdict == "unknown"
     assert "friction_drift" not in (*diagnosis.effects, *diagnosis.closest)
-    assert "Nothing in the catalogue, without friction_drift, explains" in diagnosis.sentence
+    assert (
+        "Nothing was found in the catalogue, without friction_drift, that explains"
+        in diagnosis.sentence
+    )
     assert diagnosis.result()["excluded"] == ["friction_drift"]
 
 

@@ -153,7 +153,7 @@ def test_what_remains_beside_an_effect_is_said_and_the_effect_is_named() -> None
     result = diagnose(recordings(strange=0.5), simulator=Rig, catalogue=CANDIDATES)
     assert (result.verdict, result.effects) == ("partly", ["backlash"])
     assert result.parameters["sheath.backlash"].value == pytest.approx(1.5, abs=0.1)
-    assert "Nothing in the catalogue explains what remains" in result.sentence
+    assert "Nothing was found in the catalogue that explains what remains" in result.sentence
 
 
 def test_where_nothing_explains_the_error_the_closest_is_not_proven() -> None:

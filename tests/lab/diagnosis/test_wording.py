@@ -72,8 +72,9 @@ def test_the_unit_of_the_verdict_is_stated_where_sessions_of_the_rig_differ() ->
     assert sentence("partly", [PLAY], gap(17.0, 9.0), weighed, reproducibility=scatter) == (
         "In part missing: play (sheath); on held-out data the error goes from 17.00 to 9.00 times"
         " the noise, from 5.00 to 2.00 times noise and reproducibility together, which closes 75 %"
-        " of what could be closed. Nothing in the catalogue explains what remains, 2.00 times noise"
-        " and reproducibility. Between sessions of the rig, beyond noise, differ elbow 0.57° rms."
+        " of what could be closed. Nothing was found in the catalogue that explains what"
+        " remains, 2.00 times noise and reproducibility. Between sessions of the rig, beyond noise,"
+        " differ elbow 0.57° rms."
     )
 
 

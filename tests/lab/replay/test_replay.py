@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -11,13 +13,19 @@ import numpy as np
 import pytest
 
 from tendon_mj.attach import add_sensor
-from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
+from tendon_mj.errors import (
+    InvalidValueError,
+    RecordingError,
+    TendonError,
+    TendonWarning,
+    UnknownNameError,
+)
 from tendon_mj.lab.recordings import Measured, Uncertain, read_recording
-from tendon_mj.lab.replay import Adjustable, replay_error, replay_recording
+from tendon_mj.lab.replay import Adjustable, patch_model, replay_error, replay_recording
 from tendon_mj.lab.replay.readout import make_clock
 from tendon_mj.models import Bench, Joint, build_bench, build_joint, load_model, models_folder
 from tests.lab.recorded import recorded
-from tests.lab.replay.rigs import MEASURED, joint_recording, wave
+from tests.lab.replay.rigs import MEASURED, bench, joint_recording, wave
 from tests.refusals import refusing
 
 BENDS = (0, 60, 120, 180, 240)
@@ -417,3 +425,39 @@ def test_the_doubtful_clock_of_the_real_recordings_hardly_matters():
     as_told, slower = real_error(120, 0.19), real_error(120, 0.19, slower=2.0)
     assert slower["joint_rad"].rmse == pytest.approx(as_told["joint_rad"].rmse, abs=np.radians(0.1))
     assert slower["tension_1_N"].rmse == pytest.approx(as_told["tension_1_N"].rmse, abs=0.02)
+
+
+FRICTION, STIFFNESS, SCALE = "sheath.friction", "sheath.axial_stiffness", "reel.command_scale"
+SAID = {SCALE: 2.0, STIFFNESS: 4000.0}
+
+
+@pytest.mark.parametrize(
+    ("described", "changed", "expected"),
+    [  # the bench has friction 0.15, axial stiffness 20 kN and a plain command
+        (None, {}, SAID | {FRICTION: 0.15}),
+        (None, {STIFFNESS: 9e3}, {SCALE: 2.0, FRICTION: 0.15, STIFFNESS: 9e3}),
+        (None, {FRICTION: 0.0}, SAID | {FRICTION: 0.0}),
+        (None, {SCALE: 1.5}, {SCALE: 1.5, STIFFNESS: 4000.0, FRICTION: 0.15}),
+        (False, {STIFFNESS: 9e3}, {SCALE: 2.0, FRICTION: 0.15, STIFFNESS: 9e3}),
+        (True, {STIFFNESS: 9e3, FRICTION: 0.0}, SAID | {FRICTION: 0.3}),
+    ],
+)
+def test_a_given_model_keeps_its_physics_and_the_description_its_columns(
+    described, changed, expected, tmp_path
+):
+    guess = {FRICTION: Uncertain(0.3, 0.0, 0.5)}
+    recording = bench("pull", known=SAID, uncertain=guess)
+    path = patch_model("bench", changed, tmp_path / "other.xml")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", TendonWarning)
+        answer = replay_recording(recording, load_model(str(path)), described=described)
+    plain = replay_recording(replace(recording, known=expected, uncertain={}))
+    assert_same(answer, plain)
+    kept = {name for name in (FRICTION, STIFFNESS, SCALE) if name in "".join(map(str, caught))}
+    told = {FRICTION, *changed} if described is None else set()
+    assert kept == told
+
+
+def test_a_description_holds_on_its_own_model():
+    recording = bench("pull", uncertain={FRICTION: Uncertain(0.3, 0.0, 0.5)})
+    assert_same(replay_recording(recording), replay_recording(bench("p", known={FRICTION: 0.3})))
