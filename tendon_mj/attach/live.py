@@ -86,7 +86,7 @@ class _States:
             ) from None
         if not self.numbers.flags.writeable:
             raise InvalidValueError(f"{name}: the array of the states is read-only")
-        changed = bool(np.any(self.numbers[..., address] != values))
+        changed = bool(np.any(self.get(kind, address) != values))
         self.numbers[..., address] = values
         if kind == "axial_stiffness" and values.size:
             self._warn_of_step(name, owner, float(values.max()), changed)
