@@ -70,8 +70,7 @@ def add_friction(
             cable outside the model; by default one where there is no other, else none.
         input_end: site of the path, ``first`` or ``last``, at which a tendon is pulled or wound in.
             ``last`` is for one that is drawn from its insertion to its muscle or motor.
-        name: of the sheath. By default that of a tendon given alone is ``sheath`` or, where that
-            is taken, ``<tendon>_sheath``; of one among several always ``<tendon>_sheath``.
+        name: of the sheath, by default ``<tendon>_sheath``.
         reel: name of an actuator to add that winds tendon in at the input, control in metres.
             Without one, a sensor named like the sheath is added, which shows T_in and T_out.
         reel_joint, reel_radius: joint [rad] or slide that winds tendon in, and radius [m].
@@ -221,8 +220,7 @@ def _add_sheaths(
     shown = instances.Sensors(spec)
     for sheath in sheaths:
         tendon = sheath.tendon.name = sheath.name
-        short = ("sheath",) if alone else ()
-        own = take(taken, *short, f"{tendon}_sheath") if name is None else name
+        own = take(taken, f"{tendon}_sheath") if name is None else name
         ends = take(sensors, own, f"{own}_ends")
         config = {"tendon": tendon, **sheath.config}
         if sheath.spool is not None:

@@ -103,6 +103,8 @@ class _States:
 class Parameters(MutableMapping[str, float]):
     """``<sheath>.<parameter>`` and ``<servo>.<gain>`` to value, live in `mjData.plugin_state`.
 
+    A sheath goes by its name or by that of its tendon, in ``flexor.friction``.
+
     A change acts from the next evaluation on; a reset brings back the model's values. The
     unstretched length follows from ``pretension`` at the first evaluation after a reset, so set
     that before it. Writing changes this data only, so that each of many simulations of one model
@@ -133,6 +135,7 @@ class Parameters(MutableMapping[str, float]):
                 f"{data.shape}: give that part of one state"
             )
         known = plugin.sheaths(model)
+        self._by_tendon = {sheath.tendon: name for name, sheath in known.items()}
         for name, instance in known.items():  # which refuses numbers that are not of this model
             plugin.sheath_arrays(model, self._states.numbers, name, instance.state)
         self._unused = {
@@ -152,19 +155,24 @@ class Parameters(MutableMapping[str, float]):
             if gain not in _FIXED_GAINS
         }
 
-    def _find(self, name: str) -> int:
-        if isinstance(name, str) and name in self._unused:
-            raise UnusedKeyError(f"{name} {self._unused[name]}")
-        if not isinstance(name, str) or name not in self._address:
-            raise UnknownKeyError("parameter", str(name), self._address)
-        return self._address[name]
+    def _key(self, name: str) -> str:
+        """A name with that of the sheath, where it has the tendon's."""
+        owner, _, kind = str(name).rpartition(".")
+        keys = (str(name), f"{self._by_tendon.get(owner, owner)}.{kind}")
+        for key in keys:
+            if key in self._unused:
+                raise UnusedKeyError(f"{name} {self._unused[key]}")
+            if key in self._address:
+                return key
+        raise UnknownKeyError("parameter", str(name), self._address)
 
     def __getitem__(self, name: str) -> float:
-        address = self._find(name)
-        return float(self._states.get(name.rsplit(".", 1)[1], address))
+        key = self._key(name)
+        return float(self._states.get(key.rsplit(".", 1)[1], self._address[key]))
 
     def __setitem__(self, name: str, value: float) -> None:
-        self._states.set(name, self._find(name), value)
+        key = self._key(name)
+        self._states.set(key, self._address[key], value)
 
     def __delitem__(self, name: str) -> None:
         raise InvalidValueError(f"{name} cannot be removed, only set")
