@@ -17,7 +17,7 @@ from tendon_mj.attach.tendon_bend import idlers
 from tendon_mj.attach.tendons import asks_for_several, check_spec, choose_tendons
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError
 from tendon_mj.plugin import INPUT_ENDS, NAME, SERVO, SPRINGS
-from tendon_mj.sheath import LAW, Law, OptionalParameters
+from tendon_mj.sheath import LAW, Law, OptionalParameters, doubt_of_friction
 
 # EA and T_0, which then follow from the model, and parameters that are off
 _MAY_BE_NONE = {
@@ -95,9 +95,10 @@ def add_friction(
             would not pull through a spool as before, such as a muscle.
 
     Warns:
-        TendonWarning: of tendons that were named, left out, or have nothing to rub on; of actuators
-            that can push; of a side site that friction turns away from its tendon; of an axial
-            stiffness of a tendon that is wound, if the time step of the model does not resolve it.
+        TendonWarning: of a friction above 2; of tendons that were named, left out, or have nothing
+            to rub on; of actuators that can push; of a side site that friction turns away from its
+            tendon; of an axial stiffness of a tendon that is wound, if the time step of the model
+            does not resolve it.
     """
     check_spec(spec)
     check_names(LAW, parameters, "add_friction")
@@ -111,8 +112,9 @@ def add_friction(
     drums |= _end_attributes(spec, "output", output_joint, output_radius)
     is_wound_in = any(given is not None for given in (reel_joint, reel, spool))
     numbers = {"axial_stiffness": axial_stiffness, "pretension": pretension, "friction": friction}
+    numbers |= parameters
     request = Request(
-        *_law(spec, spool, numbers | parameters),
+        *_law(spec, spool, numbers),
         arc_guides=as_count("arc_guides", arc_guides, 1),
         inner_guides=None if inner_guides is None else as_count("inner_guides", inner_guides, 0),
         input_end=one_of("input_end", input_end, INPUT_ENDS, "add_friction"),
@@ -133,7 +135,9 @@ def add_friction(
     side_sites = side_site_warnings(spec, sheaths)
     unnamed = [sheath.name for sheath in sheaths if not sheath.tendon.name]
     _add_sheaths(spec, sheaths, name, reel, sensors, alone=not several)
-    for message in [*warnings_of(spec, sheaths, unnamed, left_out), *side_sites]:
+    doubts = [doubt_of_friction(key, value) for key, value in numbers.items() if value is not None]
+    messages = warnings_of(spec, sheaths, unnamed, left_out)
+    for message in filter(None, [*doubts, *messages, *side_sites]):
         warnings.warn(f"add_friction: {message}", TendonWarning, stacklevel=2)
     return spec
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import Parameters, add_friction, add_sensor, remove_friction
-from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError
 from tendon_mj.plugin import KINDS, sheaths
 from tests.refusals import refusing
 from tests.rigs import finger as rig
@@ -220,3 +220,13 @@ def test_only_a_spec_is_taken(spec):
     for call in (lambda: add_friction(spec, "t", friction=0.1), lambda: remove_friction(spec, "t")):
         with refusing(InvalidValueError, "mujoco.MjSpec", type(spec).__name__):
             call()
+
+
+@pytest.mark.parametrize(("friction", "more"), [(2.1, {}), (15, {}), (0.2, {"static_friction": 4})])
+def test_a_friction_in_percent_is_warned_of(friction, more):
+    with pytest.warns(TendonWarning, match=r"friction = (2\.1|15|4) lets .* give 0\.(021|15|04)$"):
+        add_friction(finger(), "flexor", friction=friction, **more)
+
+
+def test_the_friction_of_rubber_is_not_warned_of():
+    add_friction(finger(), "flexor", friction=2.0)  # warnings are errors

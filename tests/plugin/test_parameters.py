@@ -4,11 +4,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj import Parameters
-from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.plugin import PARAMETERS
+from tendon_mj import Parameters, add_friction
+from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameError, UnusedKeyError
+from tendon_mj.plugin import PARAMETERS, sheaths
 from tests.refusals import refusing
-from tests.rigs import arm, fixed_sheaths, run, started
+from tests.rigs import arm, fixed_sheaths, pulled_xml, run, started
 
 MU = "sheath.friction"
 

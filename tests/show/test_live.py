@@ -67,7 +67,7 @@ def test_a_model_without_sheaths_can_be_shown(tmp_path):
 
 def test_a_model_that_does_not_move_has_a_reason(tmp_path):
     still = table(tmp_path, "time_s,pull_N\n0,0\n1,0\n")
-    assert "stay at 0" in prepare(written(tmp_path), still).still
+    assert "stay as they are" in prepare(written(tmp_path), still).still
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     assert stands_still(model, lambda time: np.zeros(0), 1.0) == "the model has no actuator"
 

@@ -193,8 +193,8 @@ def test_a_chart_says_how_many_tendons_it_leaves_out():
     model, frames = pulled(20)
     panel = Panel(model, frames, colour_limits(frames.cables), 436, 720)
     (axes, chart), *_ = panel._plots
-    assert chart.left_out == 4
-    assert axes.get_legend().get_texts()[-1].get_text() == "… and 4 more"
+    assert chart.left_out == 16
+    assert axes.get_legend().get_texts()[-1].get_text() == "… and 16 more"
 
 
 @pytest.mark.parametrize("width", [0.5, 3.0, 9.0, 30.0])

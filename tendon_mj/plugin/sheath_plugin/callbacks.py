@@ -88,7 +88,7 @@ _REASONS = Text(
 )
 _PUSHED = Text(
     "' is pushed by a motor: MuJoCo pulls with a force below 0, and one above 0 passes the sheath"
-    " without friction; pull with a negative ctrl, or give the motor gear=\"-1\""
+    ' without friction; pull with a negative ctrl, or give the motor gear="-1"'
 )
 
 

@@ -64,9 +64,7 @@ def test_many_actuators_all_move_within_the_time_of_a_demonstration():
     assert (control.max(axis=0) > 0.99).all()
 
 
-SERVO = (
-    '<general tendon="{}" gainprm="1e4" biastype="affine" biasprm="0 -1e4" ctrlrange="0.1 2"/>'
-)
+SERVO = '<general tendon="{}" gainprm="1e4" biastype="affine" biasprm="0 -1e4" ctrlrange="0.1 2"/>'
 
 
 def servos(key=""):

@@ -17,7 +17,9 @@ from tendon_mj.lab.replay import (
 )
 from tests.refusals import refusing
 
-TENDON = """<spatial name="{0}"><site site="{0}a"/><site site="{0}b"/><site site="{0}c"/></spatial>"""
+TENDON = (
+    """<spatial name="{0}"><site site="{0}a"/><site site="{0}b"/><site site="{0}c"/></spatial>"""
+)
 FINGER = """<site name="{0}a" pos="0 {1} 0"/><site name="{0}b" pos=".1 {1} .1"/>
   <body pos=".2 {1} 0"><joint name="{0}_joint" axis="0 1 0" stiffness=".5" damping=".1"/>
     <geom size=".02" pos=".1 0 0" contype="0" conaffinity="0"/><site name="{0}c" pos=".03 0 .03"/>
@@ -58,7 +60,8 @@ def test_those_that_lose_most_come_first_and_others_can_be_left_out():
 def test_the_sentence_is_of_the_joint_that_lags_and_of_its_tendon():
     model, frames, twin = fingers(index=0.1, middle=0.4)
     sentence = friction_sentence(model, most_first(model, frames), twin)
-    when, arrives, pulled, lag, there, free = map(float, re.findall(r"[−\d.]*\d", sentence))
+    numbers = re.findall(r"\d[\d.]*\b", sentence)
+    when, arrives, pulled, lag, there, free = map(float, numbers)
     k = round(when * frames.fps)
     path = frames.cables["middle_sheath"].tensions[k]
     assert [pulled, arrives] == pytest.approx([path[0], path[-1]], rel=5e-3)
