@@ -111,8 +111,8 @@ def add_friction(
     drums = _end_attributes(spec, "reel", reel_joint, reel_radius)
     drums |= _end_attributes(spec, "output", output_joint, output_radius)
     is_wound_in = any(given is not None for given in (reel_joint, reel, spool))
-    numbers = {"axial_stiffness": axial_stiffness, "pretension": pretension, "friction": friction}
-    numbers |= parameters
+    numbers: dict[str, Any] = {"axial_stiffness": axial_stiffness, "pretension": pretension}
+    numbers |= {"friction": friction, **parameters}
     request = Request(
         *_law(spec, spool, numbers),
         arc_guides=as_count("arc_guides", arc_guides, 1),

@@ -39,6 +39,7 @@ from tendon_mj.show.live import open_window, prepare, serve
 
 FingerModel = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="{finger,finger_spring}")]
 _WITHOUT = "friction 0"
+_SOME = 12.0  # duration of a motion for a check of frames, at most [s]
 _LONG = 10.0  # expected time of a clip that is printed [s]
 
 
@@ -85,8 +86,7 @@ def render(
     name = model_path(model).stem
     compiled = load_model(model, scene=True)
     find_camera(compiled, camera)
-    if duration is not None:
-        check_frames(compiled, duration, fps)
+    check_frames(compiled, _SOME if duration is None else duration, fps)
     tendons = sheathed_tendons(compiled, tendon) if tendon else None
     chosen = finger.find_motion(name, compiled, motion, duration, tendons)
     length = duration if duration is not None else chosen.duration

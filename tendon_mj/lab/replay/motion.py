@@ -203,7 +203,7 @@ def read_motion(path: Path, model: mujoco.MjModel) -> tuple[Drive, float]:
     def drive(now: float) -> FloatArray:
         control = rest.copy()
         control[places] = [np.interp(now, time - time[0], v) for v in table.values()]
-        return control
+        return np.asarray(control)
 
     return drive, float(time[-1] - time[0])
 
