@@ -378,12 +378,12 @@ def sheath_view(model, data, sheath="s"):
     return view(data.plugin_state, sheaths(model)[sheath].state)
 
 
-def unpacked(model, data, sheath="sheath"):
-    """Scalars, segments and guides of a sheath, as views on `plugin_state`."""
-    return sheath_view(model, data, sheath)[:3]
+def unpacked(model, data, sheath=None):
+    """Scalars, segments and guides of a sheath, the only one, as views on `plugin_state`."""
+    return sheath_view(model, data, sheath or next(iter(sheaths(model))))[:3]
 
 
-def tendon_total(model, data, sheath="sheath"):
+def tendon_total(model, data, sheath=None):
     """Unstretched length that is stored and wound [m], which nothing may change."""
     scalars, segments, _ = unpacked(model, data, sheath)
     return segments["stored"].sum() + scalars.wound_in + scalars.wound_out
@@ -454,7 +454,7 @@ class Drives:
         law = {"axial_stiffness": EA, "friction": 0.2, "pretension": PRETENSION} | law
         ends = {"reel_joint": "reel", "reel_radius": 1, "output_joint": "drum", "output_radius": 1}
         shown = ("tension", "friction_work", "reel_displacement", "unsolved")
-        add_friction(spec, "tendon", sensors=shown, **ends, **law)
+        add_friction(spec, "tendon", name="sheath", sensors=shown, **ends, **law)
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
         self.timestep = timestep
@@ -541,6 +541,7 @@ def hand(
     add_friction(
         spec,
         "tendon",
+        name="sheath",
         friction=friction,
         axial_stiffness=10e3,
         pretension=SERVO_PRETENSION,

@@ -81,7 +81,7 @@ HAND = """
       <site site="tip"/>
     </spatial>
   </tendon>
-  <actuator><motor tendon="flexor" gear="-1"/></actuator>
+  <actuator><motor tendon="flexor"/></actuator>
 </mujoco>
 """
 

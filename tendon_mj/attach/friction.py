@@ -17,7 +17,7 @@ from tendon_mj.attach.tendon_bend import idlers
 from tendon_mj.attach.tendons import asks_for_several, check_spec, choose_tendons
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError
 from tendon_mj.plugin import INPUT_ENDS, NAME, SERVO, SPRINGS
-from tendon_mj.sheath import LAW, Law, OptionalParameters
+from tendon_mj.sheath import LAW, Law, OptionalParameters, doubt_of_friction
 
 # EA and T_0, which then follow from the model, and parameters that are off
 _MAY_BE_NONE = {
@@ -70,8 +70,7 @@ def add_friction(
             cable outside the model; by default one where there is no other, else none.
         input_end: site of the path, ``first`` or ``last``, at which a tendon is pulled or wound in.
             ``last`` is for one that is drawn from its insertion to its muscle or motor.
-        name: of the sheath. By default that of a tendon given alone is ``sheath`` or, where that
-            is taken, ``<tendon>_sheath``; of one among several always ``<tendon>_sheath``.
+        name: of the sheath, by default ``<tendon>_sheath``.
         reel: name of an actuator to add that winds tendon in at the input, control in metres.
             Without one, a sensor named like the sheath is added, which shows T_in and T_out.
         reel_joint, reel_radius: joint [rad] or slide that winds tendon in, and radius [m].
@@ -96,9 +95,10 @@ def add_friction(
             would not pull through a spool as before, such as a muscle.
 
     Warns:
-        TendonWarning: of tendons that were named, left out, or have nothing to rub on; of actuators
-            that can push; of a side site that friction turns away from its tendon; of an axial
-            stiffness of a tendon that is wound, if the time step of the model does not resolve it.
+        TendonWarning: of a friction above 2; of tendons that were named, left out, or have nothing
+            to rub on; of actuators that can push; of a side site that friction turns away from its
+            tendon; of an axial stiffness of a tendon that is wound, if the time step of the model
+            does not resolve it.
     """
     check_spec(spec)
     check_names(LAW, parameters, "add_friction")
@@ -111,9 +111,10 @@ def add_friction(
     drums = _end_attributes(spec, "reel", reel_joint, reel_radius)
     drums |= _end_attributes(spec, "output", output_joint, output_radius)
     is_wound_in = any(given is not None for given in (reel_joint, reel, spool))
-    numbers = {"axial_stiffness": axial_stiffness, "pretension": pretension, "friction": friction}
+    numbers: dict[str, Any] = {"axial_stiffness": axial_stiffness, "pretension": pretension}
+    numbers |= {"friction": friction, **parameters}
     request = Request(
-        *_law(spec, spool, numbers | parameters),
+        *_law(spec, spool, numbers),
         arc_guides=as_count("arc_guides", arc_guides, 1),
         inner_guides=None if inner_guides is None else as_count("inner_guides", inner_guides, 0),
         input_end=one_of("input_end", input_end, INPUT_ENDS, "add_friction"),
@@ -134,7 +135,9 @@ def add_friction(
     side_sites = side_site_warnings(spec, sheaths)
     unnamed = [sheath.name for sheath in sheaths if not sheath.tendon.name]
     _add_sheaths(spec, sheaths, name, reel, sensors, alone=not several)
-    for message in [*warnings_of(spec, sheaths, unnamed, left_out), *side_sites]:
+    doubts = [doubt_of_friction(key, value) for key, value in numbers.items() if value is not None]
+    messages = warnings_of(spec, sheaths, unnamed, left_out)
+    for message in filter(None, [*doubts, *messages, *side_sites]):
         warnings.warn(f"add_friction: {message}", TendonWarning, stacklevel=2)
     return spec
 
@@ -221,8 +224,7 @@ def _add_sheaths(
     shown = instances.Sensors(spec)
     for sheath in sheaths:
         tendon = sheath.tendon.name = sheath.name
-        short = ("sheath",) if alone else ()
-        own = take(taken, *short, f"{tendon}_sheath") if name is None else name
+        own = take(taken, f"{tendon}_sheath") if name is None else name
         ends = take(sensors, own, f"{own}_ends")
         config = {"tendon": tendon, **sheath.config}
         if sheath.spool is not None:

@@ -1,9 +1,9 @@
 """Plugin instances of sheaths in a spec, their names, and the sensors that show them.
 
-A call for one tendon by its name takes short names where they are free: ``sheath``, and the kind of
-each sensor. A call for several, or for a list of one, takes ``<tendon>_sheath`` and
-``<tendon>_<kind>``, which depend neither on the rest of the model nor on the order of calls. So
-does a call for one where the short names are taken. Nothing is ever renamed.
+A sheath is called ``<tendon>_sheath``. Sensors of one tendon that is given by its name have short
+names where they are free: the kind of each. Those of several, or of a list of one, are called
+``<tendon>_<kind>``, which depends neither on the rest of the model nor on the order of calls. So do
+those of one where the short names are taken. Nothing is ever renamed.
 """
 
 from __future__ import annotations

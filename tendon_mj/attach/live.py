@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, MutableMapping
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from typing import Any
 
 import mujoco
@@ -103,8 +103,19 @@ class _States:
             warnings.warn(f"{name}: {said}", TendonWarning, stacklevel=4)
 
 
+def _other_names(known: Mapping[str, plugin.Instance]) -> dict[str, str]:
+    """Other name → name of a sheath: that of its tendon, and `sheath` for the only one."""
+    names = {instance.tendon: name for name, instance in known.items()}
+    if len(known) == 1:
+        names.setdefault("sheath", next(iter(known)))
+    return names
+
+
 class Parameters(MutableMapping[str, float]):
     """``<sheath>.<parameter>`` and ``<servo>.<gain>`` to value, live in `mjData.plugin_state`.
+
+    A sheath goes by its name or by that of its tendon, in ``flexor.friction``, and the only one of
+    a model by ``sheath``.
 
     A change acts from the next evaluation on; a reset brings back the model's values. The
     unstretched length follows from ``pretension`` at the first evaluation after a reset, so set
@@ -136,6 +147,7 @@ class Parameters(MutableMapping[str, float]):
                 f"{data.shape}: give that part of one state"
             )
         known = plugin.sheaths(model)
+        self._other_names = _other_names(known)
         for name, instance in known.items():  # which refuses numbers that are not of this model
             plugin.sheath_arrays(model, self._states.numbers, name, instance.state)
         self._unused = {
@@ -155,19 +167,24 @@ class Parameters(MutableMapping[str, float]):
             if gain not in _FIXED_GAINS
         }
 
-    def _find(self, name: str) -> int:
-        if isinstance(name, str) and name in self._unused:
-            raise UnusedKeyError(f"{name} {self._unused[name]}")
-        if not isinstance(name, str) or name not in self._address:
-            raise UnknownKeyError("parameter", str(name), self._address)
-        return self._address[name]
+    def _key(self, name: str) -> str:
+        """A name with that of the sheath, where it has another of it."""
+        owner, _, kind = str(name).rpartition(".")
+        keys = (str(name), f"{self._other_names.get(owner, owner)}.{kind}")
+        for key in keys:
+            if key in self._unused:
+                raise UnusedKeyError(f"{name} {self._unused[key]}")
+            if key in self._address:
+                return key
+        raise UnknownKeyError("parameter", str(name), self._address)
 
     def __getitem__(self, name: str) -> float:
-        address = self._find(name)
-        return float(self._states.get(name.rsplit(".", 1)[1], address))
+        key = self._key(name)
+        return float(self._states.get(key.rsplit(".", 1)[1], self._address[key]))
 
     def __setitem__(self, name: str, value: float) -> None:
-        self._states.set(name, self._find(name), value)
+        key = self._key(name)
+        self._states.set(key, self._address[key], value)
 
     def __delitem__(self, name: str) -> None:
         raise InvalidValueError(f"{name} cannot be removed, only set")
@@ -206,10 +223,10 @@ class SheathView:
         self, model: mujoco.MjModel, data: mujoco.MjData | FloatArray, sheath: str
     ) -> None:
         known = plugin.sheaths(model)
-        by_tendon = {instance.tendon: name for name, instance in known.items()}
-        name = sheath if sheath in known else by_tendon.get(sheath, "")
+        other_names = _other_names(known)
+        name = sheath if sheath in known else other_names.get(sheath, "")
         if not name:
-            raise UnknownNameError("sheath or sheathed tendon", sheath, {*known, *by_tendon})
+            raise UnknownNameError("sheath or sheathed tendon", sheath, {*known, *other_names})
         initialise: Callable[[str, Any], None] = super().__setattr__  # past the parameters
         initialise("_states", _States(model, data))
         initialise("_instance", known[name])

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import glob
 import math
-from collections.abc import Iterable, Mapping
+import time
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -20,20 +21,26 @@ from tendon_mj.lab import finger
 from tendon_mj.lab.recordings import Recording, write_recording
 from tendon_mj.lab.replay import (
     FrameRecorder,
+    Frames,
     check_frames,
     demonstration_time,
     force_unit,
+    friction_sentence,
     frictionless,
+    most_first,
     record_frames,
+    sheathed_tendons,
     without_range,
 )
 from tendon_mj.lab.verification import finger_step_cost
 from tendon_mj.models import Finger, load_model, model_names, model_path
-from tendon_mj.show import check_size, find_camera, finger_figure, render_clip
+from tendon_mj.show import check_size, draw_frames, find_camera, finger_figure, render_clip
 from tendon_mj.show.live import open_window, prepare, serve
 
 FingerModel = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="{finger,finger_spring}")]
 _WITHOUT = "friction 0"
+_SOME = 12.0  # duration of a motion for a check of frames, at most [s]
+_LONG = 10.0  # expected time of a clip that is printed [s]
 
 
 def render(
@@ -41,6 +48,7 @@ def render(
     out: Path = Path("out/render"),
     duration: float | None = None,
     motion: str | None = None,
+    tendon: str | None = None,
     camera: str | None = None,
     size: str = "1280x720",
     fps: float = 30.0,
@@ -59,7 +67,10 @@ def render(
             of any other model: a CSV file with time_s and a column for each actuator that moves,
             such as command_rad. By default the finger curls, and the actuators of any other model
             go one after the other through four fifths of their control range, or from -1 to 1
-            without one.
+            without one. It begins at the first keyframe, or where actuators have no force.
+        tendon: Name or pattern, such as "index*", of the tendons that are coloured and whose
+            tensions are shown; by default also only these are pulled. Without it all are, and those
+            that lose most by friction have numbers.
         camera: Name of a camera of the model. By default the first that shows the tendons, or one
             that frames them.
         size: Width and height of the clip in pixels.
@@ -75,28 +86,31 @@ def render(
     name = model_path(model).stem
     compiled = load_model(model, scene=True)
     find_camera(compiled, camera)
-    if duration is not None:
-        check_frames(compiled, duration, fps)
-    chosen = finger.find_motion(name, compiled, motion, duration)
+    check_frames(compiled, _SOME if duration is None else duration, fps)
+    tendons = sheathed_tendons(compiled, tendon) if tendon else None
+    chosen = finger.find_motion(name, compiled, motion, duration, tendons)
     length = duration if duration is not None else chosen.duration
     if not math.isfinite(length):
-        length = demonstration_time(compiled)
+        length = demonstration_time(compiled, tendons)
     if motion is None and name not in model_names():
         _print_what_moves(compiled)
     moving = chosen.prepared(compiled)
     without = frictionless(moving) if twin else {}
-    record = partial(record_frames, moving, chosen.drive, duration=length, fps=fps)
+    record = partial(record_frames, moving, chosen.drive, fps=fps, at_rest=True)
+    draw: Any = {"width": width, "height": height, "camera": camera}
+    _print_time(moving, record, bool(without), length, fps, draw)
     with progress_bar() as progress:
-        frames = record(progress=progress)
+        frames = most_first(moving, record(duration=length, progress=progress), tendons)
+        other = record(duration=length, parameters=without, progress=progress) if without else None
+        caption = friction_sentence(moving, frames, other)
         path = render_clip(
             moving,
             frames,
             out / f"{name}.mp4",
-            width=width,
-            height=height,
-            camera=camera,
-            twin=record(parameters=without) if without else None,
+            twin=other,
+            caption=caption,
             progress=progress,
+            **draw,
         )
     output.add(path)
     shown = len(frames.time) / fps
@@ -110,7 +124,7 @@ def render(
         span = f"tensions from {low:.1f} to {high:.1f} {unit.symbol}"
     output.close(
         f"{path.name} shows {shown:.3g} s of {name}{moved}, with {span}, at {fps:g} frames/s, "
-        f"{width} x {height}."
+        f"{width} x {height}.{f' {caption}' if caption else ''}"
     )
     return result
 
@@ -118,6 +132,7 @@ def render(
 def view(
     model: tyro.conf.Positional[str],
     motion: str | None = None,
+    tendon: str | None = None,
     web: bool = False,
     port: int = 8080,
     seconds: float | None = None,
@@ -128,7 +143,9 @@ def view(
         model: MJCF file, or a model of the package: bench, joint, finger, finger_spring.
         motion: Motion of the finger: curl, tap, press, hold, or a CSV file of joint angles or
             tensions. Motion of any other model: a CSV file with time_s and a column for each
-            actuator that moves.
+            actuator that moves. It begins at the first keyframe, or where actuators have no force.
+        tendon: Name or pattern, such as "index*", of the tendons whose tensions are shown; by
+            default also only these are pulled.
         web: Serve a page for a browser, with sliders for friction and all other live parameters,
             instead of opening MuJoCo's viewer, which needs a screen.
         port: Port of that page. If it is taken, the next free port is used.
@@ -140,12 +157,16 @@ def view(
     """
     if seconds is not None and not seconds > 0.0:
         raise InvalidValueError(f"--seconds {seconds:g} must be greater than 0")
-    prepared = prepare(model, motion)
+    with progress_bar() as progress:
+        prepared = prepare(model, motion, tendon, progress)
+    if prepared.sentence:
+        console.print(prepared.sentence)
     if prepared.still:
         console.print(f"{prepared.still}: only gravity and springs move it")
     if web:
         done = serve(prepared, port=port, seconds=seconds, announce=console.print)
     else:
+        console.print("the space bar halts it, and Tab shows MuJoCo's panel of settings")
         done = open_window(prepared, seconds)
     console.print(done.sentence())
 
@@ -158,6 +179,31 @@ def _size(text: str) -> tuple[int, int]:
         raise InvalidValueError(
             f"--size {text}: give width x height in pixels, like 1280x720"
         ) from None
+
+
+def _print_time(
+    model: mujoco.MjModel,
+    record: Callable[..., Frames],
+    has_twin: bool,
+    length: float,
+    fps: float,
+    draw: Mapping[str, Any],
+) -> None:
+    """Print the time that a clip will take, from two of its frames, and what makes it shorter."""
+    begin = time.perf_counter()
+    frames = record(duration=2.0 / fps)
+    simulated = time.perf_counter()
+    pictures = draw_frames(model, frames, **draw)
+    next(pictures)  # which takes longer than the others
+    first = time.perf_counter()
+    next(pictures)
+    a_picture, a_frame = time.perf_counter() - first, 0.5 * (simulated - begin)
+    expected = length * fps * (1 + has_twin) * (a_frame + a_picture)
+    if expected > _LONG:
+        console.print(
+            f"this takes about {expected:.0f} s; a shorter --duration, fewer --fps, a smaller"
+            f" --size{' and --no-twin' if has_twin else ''} make it less"
+        )
 
 
 def _print_what_moves(compiled: mujoco.MjModel) -> None:

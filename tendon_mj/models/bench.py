@@ -109,6 +109,7 @@ def build_bench(
     add_friction(
         spec,
         "tendon",
+        name="sheath",
         friction=bench.friction,
         axial_stiffness=bench.axial_stiffness,
         pretension=bench.pretension,

@@ -17,6 +17,7 @@ from typing import Any, Final, NamedTuple, SupportsFloat, TypedDict
 from tendon_mj.errors import InvalidValueError
 
 _KEY = "parameter"
+_MOST_FRICTION = 2.0  # more than rubber; what cables have, 0.03 to 0.5, is 3 to 50 in percent
 _LARGEST = 1e30  # in size: products of parameters beyond may not be finite
 
 
@@ -125,6 +126,17 @@ def check_in_range(
             f"{in_place(where)}{name} = {value:g} [{unit}] is out of range, {least:g} to"
             f" {_LARGEST:g}"
         )
+
+
+def doubt_of_friction(name: str, value: float) -> str:
+    """Doubt of a coefficient that no sheath has, as one in percent; empty where it may be right."""
+    if name not in ("friction", "static_friction") or value <= _MOST_FRICTION:
+        return ""
+    share = math.exp(-math.pi * value)
+    return (
+        f"{name} = {value:g} lets {share:.1g} of a tension through half a turn, and cables have"
+        f" 0.03 to 0.5: if it is in percent, give {value / 100.0:g}"
+    )
 
 
 @dataclass(frozen=True)

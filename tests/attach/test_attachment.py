@@ -174,7 +174,7 @@ def test_a_sheath_that_was_there_is_left_with_its_own_friction(hand, tmp_path):
     attached_to(hand, "flexor", first, friction=0.5)
     attached = attached_to(first, "*", second, friction=0.1)
     flexor, other, *_ = attached.rows
-    assert (flexor.friction, flexor.done) == (0.5, "left in sheath 'sheath'")
+    assert (flexor.friction, flexor.done) == (0.5, "left in sheath 'flexor_sheath'")
     assert (other.friction, other.sheath) == (0.1, "tendon_1_sheath")
     assert len(sheaths(mujoco.MjModel.from_xml_path(str(second)))) == 2
 

@@ -216,7 +216,7 @@ def test_what_is_wound_besides_takes_its_elasticity_as_before():
     with refusing(InvalidValueError, "'wrapped'", "axial_stiffness"):
         add_friction(arm(), "wrapped", friction=0.1, output_joint="elbow", output_radius=0.01)
     spec = add_friction(arm(), "stiff", friction=0.1, output_joint="elbow", output_radius=0.01)
-    assert spec.plugin("sheath").config["spring"] == "cable"
+    assert spec.plugin("stiff_sheath").config["spring"] == "cable"
     assert spec.tendon("stiff").stiffness.any()  # the sheath reads it
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import Parameters, add_friction, add_sensor, remove_friction
-from tendon_mj.errors import InvalidValueError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError
 from tendon_mj.plugin import KINDS, sheaths
 from tests.refusals import refusing
 from tests.rigs import finger as rig
@@ -60,7 +60,7 @@ def test_without_friction_the_model_moves_as_before(springlength):
 
 def test_what_is_given_goes_before_what_the_tendon_had():
     spec = add_friction(finger(), "flexor", friction=0.1, axial_stiffness=900.0, pretension=3.0)
-    config = spec.plugin("sheath").config
+    config = spec.plugin("flexor_sheath").config
     assert (config["axial_stiffness"], config["pretension"]) == ("900.0", "3.0")
     data = mujoco.MjData(model := spec.compile())
     mujoco.mj_forward(model, data)
@@ -70,7 +70,7 @@ def test_what_is_given_goes_before_what_the_tendon_had():
 def test_names_of_sheaths_reels_and_sensors():
     spec = both(finger(), 0.1)
     model = spec.compile()
-    assert set(sheaths(model)) == {"sheath", "flexor_sheath"}
+    assert set(sheaths(model)) == {"extensor_sheath", "flexor_sheath"}
     assert {s.tendon for s in sheaths(model).values()} == {"extensor", "flexor"}
     assert [a.name for a in spec.actuators] == ["extensor_reel", "flexor_reel"]
     assert [s.name for s in spec.sensors] == [
@@ -90,7 +90,7 @@ def test_names_of_sheaths_reels_and_sensors():
 @pytest.mark.parametrize("kind", list(KINDS))
 def test_every_kind_of_sensor_can_be_added_and_shows_as_much_as_it_says(kind):
     spec = add_friction(finger(), "flexor", friction=0.1, sensors=())
-    sensor = add_sensor(spec, "sheath", kind, name="shown")
+    sensor = add_sensor(spec, "flexor_sheath", kind, name="shown")
     model = spec.compile()
     assert sensor.name == "shown"
     assert model.sensor("shown").dim[0] == {"one": 1, "segment": 2, "guide": 1}[KINDS[kind][2]]
@@ -173,7 +173,7 @@ def test_a_sensor_on_the_sheath_shows_both_ends():
     model = spec.compile()
     data = simulated(model, 50, qvel=2.0)
     ends = [data.sensor(f"{end}_tension").data[0] for end in ("input", "output")]
-    np.testing.assert_array_equal(data.sensor("sheath").data, ends)
+    np.testing.assert_array_equal(data.sensor("flexor_sheath").data, ends)
     assert ends[0] != ends[1]
 
 
@@ -195,7 +195,7 @@ def odd(form):
 def test_a_spring_that_no_sheath_can_be_stays_and_drives_the_tendon(form):
     spec = odd(form)
     before = [*spec.tendon("flexor").stiffness, *spec.tendon("flexor").springlength]
-    config = add_friction(spec, "flexor", friction=0.1).plugin("sheath").config
+    config = add_friction(spec, "flexor", friction=0.1).plugin("flexor_sheath").config
     assert not {"axial_stiffness", "pretension"} & set(config)
     assert [*spec.tendon("flexor").stiffness, *spec.tendon("flexor").springlength] == before
     assert not spec.texts
@@ -220,3 +220,13 @@ def test_only_a_spec_is_taken(spec):
     for call in (lambda: add_friction(spec, "t", friction=0.1), lambda: remove_friction(spec, "t")):
         with refusing(InvalidValueError, "mujoco.MjSpec", type(spec).__name__):
             call()
+
+
+@pytest.mark.parametrize(("friction", "more"), [(2.1, {}), (15, {}), (0.2, {"static_friction": 4})])
+def test_a_friction_in_percent_is_warned_of(friction, more):
+    with pytest.warns(TendonWarning, match=r"friction = (2\.1|15|4) lets .* give 0\.(021|15|04)$"):
+        add_friction(finger(), "flexor", friction=friction, **more)
+
+
+def test_the_friction_of_rubber_is_not_warned_of():
+    add_friction(finger(), "flexor", friction=2.0)  # warnings are errors

@@ -103,7 +103,7 @@ def test_a_pattern_does_what_the_calls_one_by_one_do():
 def test_a_name_with_the_characters_of_a_pattern_is_that_tendon_s():
     more = UNNAMED.replace("<spatial", '<spatial name="f*"')
     spec = add_friction(finger(more), "f*", friction=0.1)
-    assert named(spec)["f*", "sheath"] == "sheath"
+    assert named(spec)["f*", "sheath"] == "f*_sheath"
     assert {tendon for tendon, _ in named(spec)} == {"f*"}
 
 
@@ -115,7 +115,7 @@ def test_a_pattern_leaves_out_what_cannot_be_and_says_so_once():
     assert said.filename == __file__
     assert "'limp': has no stiffness to take over" in str(said.message)
     assert "give axial_stiffness [N] and pretension [N]" in str(said.message)
-    assert "'flexor': already runs in sheath 'sheath'" in str(said.message)
+    assert "'flexor': already runs in sheath 'flexor_sheath'" in str(said.message)
     assert "'sum': is fixed" in str(said.message), "or it would be without friction in silence"
     assert {s.tendon for s in sheaths(spec.compile()).values()} == {"flexor", "extensor"}
 

@@ -40,8 +40,11 @@ def test_it_is_the_length_over_the_mobility_and_the_step_squared(step):
 def swing(stiffness):
     """Largest angle of the link after a push, its tendon held by friction at the middle site."""
     spec = mujoco.MjSpec.from_string(link())
-    add_friction(spec, "tendon", friction=20.0, axial_stiffness=1.0, pretension=1e-3 * stiffness)
-    spec.plugin("sheath").config |= {"axial_stiffness": repr(stiffness)}
+    add_friction(spec, "tendon", friction=0.2, axial_stiffness=1.0, pretension=1e-3 * stiffness)
+    spec.plugin("tendon_sheath").config |= {
+        "axial_stiffness": repr(stiffness),
+        "friction": "20.0",
+    }
     model = spec.compile()
     data = simulated(model)
     data.qfrc_applied[:] = -data.qfrc_passive  # in balance
@@ -122,7 +125,7 @@ def test_a_driven_tendon_whose_guides_have_to_yield_is_told_likewise(excess):
     assert not driven(excess * largest, step_in(message))[1]
     model = spec.compile()
     live = Parameters(model, mujoco.MjData(model))
-    assert said(lambda: live.update({"sheath.axial_stiffness": excess * largest}))
+    assert said(lambda: live.update({"tendon_sheath.axial_stiffness": excess * largest}))
 
 
 def test_dampers_that_the_integrator_takes_implicitly_count():
@@ -130,7 +133,7 @@ def test_dampers_that_the_integrator_takes_implicitly_count():
     spec.joints[0].damping[0] = 100.0
     model = spec.compile()
     live = Parameters(model, mujoco.MjData(model))
-    write = {"sheath.axial_stiffness": 8.0 * largest_stiffness(model, "tendon")}
+    write = {"tendon_sheath.axial_stiffness": 8.0 * largest_stiffness(model, "tendon")}
     assert not said(lambda: live.update(write))
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     assert said(lambda: live.update(write))
@@ -142,14 +145,14 @@ def test_a_live_write_is_told_with_the_model_s_step_at_that_time():
     data = mujoco.MjData(model)
     live, states = Parameters(model, data), np.tile(data.plugin_state, (3, 1))
     for write in (
-        lambda ea: live.update({"sheath.axial_stiffness": ea}),
-        lambda ea: setattr(view_sheath(model, data, "sheath"), "axial_stiffness", ea),
-        lambda ea: setattr(view_sheath(model, states, "sheath"), "axial_stiffness", [1.0, ea, 1.0]),
+        lambda ea: live.update({"tendon_sheath.axial_stiffness": ea}),
+        lambda ea: setattr(view_sheath(model, data, "tendon"), "axial_stiffness", ea),
+        lambda ea: setattr(view_sheath(model, states, "tendon"), "axial_stiffness", [1.0, ea, 1.0]),
     ):
         model.opt.timestep = 2e-3
         assert not said(write, largest)
         message = said(write, 20.0 * largest)
-        assert message.startswith("sheath.axial_stiffness: an axial stiffness of")
+        assert message.startswith("tendon_sheath.axial_stiffness: an axial stiffness of")
         model.opt.timestep = step_in(message)
         assert not said(write, 20.0 * largest)
         model.opt.timestep = 5e-3

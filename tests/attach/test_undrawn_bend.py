@@ -68,7 +68,7 @@ def test_drawn_guides_share_it_with_those_at_the_first_site(pull, load, sense, p
             spec.compile()
         return
     by_default = inner is None and path == "a drum"  # which the tendon may leave
-    assert ("inner_guides" in spec.plugin("sheath").config) == bool(inner or by_default)
+    assert ("inner_guides" in spec.plugin("t_sheath").config) == bool(inner or by_default)
     view, _ = sliding(spec, pull, load)
     bend = BEND + view.bend_angle.sum()
     assert bend > BEND + 0.05
@@ -127,7 +127,7 @@ def test_tension_independent_friction_alone_is_enough_too():
 def test_a_branch_that_begins_where_the_first_one_ends_takes_over_what_arrives_there():
     spec = rig(path=PULLEY)
     add_friction(spec, "t", friction=MU, extra_bend=BEND)
-    assert spec.plugin("sheath").config["guides"] == "2"
+    assert spec.plugin("t_sheath").config["guides"] == "2"
     view, _ = sliding(spec, -20.0, 0.0)
     # the first branch is between fixed sites: its guide holds, with what it was laid with
     assert view.tension[2] == pytest.approx(view.tension[1] / 2.0, rel=1e-9)

@@ -2,11 +2,13 @@
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tendon_mj.cli import main
+from tendon_mj.cli.commands import COMMANDS
 from tendon_mj.lab.recordings import read_recording
 from tendon_mj.lab.replay import replay_recording
 from tendon_mj.models import example_recording
@@ -31,6 +33,11 @@ def test_compare_meets_its_figures(tmp_path):
     assert result["step_cost_ratio"] > 0.5  # a measurement, not a promise: the machine may be busy
     for picture in ("loops", "sweep", "limit", "convergence"):
         assert (tmp_path / f"{picture}.png").stat().st_size > 10_000
+
+
+def test_the_line_for_the_tab_key_has_all_commands():
+    page = Path(__file__).parents[2].joinpath("docs", "commands.md").read_text("utf-8")
+    assert set(re.search(r'complete .* -W "(.*)" tendon-mj', page)[1].split()) == set(COMMANDS)
 
 
 def test_replay_of_the_example_needs_the_friction(tmp_path):
@@ -99,11 +106,14 @@ def test_render_refuses_before_it_simulates(arguments, said, tmp_path, capsys):
         ("", "has no actuator"),
     ],
 )
-def test_render_says_what_moves_a_model_without_control_ranges(actuator, said, tmp_path, capsys):
+def test_render_says_what_moves_a_model_and_how_long_it_takes(
+    actuator, said, tmp_path, capsys, monkeypatch
+):
     path = tmp_path / "arm.xml"
     path.write_text(
         lever(actuator, joint='name="elbow" stiffness="1"', geom='size=".1" pos=".2 0 0"')
     )
+    monkeypatch.setattr("tendon_mj.cli.motion._LONG", 0.0)
     arguments = ["render", str(path), "--duration", "0.2", "--size", "128x96", "--fps", "10"]
     status = main([*arguments, "--out", str(tmp_path)])
     printed = capsys.readouterr()
@@ -111,6 +121,8 @@ def test_render_says_what_moves_a_model_without_control_ranges(actuator, said, t
     if status:
         assert "OpenGL" in printed.err
         pytest.skip("no OpenGL on this machine")
+    assert "this takes about" in printed.out
+    assert "--duration" in printed.out
     assert (tmp_path / "arm.mp4").stat().st_size > 500
 
 

@@ -162,9 +162,9 @@ def test_the_other_end_is_another_input():
     spec = arm("sites", "last")
     remove_friction(spec, "t")
     add_friction(spec, "t", friction=0.3, sensors=SENSORS)
-    assert "input_end" not in spec.plugin("sheath").config
+    assert "input_end" not in spec.plugin("t_sheath").config
     models.append(spec.compile())
-    spec.plugin("sheath").config = spec.plugin("sheath").config | {"input_end": "first"}
+    spec.plugin("t_sheath").config = spec.plugin("t_sheath").config | {"input_end": "first"}
     models.append(spec.compile())
     first, last, wrong, written = (motion(model)[0][0] for model in models)
     assert np.array_equal(wrong, written)
@@ -177,12 +177,12 @@ def test_a_state_of_the_other_end_is_found_out_and_laid_anew():
     spec = arm("both", "first")
     model = spec.compile()
     _, data = motion(model, 100)
-    sheath = spec.plugin("sheath")
+    sheath = spec.plugin("t_sheath")
     sheath.config = sheath.config | {"input_end": "last"}
     model, data = spec.recompile(model, data)
     mujoco.mj_step(model, data)
     assert view_sheath(model, data, "t").rebound == 1
-    assert sheath_view(model, data, "sheath").state.input_at_last == 1.0
+    assert sheath_view(model, data, "t_sheath").state.input_at_last == 1.0
     fresh = mujoco.MjData(spec.compile())
     fresh.qpos[:] = data.qpos
     for each in (data, fresh):

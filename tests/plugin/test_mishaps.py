@@ -17,6 +17,7 @@ from tests.refusals import refusing, silent
 from tests.rigs import (
     fixed_sheaths,
     instance,
+    pulled_xml,
     rope,
     run,
     servo_model,
@@ -53,6 +54,21 @@ def told():
     """Warnings of ours that MuJoCo was given; its own are of the control."""
     with warnings_of_ours() as messages:
         yield messages
+
+
+@pytest.mark.parametrize(("control", "count"), [(20.0, 1), (-20.0, 0), (0.0, 0)])
+def test_a_motor_that_pushes_its_tendon_is_told_of_once_by_a_finished_step(control, count, told):
+    text = pulled_xml().replace(' gear="-1"', "")
+    model = add_friction(mujoco.MjSpec.from_string(text), "t", friction=0.1).compile()
+    data = mujoco.MjData(model)
+    data.ctrl[0] = control
+    mujoco.mj_forward(model, data)
+    assert not told, "an evaluation may be one of a finite difference"
+    for _ in range(2):
+        data.ctrl[0] = control
+        run(model, data, 3)
+        mujoco.mj_resetData(model, data)
+    assert ["is pushed by a motor" in message for message in told] == [True] * count
 
 
 @pytest.mark.parametrize("control", [np.nan, np.inf, -np.inf])

@@ -91,8 +91,8 @@ def parent():
 
 
 def finger(**more):
-    law = {"friction": 0.1, "axial_stiffness": 1e3, "pretension": 1.0}
-    return add_friction(parent(), "flexor", **law, **more)
+    law = {"name": "sheath", "friction": 0.1, "axial_stiffness": 1e3, "pretension": 1.0}
+    return add_friction(parent(), "flexor", **(law | more))
 
 
 def written(**more):

@@ -4,11 +4,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj import Parameters
-from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.plugin import PARAMETERS
+from tendon_mj import Parameters, add_friction
+from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameError, UnusedKeyError
+from tendon_mj.plugin import PARAMETERS, sheaths
 from tests.refusals import refusing
-from tests.rigs import arm, fixed_sheaths, run, started
+from tests.rigs import arm, fixed_sheaths, pulled_xml, run, started
 
 MU = "sheath.friction"
 
@@ -119,3 +119,16 @@ def test_what_would_round_a_change_or_is_no_state_of_the_model_is_refused():
     fixed.setflags(write=False)
     with refusing(InvalidValueError, "read-only"):
         Parameters(model, fixed)[MU] = 0.1
+
+
+def test_a_sheath_goes_by_its_tendon_too():
+    model = add_friction(mujoco.MjSpec.from_string(pulled_xml()), "t", friction=0.1).compile()
+    parameters = Parameters(model, mujoco.MjData(model))
+    assert list(sheaths(model)) == ["t_sheath"]
+    parameters["t.friction"] = 0.3
+    assert parameters["t_sheath.friction"] == parameters["t.friction"] == 0.3
+    assert "t.friction" not in list(parameters), "one entry each"
+    with refusing(UnusedKeyError, "t.pretension"):
+        parameters["t.pretension"] = 1.0
+    with refusing(UnknownKeyError, "'t.fricton'"):
+        parameters["t.fricton"] = 0.1

@@ -67,7 +67,7 @@ def test_a_model_without_sheaths_can_be_shown(tmp_path):
 
 def test_a_model_that_does_not_move_has_a_reason(tmp_path):
     still = table(tmp_path, "time_s,pull_N\n0,0\n1,0\n")
-    assert "stay at 0" in prepare(written(tmp_path), still).still
+    assert "stay as they are" in prepare(written(tmp_path), still).still
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     assert stands_still(model, lambda time: np.zeros(0), 1.0) == "the model has no actuator"
 
@@ -151,22 +151,22 @@ def test_it_remembers_the_tensions_of_the_last_seconds():
 def test_a_parameter_acts_while_it_runs_and_is_kept_by_a_reset():
     simulation = pulled().simulation
     for friction in (0.3, 0.0):
-        simulation.set("sheath.friction", friction)
+        simulation.set("t_sheath.friction", friction)
         simulation.advance(1.0)
         held = simulation.curves()[1][-1, 0, 1]
         assert held < 0.9 * TENSION if friction else held == pytest.approx(TENSION, rel=1e-6)
     simulation.reset()
     assert simulation.data.time == 0.0
-    assert simulation.parameters["sheath.friction"] == 0.0
+    assert simulation.parameters["t_sheath.friction"] == 0.0
     assert len(simulation.curves()[0]) == 1
 
 
 def test_an_unknown_parameter_or_one_out_of_range_is_refused():
     simulation = pulled().simulation
     with pytest.raises(UnknownKeyError):
-        simulation.set("sheath.frictoin", 0.1)
+        simulation.set("t_sheath.frictoin", 0.1)
     with pytest.raises(InvalidValueError):
-        simulation.set("sheath.friction", -0.1)
+        simulation.set("t_sheath.friction", -0.1)
 
 
 def test_another_pretension_resets_a_wound_tendon_and_nothing_else():
@@ -199,7 +199,7 @@ def test_the_twin_has_the_same_controls_and_no_friction():
     simulation = pulled(lambda time: np.array([TENSION * np.sin(time) ** 2])).simulation
     simulation.advance(0.3)
     simulation.compare(True)
-    simulation.set("sheath.friction", 0.4)
+    simulation.set("t_sheath.friction", 0.4)
     simulation.advance(1.0)
     assert simulation.twin.time == pytest.approx(simulation.data.time)
     assert np.array_equal(simulation.twin.ctrl, simulation.data.ctrl)

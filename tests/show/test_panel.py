@@ -1,5 +1,6 @@
 """The panel of a clip: charts in engineers' units and tendons' colours, legible for many."""
 
+import dataclasses
 import itertools
 from types import SimpleNamespace
 
@@ -18,6 +19,7 @@ from tendon_mj.show.render.panel import (
     TENDON_PALETTE,
     Panel,
     charts,
+    listed,
     shortened,
     tendon_colours,
     text_width,
@@ -75,13 +77,15 @@ def test_the_colours_of_eight_tendons_are_told_apart_by_all_eyes(eyes):
 
 
 @pytest.mark.parametrize("rgba", ["0.5 0.5 0.5 1", "1 0 0 1"])
-def test_sixteen_tendons_differ_in_colour_or_line_whatever_the_model_gives_them(rgba):
+def test_of_many_tendons_the_chart_has_the_first_few_in_colours_of_their_own(rgba):
     model, frames = pulled(16, rgba)
+    backwards = dict(reversed(frames.cables.items()))
+    frames = dataclasses.replace(frames, cables=backwards)
     tensions = next(chart for chart in charts(model, frames) if "tension" in chart.label)
     looks = [(line.colour, line.style) for line in tensions.lines]
-    assert len(looks) == 32, "two ends of each"
-    assert len(set(looks)) == 32
-    assert tensions.left_out == 0
+    assert len(set(looks)) == len(looks) == 2 * len(listed(frames)), "two ends of each"
+    assert listed(frames) == list(backwards)[: len(listed(frames))]
+    assert tensions.left_out == 16 - len(listed(frames))
 
 
 def test_a_colour_that_the_model_gives_one_tendon_alone_is_kept():
@@ -189,8 +193,8 @@ def test_a_chart_says_how_many_tendons_it_leaves_out():
     model, frames = pulled(20)
     panel = Panel(model, frames, colour_limits(frames.cables), 436, 720)
     (axes, chart), *_ = panel._plots
-    assert chart.left_out == 4
-    assert axes.get_legend().get_texts()[-1].get_text() == "… and 4 more"
+    assert chart.left_out == 16
+    assert axes.get_legend().get_texts()[-1].get_text() == "… and 16 more"
 
 
 @pytest.mark.parametrize("width", [0.5, 3.0, 9.0, 30.0])

@@ -98,3 +98,19 @@ def test_a_thin_tendon_is_drawn_thicker_and_a_thick_one_as_it_is():
         shown = to_show(model).tendon_width[0]
         assert shown >= factor * width * (1.0 - 1e-9)
         assert width == model.tendon_width[0]
+
+
+def test_a_camera_on_a_moving_body_is_not_chosen():
+    sights = '<camera name="{}" pos=".05 -.35 .1" xyaxes="1 0 0 0 0 1"/>'
+    text = rope(
+        "a 0 0 0; b 0 0 .1",
+        "c .1 0 .2",
+        joint='axis="0 1 0"',
+        geom='size=".02"',
+        world=sights.format("still"),
+    )
+    assert first_camera(compiled(text)) == 0
+    moving = text.replace(sights.format("still"), "").replace(
+        "<joint", sights.format("m") + "<joint", 1
+    )
+    assert first_camera(compiled(moving)) == -1

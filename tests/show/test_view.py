@@ -24,6 +24,7 @@ from tendon_mj.cli import main
 from tendon_mj.errors import EngineError, MissingPackageError
 from tendon_mj.lab.replay import force_unit
 from tendon_mj.models import load_model
+from tendon_mj.plugin import sheaths
 from tendon_mj.show.live import open_window, prepare, serve
 from tendon_mj.show.live.scene import (
     MOST_TENDONS,
@@ -119,7 +120,7 @@ def test_tensions_are_numbers_with_units_and_of_many_tendons_the_others_are_coun
 def test_the_page_says_which_of_many_tendons_have_curves():
     assert curves_title(MOST_TENDONS, force_unit([4e5])) == "tension [kN] over time [s]"
     shown = " ".join(curves_title(39).split())
-    assert shown == f"tension [N] over time [s], first {MOST_TENDONS} of 39 tendons"
+    assert shown == f"tension [N] over time [s], {MOST_TENDONS} of 39 tendons"
 
 
 @pytest.mark.parametrize("count", [1, 10, 3000])
@@ -159,7 +160,7 @@ def test_curves_and_key_lie_within_the_window_and_apart():
 def test_each_tendon_has_the_colour_that_the_model_gives_it():
     model = pulled().simulation.model
     model.tendon_rgba[0] = 0.8, 0.2, 0.4, 1.0
-    full, pale = curve_colours(model)[0]
+    full, pale = curve_colours(model, [*sheaths(model)])[0]
     np.testing.assert_allclose(full, [0.8, 0.2, 0.4], atol=1e-6)
     assert (pale >= full).all()
 
@@ -515,7 +516,7 @@ def test_a_page_is_served_for_a_given_time():
     pytest.importorskip("mjviser")
     done = view("bench", "--web", "--port", str(free_port()), "--seconds", "1")
     assert done.returncode == 0, done.stderr
-    first, last = done.stdout.splitlines()
+    *_, first, last = done.stdout.splitlines()
     assert first.startswith("http://localhost:")
     assert "× real time" in last
 

@@ -22,6 +22,7 @@ from tendon_mj.lab.data_check.columns import (
     converter_warnings,
     degree_warnings,
     drive_warnings,
+    noise_warnings,
     reading_warnings,
     row_of,
     slack_warnings,
@@ -32,6 +33,7 @@ from tendon_mj.lab.data_check.jumps import jump_warnings
 from tendon_mj.lab.recordings import TIME, TIMES, Recording, noise_levels
 from tendon_mj.lab.replay import Adjustable, Schedule, quantity, replay_recording, stated_values
 from tendon_mj.models import load_model
+from tendon_mj.sheath import doubt_of_friction
 from tendon_mj.typing import FloatArray
 
 _WRONG_TIMES = ("times_in_ms", "times_too_short")  # with which no simulation is of use
@@ -48,8 +50,8 @@ _FOLLOWS = {
     "below_zero": {"start"},
     "spike": {"below_zero", "range_end", "repeated"},
     "sign": {"below_zero"},
-    "nothing_moves": {"below_zero"},
-    "unit": {"below_zero", "coarse"},
+    "nothing_moves": {"below_zero", "noise"},
+    "unit": {"below_zero", "coarse", "noise"},
     "turn": _JUMPED,
     "wraps": _JUMPED,
     "zero_step": _JUMPED,
@@ -128,6 +130,8 @@ def check_recording(
         *turn_warnings(recording),
         *jumps,
         *filter(None, converter_warnings(recording, simulated)),
+        *noise_warnings(recording),
+        *_friction_warnings(recording, adjustable),
         *spike_warnings(recording, simulated),
         *still,
         *actuation_warnings(schedule, adjustable),
@@ -146,6 +150,14 @@ def check_recording(
         warnings += slack_warnings(recording, simulated, adjustable)
         warnings += prescribed_warnings(schedule, simulated, adjustable.model)
     return Checked(recording, simulated, _without_consequences(warnings))
+
+
+def _friction_warnings(recording: Recording, adjustable: Adjustable) -> Iterator[DataWarning]:
+    """Warn of friction coefficients that no sheath has, of the description or of the model."""
+    for name, value in adjustable.live.items():
+        if said := doubt_of_friction(name.rpartition(".")[2], value):
+            value_said, _, way_out = said.partition(": ")
+            yield DataWarning("friction", f"{recording.name}, {name}", value_said, way_out)
 
 
 def _short_settle(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.lab.recordings import (
     Recording,
+    estimate_noise,
     held_values,
     is_noisy,
     noise_levels,
@@ -45,6 +46,9 @@ _ALIKE = 4  # rests at an end of a range, at least
 _HELD, _HELD_AT_REST = 10, 4  # equal samples, or rests, at least
 _MEANWHILE, _MEANWHILE_OF_NOISY = 0.25, 0.02  # of its range, by which the model moves on then
 
+_OVERSTATED = 10.0  # times the noise from sample to sample; slow noise may be several times it
+_TWICE, _ABOUT_TWICE = 2.0, 1.15  # ratio of a diameter and a radius, and its tolerance
+_SAME_SHAPE = 0.98  # correlation of a column and the model's, that differ by a factor
 _THOUSAND = 100.0  # ratio of two ranges from which it may be 1000: friction is not proportional
 _HARDLY = 3000.0  # ratio of two ranges that no mistaken unit explains
 _ALL = 5.0  # ratio from which, if every column is off by it, the drive is meant
@@ -381,6 +385,24 @@ def _coarse(recording: Recording, column: str) -> DataWarning | None:
     )
 
 
+def noise_warnings(recording: Recording) -> Iterator[DataWarning]:
+    """Warn of a noise that is stated larger than a column shows at all, in which effects hide."""
+    for column, measured in recording.measured.items():
+        series, unit = recording.columns[column], column_unit(column)
+        if measured.noise is None or recording.quasi_static or not is_noisy(series):
+            continue
+        shown = estimate_noise(series)
+        if measured.noise > _OVERSTATED * shown:
+            yield DataWarning(
+                "noise",
+                place_of(recording, column),
+                f"the stated noise of {quantity(measured.noise, unit)} is"
+                f" {measured.noise / shown:.0f} times what the readings show from sample to sample,"
+                f" {quantity(shown, unit, 2)}",
+                "state it as a standard deviation; a fit takes what is smaller for noise",
+            )
+
+
 def slack_warnings(
     recording: Recording, simulated: Recording, adjustable: Adjustable
 ) -> Iterator[DataWarning]:
@@ -608,6 +630,17 @@ def _one_warning(recording: Recording, column: str, shown: FloatArray) -> DataWa
             f'if the sensor counts the other way, write "{sensor}.scale" = -1 in [known]; if the'
             ' motor\'s encoder does, "<actuator>.command_scale" with the other sign; if the tendon'
             " pulls the joint the wrong way in the model, change the sign of its radius there",
+        )
+    times = max(span / simulated, simulated / span)
+    about_twice = _TWICE / _ABOUT_TWICE < times < _TWICE * _ABOUT_TWICE
+    if unit in ("rad", "m") and about_twice and correlation > _SAME_SHAPE:
+        return DataWarning(
+            "diameter",
+            place,
+            f"moves by {moves}, the model by {shown_moves}, {times:.2g} times as"
+            f" {'little' if span > simulated else 'much'}, in the same shape",
+            "is a radius of the model, or a command_scale, a diameter, or a gear left out? A cable"
+            " that stretches more or less than in the model does this too",
         )
     return frozen(recording, column, shown) or _start_warning(recording, column, shown, place)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -196,17 +196,22 @@ def check_finger(name: str) -> None:
 
 
 def find_motion(
-    name: str, model: mujoco.MjModel, motion: str | None = None, duration: float | None = None
+    name: str,
+    model: mujoco.MjModel,
+    motion: str | None = None,
+    duration: float | None = None,
+    tendons: Collection[str] | None = None,
 ) -> Motion:
     """The motion of a compiled model that a command names, or the default one.
 
     Of a finger: curl (the default), tap, press, hold or a CSV of joint angles or tensions, cut or
     held after ``duration`` [s]. Of any other model: a CSV with ``time_s`` and a column for every
-    actuator that moves (see `read_motion`), or `default_motion`.
+    actuator that moves (see `read_motion`), or `default_motion`, of some ``tendons`` alone if any
+    are given.
     """
     if name not in _FINGERS:
         if motion is None:
-            return Motion("default motion", replay.default_motion(name, model), math.inf)
+            return Motion("default motion", replay.default_motion(name, model, tendons), math.inf)
         return Motion(Path(motion).stem, *replay.read_motion(Path(motion), model))
     trajectory = find_trajectory(motion or "curl")
     if duration is not None:

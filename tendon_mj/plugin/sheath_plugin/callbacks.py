@@ -61,7 +61,7 @@ from tendon_mj.plugin.sheath_plugin.inextensible import (
     vector_at,
     workspace,
 )
-from tendon_mj.plugin.sheath_plugin.input_force import ON_TENDON, follow_constraint
+from tendon_mj.plugin.sheath_plugin.input_force import ON_TENDON, follow_constraint, is_pushed
 from tendon_mj.plugin.sheath_plugin.names import own_name
 from tendon_mj.plugin.sheath_plugin.sensors import show, show_ends
 from tendon_mj.plugin.sheath_plugin.signature import pose_signature, pose_sum
@@ -86,6 +86,10 @@ _REASONS = Text(
     " is, a stretch has no length, or the solver did not converge; its sensor `unsolved` counts"
     " them"
 )
+_PUSHED = Text(
+    "' is pushed by a motor: MuJoCo pulls with a force below 0, and one above 0 passes the sheath"
+    ' without friction; pull with a negative ctrl, or give the motor gear="-1"'
+)
 
 
 @apart
@@ -96,6 +100,18 @@ def _warn_once(m: int, d: int, instance: int) -> None:
         state.warned = 1.0
         name = own_name(m, instance)
         warn(_WARNING(), name if name != 0 else _UNNAMED(), _REASONS())
+
+
+@compiled
+def _warn_of_push(m: int, d: int, instance: int) -> None:
+    """Warn of the first finished step of a simulation in which a motor pushed a driven tendon."""
+    bound = binding_at(binding_of(d, instance, SHEATH))
+    if bound.driven == 0.0 or bound.push_warned != 0.0:
+        return
+    if is_pushed(m, d, state_at(state_of(m, d, instance))):
+        bound.push_warned = 1.0
+        name = own_name(m, instance)
+        warn(_WARNING(), name if name != 0 else _UNNAMED(), _PUSHED())
 
 
 @compiled
@@ -284,6 +300,7 @@ def advance(m: int, d: int, instance: int) -> None:
         state.end_sum = pose_sum(m, d)
     if state.has_trial != 0.0 and is_bound(m, d, instance):
         commit(address)
+        _warn_of_push(m, d, instance)
         follow_constraint(m, d, state)
 
 

@@ -39,6 +39,7 @@ _POLY = 2  # mjNPOLY
 _TENDON_LOSS = mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON.value
 _TENDON_LIMIT = mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON.value
 _OF_TENDONS = mujoco.mjtEq.mjEQ_TENDON.value
+_NO_BIAS = mujoco.mjtBias.mjBIAS_NONE.value
 _FOLLOWS = 0.2  # share of a constraint's change that counts in the next step of an elastic tendon
 _SAME = 1e-9  # relative; a tendon that is longer than its path by less is not slack
 
@@ -140,6 +141,23 @@ def _unconstrained(m: int, d: int, address: int, state: State) -> float:
     if not off & _DAMPER_OFF:
         force += _damper(m, d, address, tendon)
     return force
+
+
+@apart
+def is_pushed(m: int, d: int, state: State) -> bool:
+    """Whether motors push a tendon: actuators whose force is their control alone.
+
+    A servo pushes in passing, where its command is behind the tendon.
+    """
+    push = 0.0
+    if state.first_actuator >= 0.0 and state.input_force > 0.0:
+        for actuator in range(int(state.first_actuator), int(state.last_actuator) + 1):
+            bias = integer(pointer(m + LAYOUT.m_actuator_biastype), actuator)
+            if acts_on(m, actuator, int(state.tendon)) and bias == _NO_BIAS:
+                adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
+                gear = double(pointer(m + LAYOUT.m_actuator_gear), 6 * adr)
+                push += gear * double(pointer(d + LAYOUT.d_actuator_force), adr)
+    return push > 0.0
 
 
 @compiled

@@ -99,6 +99,7 @@ class Binding(Bound):
     workspace: float  # address of the groups of all guides, in the binding of the last sheath
     listed_for: float  # signature of the model whose driven sheaths are listed in the workspace
     is_last_plugin: float  # whether no other plugin comes after the last sheath
+    push_warned: float  # whether a push was warned of
 
 
 class State(Bound, Live):

@@ -122,9 +122,10 @@ def look_from(camera: mujoco.MjvCamera, model: mujoco.MjModel, view: Viewpoint) 
     model.vis.global_.fovy = view.fovy
 
 
-def curve_colours(model: mujoco.MjModel) -> FloatArray:
+def curve_colours(model: mujoco.MjModel, names: Sequence[str]) -> FloatArray:
     """(sheaths, 2, 3) red, green and blue of the curves of input and output, 0 to 1."""
-    full = np.array([to_rgb(colour) for colour in tendon_colours(model).values()]).reshape(-1, 3)
+    colours = tendon_colours(model, names)
+    full = np.array([to_rgb(colours[name]) for name in names]).reshape(-1, 3)
     return np.stack([full, (1.0 - _PALER) * full + _PALER], axis=1)
 
 
@@ -193,7 +194,7 @@ def curves_title(tendons: int, unit: EngineeringUnit = NEWTON) -> str:
     title = f"{labelled('tension', unit)} over time [s]"
     if tendons <= MOST_TENDONS:
         return title
-    kept = f"first {MOST_TENDONS} of {tendons} tendons"
+    kept = f"{MOST_TENDONS} of {tendons} tendons"
     # on a phone in a line of its own, apart from the button beside the first
     return f"{title}, {kept.replace(' ', _NO_BREAK)}"
 

@@ -7,7 +7,7 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -19,13 +19,19 @@ import numpy as np
 from tendon_mj.attach import Parameters, show_tension, view_sheath
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.finger import find_motion, motion_names
+from tendon_mj.lab.progress import Progress
 from tendon_mj.lab.replay import (
     Drive,
     EngineeringUnit,
     demonstration_time,
     force_unit,
+    friction_sentence,
+    frictionless,
     is_friction,
+    most_first,
     record_frames,
+    resting,
+    sheathed_tendons,
 )
 from tendon_mj.models import load_spec, model_path
 from tendon_mj.plugin import TENSION_SCALE, most_bent_branch, sheaths
@@ -73,6 +79,7 @@ class LiveSimulation:
         remembered: see above.
         data: to start from, which is changed; by default the model's reference state.
         step: called with model and data before each step, in place of a drive.
+        shown: sheaths whose tendons have numbers, in this order; by default all.
     """
 
     def __init__(
@@ -83,12 +90,14 @@ class LiveSimulation:
         *,
         data: mujoco.MjData | None = None,
         step: Step | None = None,
+        shown: Iterable[str] | None = None,
     ) -> None:
         self.model, self.data = model, mujoco.MjData(model) if data is None else data
         self.paused, self.step = False, step
         self.twin: mujoco.MjData | None = None
         self._drive, self._remembered, self.lock = drive, remembered, threading.Lock()
-        self._sheaths = sheaths(model)
+        known = sheaths(model)
+        self._sheaths = {name: known[name] for name in (known if shown is None else shown)}
         branches = {name: most_bent_branch(model, name) for name in self._sheaths}
         self.tendons = {n: f"{s.tendon}{branches[n].words}" for n, s in self._sheaths.items()}
         self._ends = [[branch.first, branch.last] for branch in branches.values()]
@@ -227,6 +236,7 @@ class Prepared:
     poses: FloatArray | None = None  # (k, nq) of its motion, to be in view
     # by name, the first is played: a copy of the model in it, and its drive
     motions: Mapping[str, Motion] = field(default_factory=dict)
+    sentence: str = ""  # of what friction changes
 
     @property
     def force_unit(self) -> EngineeringUnit:
@@ -234,11 +244,17 @@ class Prepared:
         return force_unit([self.high])
 
 
-def prepare(name: str, motion: str | None = None) -> Prepared:
+def prepare(
+    name: str,
+    motion: str | None = None,
+    tendon: str | None = None,
+    progress: Progress | None = None,
+) -> Prepared:
     """Load a model and set it in a motion, see `find_motion`.
 
     Tendons are coloured between the tensions of the model's custom numeric
-    `tendon_mj.tension_scale`, or, where it has none, those of a short run.
+    `tendon_mj.tension_scale`, or, where it has none, those of a short run. ``tendon`` is the name
+    or a pattern of those that have numbers; by default those that lose most by friction come first.
     """
     spec, stem = load_spec(name, scene=True), model_path(name).stem
     has_scale = spec.numeric(TENSION_SCALE) is not None
@@ -248,10 +264,14 @@ def prepare(name: str, motion: str | None = None) -> Prepared:
         compiled = spec.compile()
     except ValueError as error:
         raise TendonError(f"{model_path(name, scene=True)}: {error}") from error
-    model, drive = in_motion(stem, compiled, motion)
-    trial_time, limits = demonstration_time(model), model.numeric(TENSION_SCALE).data
+    tendons = sheathed_tendons(compiled, tendon) if tendon else None
+    model, drive = in_motion(stem, compiled, motion, tendons)
+    trial_time, limits = demonstration_time(model, tendons), model.numeric(TENSION_SCALE).data
     still = stands_still(model, drive, trial_time)
-    trial = record_frames(model, drive, duration=trial_time, fps=_TRIAL_FPS)
+    record = partial(record_frames, model, drive, fps=_TRIAL_FPS, duration=trial_time)
+    trial = most_first(model, record(at_rest=True, progress=progress), tendons)
+    without = frictionless(model)
+    free = record(at_rest=True, parameters=without, progress=progress) if without else None
     poses = poses_of(model, trial)
     if not sheaths(model):
         limits[:] = 0.0
@@ -260,11 +280,12 @@ def prepare(name: str, motion: str | None = None) -> Prepared:
         limits[:] = colours.vmin, colours.vmax
     low, high = (float(limit) for limit in limits)
     motions = {
-        shown: partial(in_motion, stem, compiled, asked)
+        shown: partial(in_motion, stem, compiled, asked, tendons)
         for shown, asked in _motions(stem, motion).items()
     }
-    view = first_view(model, poses)
-    return Prepared(LiveSimulation(model, drive), view, low, high, still, poses, motions)
+    simulation = LiveSimulation(model, drive, data=resting(model), shown=trial.cables)
+    view, sentence = first_view(model, poses), friction_sentence(model, trial, free)
+    return Prepared(simulation, view, low, high, still, poses, motions, sentence)
 
 
 def _motions(name: str, motion: str | None) -> dict[str, str | None]:
@@ -273,9 +294,11 @@ def _motions(name: str, motion: str | None) -> dict[str, str | None]:
     return {**first, **({n: n for n in motion_names(name)} or {IN_TURN: None})}
 
 
-def in_motion(name: str, model: mujoco.MjModel, motion: str | None) -> tuple[mujoco.MjModel, Drive]:
+def in_motion(
+    name: str, model: mujoco.MjModel, motion: str | None, tendons: Collection[str] | None = None
+) -> tuple[mujoco.MjModel, Drive]:
     """A model ready for a motion (a copy where it must differ), and controls that repeat it."""
-    chosen = find_motion(name, model, motion)
+    chosen = find_motion(name, model, motion, tendons=tendons)
     if not math.isfinite(chosen.duration):  # it neither ends nor repeats
         return model, chosen.drive
     times = np.arange(0.0, chosen.duration, model.opt.timestep)
@@ -297,8 +320,8 @@ def stands_still(model: mujoco.MjModel, drive: Drive, duration: float) -> str:
     """Reason that no actuator moves a model within a duration [s]; empty where one does."""
     if model.nu == 0:
         return "the model has no actuator"
-    moves = any(np.any(drive(time)) for time in np.arange(0.0, duration, 0.1))
-    return "" if moves else "the controls of the model stay at 0"
+    controls = np.array([drive(time) for time in np.arange(0.0, duration, 0.1)])
+    return "" if np.ptp(controls, axis=0).any() else "the controls of the model stay as they are"
 
 
 @dataclass(frozen=True)

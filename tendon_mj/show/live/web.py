@@ -312,7 +312,9 @@ class _Panel:
         self._curves.data = (times[chosen], *(np.ascontiguousarray(row) for row in rows.T))
 
     def _add_curves(self, uplot: Any) -> Any:
-        colours = (255.0 * curve_colours(self._simulation.model)).astype(int)
+        colours = (
+            255.0 * curve_colours(self._simulation.model, [*self._simulation.tendons])
+        ).astype(int)
         series = [uplot.Series(label="time [s]")]
         for name, ends in list(zip(self._tendons, colours, strict=True))[:MOST_TENDONS]:
             for end, (red, green, blue) in zip(("input", "output"), ends, strict=True):

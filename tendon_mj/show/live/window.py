@@ -131,7 +131,7 @@ class _Overlay:
         self._simulation, self._window = prepared.simulation, window
         self._limits, self._slips = (prepared.low, prepared.high), prepared.simulation.can_slip
         self._tendons = list(prepared.simulation.tendons.values())
-        self._colours = curve_colours(prepared.simulation.model)
+        self._colours = curve_colours(prepared.simulation.model, [*prepared.simulation.tendons])
         self._unit = prepared.force_unit
         self._figure = new_curves(self._colours, prepared.high or 1.0, self._unit)
         self._frames, self._size = 0, (0, 0)

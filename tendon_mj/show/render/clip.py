@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
@@ -22,7 +23,7 @@ from tendon_mj.lab.replay import POSE, Frames, force_unit
 from tendon_mj.plugin import sheaths
 from tendon_mj.show.figures import style
 from tendon_mj.show.render import offscreen
-from tendon_mj.show.render.panel import Panel, tendon_colours, text_scale, unit_of_forces
+from tendon_mj.show.render.panel import Panel, listed, tendon_colours, text_scale, unit_of_forces
 from tendon_mj.show.render.surroundings import poses_of, to_show
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
@@ -37,9 +38,8 @@ _COLOUR_FLAGS: Final = (
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
 )
 _HALO = 2  # width around what is written [pixels]
-_MOST_NAMED = 8  # tendons with their names in the scene; more names would hide them
 _ENDS = 2  # of a tendon; the other points of its path are guides
-_ARROW = 0.12  # length of the largest force's arrow over the model's extent
+_ARROW = 0.12  # length of the largest force's arrow over the size of all cables
 _ARROW_COLOUR, _TWIN_ARROW = "#961428", style.GREY
 _ARROW_SIGN = "\N{HEAVY ROUND-TIPPED RIGHTWARDS ARROW}"
 _OVERSAMPLING = 4  # pixels drawn for each one shown
@@ -55,6 +55,7 @@ def render_clip(
     height: int = 720,
     camera: str | mujoco.MjvCamera | None = None,
     twin: Frames | None = None,
+    caption: str = "",
     progress: Progress | None = None,
 ) -> Path:
     """Draw recorded frames as an MP4, tendons in sheaths coloured by their tension.
@@ -75,6 +76,7 @@ def render_clip(
         camera: name of one of the model's; default: the first that shows the tendons, or one that
             frames them.
         twin: frames of the same motion without friction, drawn in grey behind the model.
+        caption: sentence above or below the scene, such as that of `friction_sentence`.
         progress: called with the activity, the number of frames done, and of all.
 
     Returns:
@@ -86,7 +88,8 @@ def render_clip(
         InvalidValueError: a size out of range, or frames of another model.
     """
     check_size(width, height)
-    images = draw_frames(model, frames, width=width, height=height, camera=camera, twin=twin)
+    size: Any = {"width": width, "height": height}
+    images = draw_frames(model, frames, **size, camera=camera, twin=twin, caption=caption)
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         with whole_file(path) as made:
@@ -131,6 +134,7 @@ def draw_frames(
     height: int,
     camera: str | mujoco.MjvCamera | None = None,
     twin: Frames | None = None,
+    caption: str = "",
     dark: bool = False,
 ) -> Iterator[offscreen.Image]:
     """The (height, width, 3) pictures of a clip one after the other; see `render_clip`.
@@ -159,7 +163,7 @@ def draw_frames(
         panel = 2 * round(0.5 * _PANEL * width), height
         size = width - panel[0], height
     theme = style.DARK if dark else style.LIGHT
-    return _FramePainter(model, frames, view, poses, size, panel, twin, theme).pictures()
+    return _FramePainter(model, frames, view, poses, size, panel, twin, caption, theme).pictures()
 
 
 def check_size(width: int, height: int) -> None:
@@ -183,12 +187,13 @@ class _FramePainter:
         size: tuple[int, int],
         panel: tuple[int, int],
         twin: Frames | None,
+        caption: str,
         theme: style.Theme,
     ) -> None:
         self._frames, self._camera, self._twin, self._size = frames, camera, twin, size
-        self._theme = theme
+        self._theme, self._caption = theme, caption
         self._halo: dict[str, Any] = {"stroke_width": _HALO, "stroke_fill": theme.background}
-        self._model = offscreen.without_tendons(to_show(model))
+        self._model = offscreen.without_tendons(to_show(model), frames.cables)
         self._data = mujoco.MjData(self._model)
         self._scale = offscreen.colour_limits(frames.cables) if frames.cables else Normalize()
         self._radius = offscreen.cable_radius(model, frames.cables)
@@ -197,14 +202,14 @@ class _FramePainter:
         )
         self._names = {
             name: (sheaths(model)[name].tendon, style.on_theme(colour, theme))
-            for name, colour in tendon_colours(model).items()
+            for name, colour in tendon_colours(model, frames.cables).items()
         }
         points = max(6, round(15 * text_scale(size[1])))
         self._font = ImageFont.truetype(findfont("DejaVu Sans"), points)
         pressed = [*frames.contacts, *(twin.contacts if twin else ())]
         self._largest = max((_norms(rows).max(initial=0.0) for rows in pressed), default=0.0)
         self._unit = unit_of_forces(frames) if frames.cables else force_unit([self._largest])
-        length = _ARROW * float(model.stat.extent)
+        length = _ARROW * offscreen.cables_size(model, frames.cables)
         self._arrow = length / self._largest if self._largest > 0.0 else 0.0  # [m/N]
         self._legend_row: float | None = None
         sky = "" if theme is style.LIGHT else theme.background
@@ -255,11 +260,11 @@ class _FramePainter:
         labels: list[FloatArray] = []
         size = self._font.size
         several = len(self._frames.cables) > 1
-        named = len(self._frames.cables) <= _MOST_NAMED
         paths = {
-            name: offscreen.project(self._offscreen.scene, cable.points[k], *self._size)
-            for name, cable in self._frames.cables.items()
-            if named
+            name: offscreen.project(
+                self._offscreen.scene, self._frames.cables[name].points[k], *self._size
+            )
+            for name in listed(self._frames)
         }
         for name, seen in paths.items():
             tendon, colour = self._names[name]
@@ -322,6 +327,9 @@ class _FramePainter:
         arrow = style.on_theme(_ARROW_COLOUR, self._theme)
         if self._largest > 0.0:
             lines.append(("contact force", arrow, ""))
+        letter = self._font.getlength("e")
+        columns = max(1, int((self._size[0] - 2.0 * x) / letter))
+        lines += [(text, "", "") for text in textwrap.wrap(self._caption, columns)]
         if not lines:
             return
         high = 1.5 * size * (len(lines) - 1)
@@ -338,6 +346,10 @@ class _FramePainter:
             box = [x - half, y - radius, x + half, y + radius]
             around = [box[0] - _HALO, box[1] - _HALO, box[2] + _HALO, box[3] + _HALO]
             written: dict[str, Any] = {"font": self._font, **self._halo}
+            if not colour:
+                draw.text((0.7 * size, y), text, fill=self._theme.ink, anchor="lm", **written)
+                y += 1.5 * size
+                continue
             if colour == arrow:
                 draw.text((x, y), _ARROW_SIGN, fill=arrow, anchor="mm", **written)
             else:

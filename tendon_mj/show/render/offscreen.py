@@ -16,7 +16,7 @@ import importlib
 import os
 import platform
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import mujoco
@@ -54,8 +54,8 @@ _HINT = (
 COLOURS = colormaps["viridis"]
 GUIDE_COLOUR = "#52575F"
 _GUIDE = np.array(to_rgba(GUIDE_COLOUR), np.float32)
-_THICKNESS = 0.006  # radius of a cable over the model's extent
-_THINNEST = 0.0012  # likewise in a crowd, over the size of all cables: a pixel or two
+_THICKNESS = 0.006  # radius of a cable over the size of all cables
+_THINNEST = 0.0012  # likewise in a crowd: a pixel or two
 _WALL = 0.99  # distance of the backdrop over the farthest that is drawn
 _EYE = np.eye(3).ravel()
 # The colour is a reading: lit from within alone, whatever the scene's lights and shadows.
@@ -63,6 +63,7 @@ _SHADED = 1e-3  # of the colour that lights see
 
 Depth = NDArray[np.float32]
 GREY = (0.5, 0.52, 0.56)  # of a ghost
+_PALE, _THIN = 0.3, 0.5  # opacity, and width over its own, of a tendon that is not shown
 _STRENGTH = 0.65  # of the ghost over its background
 
 
@@ -277,28 +278,43 @@ def colour_limits(cables: dict[str, Cable]) -> Normalize:
     return Normalize(max(0.0, float(ticks[0])), float(ticks[-1]))
 
 
-def cable_radius(model: mujoco.MjModel, cables: dict[str, Cable]) -> float:
+def cables_size(model: mujoco.MjModel, cables: Mapping[str, Cable]) -> float:
+    """Size of all cables at first, or the model's extent where that is less or there are none [m].
+
+    A wide floor makes the extent of a model.
+    """
+    extent, starts = float(model.stat.extent), [cable.points[0] for cable in cables.values()]
+    if not starts:
+        return extent
+    return min(extent, float(np.linalg.norm(np.ptp(np.concatenate(starts), axis=0))))
+
+
+def cable_radius(model: mujoco.MjModel, cables: Mapping[str, Cable]) -> float:
     """Radius of drawn cables [m]: visible from afar, and less than most gaps between cables."""
-    radius = _THICKNESS * float(model.stat.extent)
-    starts = [cable.points[0] for cable in cables.values()]
+    size = cables_size(model, cables)
+    radius, starts = _THICKNESS * size, [cable.points[0] for cable in cables.values()]
     for k, points in enumerate(starts):
         for other in starts[:k]:
             gaps = np.linalg.norm(points[:, None] - other[None], axis=2)
             if gaps[gaps > 0.0].size:
                 radius = min(radius, 0.3 * float(gaps[gaps > 0.0].min()))
-    size = float(np.linalg.norm(np.ptp(np.concatenate(starts), axis=0))) if starts else 0.0
-    return max(radius, min(_THINNEST * size, _THICKNESS * float(model.stat.extent)))
+    return max(radius, _THINNEST * size)
 
 
-def without_tendons(model: mujoco.MjModel) -> mujoco.MjModel:
-    """A copy to draw, on which sheathed tendons and the sites on their paths are invisible."""
-    bare = copy.copy(model)
-    for sheath in sheaths(model).values():
+def without_tendons(model: mujoco.MjModel, names: Iterable[str] | None = None) -> mujoco.MjModel:
+    """A copy to draw, on which tendons in these sheaths and the sites on their paths are invisible.
+
+    By default those of all sheaths are; those of the others are thin and pale.
+    """
+    bare, known = copy.copy(model), sheaths(model)
+    chosen = set(known if names is None else names)
+    for name, sheath in known.items():
         tendon = model.tendon(sheath.tendon).id
         start, count = model.tendon_adr[tendon], model.tendon_num[tendon]
         path = slice(start, start + count)
         sites = model.wrap_type[path] == mujoco.mjtWrap.mjWRAP_SITE.value  # not geoms, pulleys
-        bare.tendon_rgba[tendon, 3] = 0.0
+        bare.tendon_rgba[tendon] = (*GREY, 0.0 if name in chosen else _PALE)
+        bare.tendon_width[tendon] *= _THIN
         bare.site_rgba[model.wrap_objid[path][sites], 3] = 0.0
     return bare
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Literal, NamedTuple
 
@@ -26,6 +26,7 @@ from tendon_mj.lab.replay import (
     control_unit,
     engineering_unit,
     force_unit,
+    free_joints,
 )
 from tendon_mj.plugin import sheaths
 from tendon_mj.show.figures import style
@@ -61,9 +62,8 @@ TENDON_PALETTE = (
     "#882255",
 )
 _OTHER_COLOURS = TENDON_PALETTE[2:6]  # of joints, apart from the colours of two tendons
-_END_STYLES: tuple[tuple[Style, Style], ...] = (("-", "--"), ("-.", ":"))  # input and output end
+_END_STYLES: tuple[Style, Style] = ("-", "--")  # input and output end
 _MOST_LINES = 4  # lines of one kind in a chart
-_MOST_TENDONS = len(TENDON_PALETTE) * len(_END_STYLES)
 _UNCOLOURED = (0.5, 0.5, 0.5)  # MuJoCo's default colour of a tendon
 _Cell = str | tuple[FloatArray, ...]  # a text, or values by frame, from the input to the output
 
@@ -197,17 +197,22 @@ def _value_rows(
         rows.append((label, INK, ("", (values,)) if other is None else ((values,), (other,))))
     ends = "input → output"
     rows.append((style.labelled("tension", unit), style.GREY, (ends if twin else "", ends)))
-    colours, cables = tendon_colours(model), list(frames.cables.items())
-    # one row more in place of "and 1 more"
-    listed = cables if len(cables) == _TABLE_ROWS + 1 else cables[:_TABLE_ROWS]
-    for name, cable in listed:
+    colours, cables, names = tendon_colours(model, frames.cables), frames.cables, listed(frames)
+    for name in names:
+        cable = cables[name]
         shown = [_ends(c, unit) for c in (cable, twin.cables[name] if twin else None) if c]
         colour = colours[name] if len(cables) > 1 else INK
         cells = (shown[0], shown[1]) if twin else ("", shown[0])
         rows.append((f"  {sheaths(model)[name].tendon}{cable.branch.words}", colour, cells))
-    if len(listed) < len(cables):
-        rows.append((f"  … and {len(cables) - len(listed)} more", style.GREY, ("", "")))
+    if len(names) < len(cables):
+        rows.append((f"  … and {len(cables) - len(names)} more", style.GREY, ("", "")))
     return rows
+
+
+def listed(frames: Frames) -> list[str]:
+    """Sheaths that are in table, chart and scene by name: one more in place of "and 1 more"."""
+    names = list(frames.cables)
+    return names if len(names) == _TABLE_ROWS + 1 else names[:_TABLE_ROWS]
 
 
 def _ends(cable: Cable, unit: EngineeringUnit) -> tuple[FloatArray, FloatArray]:
@@ -311,11 +316,15 @@ class _Chart(NamedTuple):
     left_out: int = 0
 
 
-def tendon_colours(model: mujoco.MjModel) -> dict[str, str]:
-    """Colour of the tendon of every sheath: the model's if no other has it, else the next."""
+def tendon_colours(model: mujoco.MjModel, first: Iterable[str] = ()) -> dict[str, str]:
+    """Colour of the tendon of every sheath: the model's if no other has it, else the next.
+
+    Those of the ``first`` sheaths are apart.
+    """
+    known = sheaths(model)
     drawn = {
-        name: to_hex(model.tendon_rgba[model.tendon(sheath.tendon).id, :3])
-        for name, sheath in sheaths(model).items()
+        name: to_hex(model.tendon_rgba[model.tendon(known[name].tendon).id, :3])
+        for name in dict.fromkeys([*first, *known])
     }
     given = Counter(drawn.values())
     kept = {c for c, times in given.items() if times == 1 and c != to_hex(_UNCOLOURED)}
@@ -384,35 +393,39 @@ def _tensions_chart(model: mujoco.MjModel, frames: Frames, unit: EngineeringUnit
         return _Chart(
             label,
             [
-                Line("input end", first, style.BLUE, _END_STYLES[0][0]),
-                Line("output end", last, style.VERMILLION, _END_STYLES[0][1]),
+                Line("input end", first, style.BLUE, _END_STYLES[0]),
+                Line("output end", last, style.VERMILLION, _END_STYLES[1]),
             ],
         )
-    lines, colours, used = [], tendon_colours(model), Counter[str]()
-    for name, (first, last) in list(ends.items())[:_MOST_TENDONS]:
-        colour = colours[name]
-        styles = _END_STYLES[used[colour] % len(_END_STYLES)]
-        used[colour] += 1
+    lines, colours = [], tendon_colours(model, frames.cables)
+    for name in listed(frames):
         tendon = f"{sheaths(model)[name].tendon}{frames.cables[name].branch.words}"
-        lines.append(Line(tendon, first, colour, styles[0]))
-        lines.append(Line("", last, colour, styles[1]))
+        for label_of, values, dashes in zip((tendon, ""), ends[name], _END_STYLES, strict=True):
+            lines.append(Line(label_of, values, colours[name], dashes))
     return _Chart(label, lines, left_out=len(ends) - len(lines) // 2)
 
 
 def _joints_chart(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> _Chart:
-    """Hinges, or slides where there are none, that no actuator moves directly."""
-    driven = model.actuator_trnid[model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT.value, 0]
+    """Hinges, or slides where there are none, that no actuator moves directly.
+
+    Of many they are those that friction changes most, or that move most.
+    """
     for kind, label, si in (
         (mujoco.mjtJoint.mjJNT_HINGE, "joint angle", "rad"),
         (mujoco.mjtJoint.mjJNT_SLIDE, "displacement", "m"),
     ):
-        chosen = [k for k in np.flatnonzero(model.jnt_type == kind.value) if k not in driven]
-        places = [model.jnt_qposadr[k] for k in chosen[:_MOST_LINES]]
-        if places:
+        chosen = free_joints(model, kind)
+        moves = frames.poses[:, model.jnt_qposadr[chosen]]
+        apart = twin.poses[:, model.jnt_qposadr[chosen]] - moves if twin else 0.0 * moves
+        size = [*zip(np.abs(apart).max(axis=0), np.ptp(moves, axis=0), strict=True)]
+        most = sorted(range(len(chosen)), key=size.__getitem__, reverse=True)[:_MOST_LINES]
+        shown = [chosen[k] for k in sorted(most)]
+        places = model.jnt_qposadr[shown]
+        if len(places):
             unit = engineering_unit(si, frames.poses[:, places].ravel())
             lines = [
                 Line(model.joint(k).name or f"joint {k}", unit.factor * frames.poses[:, p], colour)
-                for k, p, colour in zip(chosen, places, _OTHER_COLOURS, strict=False)
+                for k, p, colour in zip(shown, places, _OTHER_COLOURS, strict=False)
             ]
             behind = [Line("", unit.factor * twin.poses[:, p], style.GREY) for p in places if twin]
             return _Chart(style.labelled(label, unit), lines, behind, len(chosen) - len(places))
@@ -430,7 +443,7 @@ def _controls_chart(model: mujoco.MjModel, frames: Frames, forces: EngineeringUn
         si: forces if si == "N" else engineering_unit(si, frames.controls[:, ks].ravel())
         for si, ks in alike.items()
     }
-    lines, tendons, known = [], tendon_colours(model), sheaths(model)
+    lines, tendons, known = [], tendon_colours(model, frames.cables), sheaths(model)
     for colour, k in zip(_OTHER_COLOURS, shown, strict=False):
         name, unit = model.actuator(k).name or f"actuator {k}", units[control_unit(model, k)]
         values = unit.factor * frames.controls[:, k]

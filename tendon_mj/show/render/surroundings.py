@@ -84,9 +84,11 @@ def add_floor(scene: mujoco.MjvScene, ground: Floor | None) -> None:
 def first_camera(model: mujoco.MjModel, poses: FloatArray | None = None) -> int:
     """Index of the first camera that shows the tendons, large enough; -1 without one.
 
-    It does in the first of (k, nq) ``poses``, by default `qpos0`, and goes on in the others.
+    It does in the first of (k, nq) ``poses``, by default `qpos0`, and goes on in the others. A
+    camera on a body that moves shows the world moving in its place, and is left out.
     """
-    shown = dict.fromkeys(range(model.ncam), 0.0)
+    stands = model.body_weldid[model.cam_bodyid] == 0
+    shown = dict.fromkeys(np.flatnonzero(stands).tolist(), 0.0)
     for number, data in enumerate(_posed(model, poses)):
         paths = _outline(model, data).paths
         if not len(paths):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from experiments.one_capstan import DRUM, build, record
-from tendon_mj import Measured, Recording, Uncertain, replay_recording
+from tendon_mj import Measured, Recording, Uncertain, add_friction, replay_recording
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.data_check import check_recording, timing_warnings
 from tendon_mj.lab.data_check.columns import spike_warnings, turn_warnings
@@ -67,6 +67,62 @@ def test_a_sawtooth_over_all_of_a_converter_is_no_counter() -> None:
     read = {"in_N": ("input_tension", NOISE), "out_N": ("output_tension", NOISE)}
     made = replay_recording(recorded(time, {"reel_m": ("reel", drive)}, read, name="saw"))
     assert "wraps" not in said(made)
+
+
+@pytest.mark.parametrize(("times", "warned"), [(8.0, False), (12.0, True), (100.0, True)])
+def test_a_noise_that_is_stated_larger_than_the_readings_show_is_named(
+    pull: Recording, times: float, warned: bool
+) -> None:
+    measured = {c: replace(m, noise=times * NOISE) for c, m in pull.measured.items()}
+    sentences = said(replace(pull, measured=measured))
+    assert ("noise" in sentences) == warned
+    assert not warned or "the stated noise of" in sentences["noise"]
+
+
+@pytest.mark.parametrize(("friction", "warned"), [(2.0, False), (2.1, True), (15.0, True)])
+def test_a_friction_that_no_sheath_has_is_named(
+    pull: Recording, friction: float, warned: bool
+) -> None:
+    guess = {"sheath.friction": Uncertain(friction, 0.05, 20.0)}
+    sentences = said(replace(pull, uncertain=guess))
+    assert ("friction" in sentences) == warned
+    assert not warned or f"friction = {friction:g}" in sentences["friction"]
+
+
+@pytest.mark.parametrize(("times", "warned"), [(1.0, False), (1.6, False), (2.0, True)])
+def test_a_diameter_in_the_place_of_a_radius_is_named(times: float, warned: bool) -> None:
+    """Of a drum that winds in a cable and turns a lever on a soft spring."""
+    time = np.arange(0.0, 2.0, 0.01)
+    drive = {"drum_rad": ("drum", 0.5 * np.sin(5.0 * time))}
+    made = recorded(time, drive, {"lever_rad": ("lever", 1e-4)}, name="wound", model="wound")
+    model = wound(0.01)
+    shown = replay_recording(made, model)
+    given = said(shown, model=wound(0.01 * times))
+    assert ("diameter" in given) == warned
+
+
+def wound(radius: float) -> mujoco.MjModel:
+    """A lever that a cable pulls, which a servo winds on a drum of a radius."""
+    spec = mujoco.MjSpec.from_string("""<mujoco><option timestep="0.001"/><worldbody>
+      <body name="drum" pos="-.2 0 0"><joint name="drum" axis="0 1 0" armature=".01" damping=".1"/>
+        <geom size=".005" contype="0" conaffinity="0"/></body>
+      <site name="a" pos="-.1 0 .02"/><site name="b" pos="0 0 .05"/>
+      <body pos=".1 0 0"><joint name="lever" axis="0 1 0" stiffness="1" damping=".05"/>
+        <geom size=".02" contype="0" conaffinity="0"/><site name="c" pos="0 0 .03"/></body>
+      </worldbody><tendon><spatial name="t"><site site="a"/><site site="b"/><site site="c"/>
+      </spatial></tendon>
+      <actuator><position name="drum" joint="drum" kp="100" kv="2"/></actuator>
+      <sensor><jointpos name="lever" joint="lever"/></sensor></mujoco>""")
+    add_friction(
+        spec,
+        "t",
+        friction=0.05,
+        axial_stiffness=2e3,
+        pretension=20.0,
+        reel_joint="drum",
+        reel_radius=radius,
+    )
+    return spec.compile()
 
 
 @pytest.mark.parametrize("size", [2, 3, 7, 20, 45])

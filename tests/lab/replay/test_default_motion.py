@@ -2,8 +2,16 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj.errors import RecordingError, UnknownNameError
-from tendon_mj.lab.replay import control_limits, default_motion, demonstration_time, read_motion
+from tendon_mj import add_friction
+from tendon_mj.errors import RecordingError, TendonWarning, UnknownNameError
+from tendon_mj.lab.replay import (
+    control_limits,
+    default_motion,
+    demonstration_time,
+    read_motion,
+    record_frames,
+    resting,
+)
 from tendon_mj.models import Bench, Joint, build_bench, build_joint
 from tests.refusals import refusing
 from tests.rigs import compiled, lever
@@ -54,6 +62,57 @@ def test_many_actuators_all_move_within_the_time_of_a_demonstration():
     times = np.arange(0.0, demonstration_time(model), 0.01)
     control = np.array([default_motion("mine", model)(t) for t in times])
     assert (control.max(axis=0) > 0.99).all()
+
+
+SERVO = '<general tendon="{}" gainprm="1e4" biastype="affine" biasprm="0 -1e4" ctrlrange="0.1 2"/>'
+
+
+def servos(key=""):
+    """A lever with a servo on each of two tendons; the first has a sheath."""
+    spec = mujoco.MjSpec.from_string(f"""<mujoco><worldbody>
+      <site name="a"/><site name="b" pos=".1 0 .1"/>
+      <body pos=".2 0 0"><joint name="j" axis="0 1 0" range="-90 90" limited="true"/>
+        <geom size=".02" pos=".1 0 0"/><site name="c" pos=".1 0 .02"/></body></worldbody>
+      <tendon><spatial name="one"><site site="a"/><site site="b"/><site site="c"/></spatial>
+        <spatial name="two"><site site="a"/><site site="c"/></spatial></tendon>
+      <actuator>{SERVO.format("one")}{SERVO.format("two")}</actuator>{key}</mujoco>""")
+    with pytest.warns(TendonWarning, match="push"):
+        return add_friction(spec, "one", friction=0.1).compile()
+
+
+def test_a_servo_rests_where_it_has_no_force():
+    model = servos()
+    data = resting(model)
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(data.actuator_force, 0.0, atol=1e-8)
+    np.testing.assert_allclose(default_motion("mine", model)(0.0), data.ctrl)
+    frames = record_frames(model, lambda _: data.ctrl, duration=0.2, fps=5, at_rest=True)
+    assert frames.cables["one_sheath"].tensions[0].max() == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_keyframe_is_the_rest_and_its_controls_if_it_has_any():
+    model = servos('<keyframe><key qpos="0.5"/></keyframe>')
+    data = resting(model)
+    mujoco.mj_forward(model, data)
+    assert data.qpos[0] == 0.5
+    np.testing.assert_allclose(data.actuator_force, 0.0, atol=1e-8)
+    data = resting(servos('<keyframe><key qpos="0.5" ctrl="0.3 0.4"/></keyframe>'))
+    assert data.ctrl.tolist() == [0.3, 0.4]
+
+
+def test_the_actuator_of_a_tendon_in_a_sheath_only_pulls():
+    model = servos()
+    rest = resting(model).ctrl
+    control = np.array([default_motion("mine", model)(t) for t in TIMES])
+    assert control[:, 0].max() == rest[0], "a longer tendon would be pushed"
+    assert control[:, 0].min() < rest[0]
+    assert control[:, 1].min() < rest[1] < control[:, 1].max()
+
+
+def test_of_chosen_tendons_alone_the_actuators_move():
+    model = servos()
+    control = np.array([default_motion("mine", model, ["one"])(t) for t in TIMES])
+    assert np.ptp(control, axis=0).astype(bool).tolist() == [True, False]
 
 
 def test_a_bench_without_its_reel_is_any_other_model():

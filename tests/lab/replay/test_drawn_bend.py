@@ -112,7 +112,7 @@ OVER_A_DRUM = rope(
 
 def test_a_sheath_that_could_not_take_it_up_does_not_have_it() -> None:
     spec = mujoco.MjSpec.from_string(OVER_A_DRUM)
-    add_friction(spec, "t", friction=0.1)
+    add_friction(spec, "t", name="sheath", friction=0.1)
     adjustable = Adjustable(spec.compile())
     adjustable.set({"sheath.friction": 0.2})
     assert DRAWN not in adjustable.names()
@@ -122,7 +122,7 @@ def test_a_sheath_that_could_not_take_it_up_does_not_have_it() -> None:
 
 def test_a_wrap_in_the_initial_pose_is_a_bend_of_the_path() -> None:
     spec = mujoco.MjSpec.from_string(OVER_A_DRUM)
-    add_friction(spec, "t", friction=0.1, inner_guides=2)
+    add_friction(spec, "t", name="sheath", friction=0.1, inner_guides=2)
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

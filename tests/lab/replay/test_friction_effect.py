@@ -1,0 +1,78 @@
+"""What a clip says of friction: the tendons that lose most, and a sentence of one moment."""
+
+import re
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj import add_friction
+from tendon_mj.errors import UnknownNameError
+from tendon_mj.lab.replay import (
+    friction_sentence,
+    frictionless,
+    most_first,
+    record_frames,
+    sheathed_tendons,
+)
+from tests.refusals import refusing
+
+TENDON = (
+    """<spatial name="{0}"><site site="{0}a"/><site site="{0}b"/><site site="{0}c"/></spatial>"""
+)
+FINGER = """<site name="{0}a" pos="0 {1} 0"/><site name="{0}b" pos=".1 {1} .1"/>
+  <body pos=".2 {1} 0"><joint name="{0}_joint" axis="0 1 0" stiffness=".5" damping=".1"/>
+    <geom size=".02" pos=".1 0 0" contype="0" conaffinity="0"/><site name="{0}c" pos=".03 0 .03"/>
+  </body>"""
+
+
+def fingers(**frictions):
+    """Fingers on springs, each pulled with 20 N by a motor over a guide with a friction."""
+    names = list(frictions)
+    spec = mujoco.MjSpec.from_string(
+        f"""<mujoco><option gravity="0 0 0"/>
+        <worldbody>{"".join(FINGER.format(n, k) for k, n in enumerate(names))}</worldbody>
+        <tendon>{"".join(map(TENDON.format, names))}</tendon>
+        <actuator>{"".join(f'<motor tendon="{n}" ctrlrange="-50 0"/>' for n in names)}</actuator>
+        </mujoco>"""
+    )
+    for name, friction in frictions.items():
+        add_friction(spec, [name], friction=friction)
+    model = spec.compile()
+
+    def record(parameters=None):
+        drive = np.full((1, len(names)), -20.0)
+        return record_frames(model, drive, duration=1.0, fps=10, parameters=parameters)
+
+    return model, record(), record(frictionless(model))
+
+
+def test_those_that_lose_most_come_first_and_others_can_be_left_out():
+    model, frames, _ = fingers(index=0.1, middle=0.4, ring=0.2)
+    order = [name.removesuffix("_sheath") for name in most_first(model, frames).cables]
+    assert order == ["middle", "ring", "index"]
+    kept = most_first(model, frames, sheathed_tendons(model, "[ir]*")).cables
+    assert list(kept) == ["ring_sheath", "index_sheath"]
+    with refusing(UnknownNameError, "thumb", "index"):
+        sheathed_tendons(model, "thumb")
+
+
+def test_the_sentence_is_of_the_joint_that_lags_and_of_its_tendon():
+    model, frames, twin = fingers(index=0.1, middle=0.4)
+    sentence = friction_sentence(model, most_first(model, frames), twin)
+    numbers = re.findall(r"\d[\d.]*\b", sentence)
+    when, arrives, pulled, lag, there, free = map(float, numbers)
+    k = round(when * frames.fps)
+    path = frames.cables["middle_sheath"].tensions[k]
+    assert [pulled, arrives] == pytest.approx([path[0], path[-1]], rel=5e-3)
+    angles = np.degrees([frames.poses[k, 1], twin.poses[k, 1]])
+    assert [there, free] == pytest.approx(np.abs(angles), abs=0.06)
+    assert lag == pytest.approx(free - there, rel=0.06)
+    assert "output of middle, and middle_joint turns" in sentence
+    assert "less than without friction" in sentence
+
+
+def test_the_sentence_does_without_a_twin_and_is_empty_without_friction():
+    model, frames, twin = fingers(index=0.1)
+    assert "arrive at the output of index." in friction_sentence(model, frames, None)
+    assert friction_sentence(model, twin, frames) == ""
