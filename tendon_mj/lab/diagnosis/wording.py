@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, ShiftTerm, Term, element
-from tendon_mj.lab.diagnosis.result import Finding, Value
+from tendon_mj.lab.diagnosis.result import Alternative, Diagnosis, Finding, Value
 from tendon_mj.lab.diagnosis.verdict import CLOSED, NOISE, PART, ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.replay import (
     Parameter,
@@ -26,8 +26,10 @@ MEANING: Final[dict[Verdict, str]] = {
     "parameter": "A parameter of the model is wrong; held-out data prove it.",
     "partly": "A part of the error is explained; the rest is not.",
     "nothing missing": "The model explains the recordings down to their noise.",
+    "undetermined": "The model explains the recordings, and so does another with other numbers.",
     "unknown": "The error is not explained, and nothing is proven.",
 }
+NOTHING: Final = "Nothing is missing: "
 _SLIPS = (
     " Where a tendon sticks and slips it may also be its values that were not found, or the steps"
     " that are too long."
@@ -36,6 +38,7 @@ _TOO_SMALL = 0.7  # error [noise]: a smaller one means that the noise is stated 
 _COARSE = 1.5  # error over the extrapolated one, from which the model's step is too long
 ABOVE_NOISE = 1.05  # error [noise], from which a sentence names the source of the rest
 _SHOWN = 4  # signals in the sentence
+_FORCES: Final = {"N", "N m"}  # units of columns
 
 # parameter → its name in words, where that is not its identifier
 _NAMES: Final = {
@@ -89,7 +92,7 @@ def state(
 
 def _nothing(evidence: Evidence) -> str:
     errors, steps = evidence.held_out, _too_long(evidence, evidence.held_out.before)
-    text = f"Nothing is missing: calibrated, the model is off by {_off(evidence)}{steps}"
+    text = f"{NOTHING}calibrated, the model is off by {_off(evidence)}{steps}"
     if evidence.weighed.before > ABOVE_NOISE and not steps:
         guides = " and its guides in place of a smooth sheath" if evidence.lumping > 0.0 else ""
         text += (
@@ -252,6 +255,42 @@ def warn_of_ends(calibrated: Mapping[str, Value]) -> list[str]:
         for name, value in calibrated.items()
         if value.at_end
     ]
+
+
+def state_alternatives(result: Diagnosis, alternatives: Sequence[Alternative]) -> str:
+    """State which numbers the signals cannot tell, from what, and what would decide."""
+    stated = {**result.calibrated, **result.parameters}
+    moved = {name: stated[name].value for other in alternatives for name in other.values}
+    units = {name: stated[name].unit for name in moved}
+    here, single = _equal(moved, units), len({*moved.values()}) == 1
+    there = [
+        f"{_equal(other.values, units).split(' = ', single)[-1]} with {other.statement}"
+        for other in alternatives[:_SHOWN]
+    ]
+    records = dict.fromkeys(
+        result.catalogue[other.identifier].next_experiment
+        for other in alternatives
+        if other.identifier
+    )
+    measured = {column_unit(column) for r in result.recordings for column in r.measured}
+    if measured.isdisjoint(_FORCES):
+        decide = (
+            "A measured force would decide: a load cell, a spring scale in one pose, or a known"
+            " weight on the output"
+        )
+    elif any(records):
+        decide = f"To decide, record {' or '.join(filter(None, records))}"
+    else:
+        decide = "To decide, measure one of them and state it in [known]"
+    return f"These signals cannot tell {here} from {', or from '.join(there)}. {decide}."
+
+
+def _equal(values: Mapping[str, float], units: Mapping[str, str]) -> str:
+    """Parameters with their values, those of one value together: "a.friction, b.friction = 0.1"."""
+    names: dict[str, list[str]] = {}
+    for name, value in values.items():
+        names.setdefault(quantity(value, units[name]), []).append(name)
+    return " and ".join(f"{', '.join(alike)} = {value}" for value, alike in names.items())
 
 
 def reason(evidence: Evidence, verdict: Verdict | None) -> str:
