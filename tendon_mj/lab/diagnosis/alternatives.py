@@ -108,7 +108,8 @@ def _numbers(fit: Fit) -> list[int]:
 def _tied(selection: Selection) -> Iterator[Fit]:
     """Fits of rivals in the place of a single effect, which leave as little."""
     if len(selection.effects) == 1:
-        yield from (model.fit for model in selection.effects[0].models)
+        fits = (model.fit for model in selection.effects[0].models)
+        yield from (fit for fit in fits if len(fit.effects) == 1)
 
 
 def _at_ends(problem: Problem, fit: Fit, values: Mapping[str, Value]) -> list[Alternative]:
@@ -127,18 +128,16 @@ def _at_ends(problem: Problem, fit: Fit, values: Mapping[str, Value]) -> list[Al
 def _alternative(
     added: Candidate, words: str, pairs: Mapping[str, tuple[Value, Value]]
 ) -> Alternative:
-    """An alternative as it fits best, or at the far end of its intervals where that is far off.
+    """An alternative as it fits best, or at the far end of its intervals where that is no other.
 
     ``words`` state the effect as it fits best, ``pairs`` are values of the model and of this one.
     """
+    if any(
+        abs(there.value - here.value) > _MATTERS * abs(here.value) for here, there in pairs.values()
+    ):
+        best = {name: there.value for name, (_, there) in pairs.items()}
+        return Alternative(added.identifier, words, best, fitted=True)
     far = {name: _far_end(here, there) for name, (here, there) in pairs.items()}
-    half = all(
-        2.0 * abs(there.value - here.value) >= abs(far[name] - here.value)
-        for name, (here, there) in pairs.items()
-    )
-    best = {name: there.value for name, (_, there) in pairs.items()}
-    if half:
-        return Alternative(added.identifier, words, best)
     return Alternative(added.identifier, f"{added.effect.name} ({added.where})", far)
 
 
@@ -188,11 +187,12 @@ def _valleys(context: SelectionContext, model: FittedCandidate) -> Iterator[_Val
     """Valleys of the effects that the model may lack, in the linearisation about its fit."""
     fit, problem = model.fit, context.problem
     used, moving = problem.in_train, np.append(fit.free | on_bounds(fit), True)
-    slopes = context.slopes_at(model)
-    for candidate in context.further(model):
+    candidates = [c for c in context.further(model) if not c.effect.changes]
+    slopes = context.slopes_at(model, candidates)
+    for candidate in candidates:
         strength = candidate.terms[0]
         for score in starts(fit, candidate):
-            if candidate.effect.changes or score.key not in slopes:
+            if score.key not in slopes:
                 continue
             slope = slopes[score.key]
             extended = replace(fit, jacobian=np.column_stack([fit.jacobian, slope]))
@@ -241,6 +241,7 @@ def _restated(
         new = len(all_rivals) - len(finding.rivals)
         confidence = finding.confidence / (1.0 + new * finding.confidence)
         findings.append(replace(finding, rivals=all_rivals, confidence=confidence))
+    found = sorted(found, key=lambda alternative: not alternative.fitted)
     told, sentence = state_alternatives(result, found), result.sentence.removeprefix(NOTHING)
     kept = any(f.rivals == old.rivals for f, old in zip(findings, result.findings, strict=True))
     return replace(
@@ -251,5 +252,5 @@ def _restated(
         calibrated={name: values[name] for name in result.calibrated},
         parameters={name: values[name] for name in result.parameters},
         alternatives=tuple(found),
-        warnings=(told, *result.warnings),
+        warnings=(told, *result.warnings) if kept else result.warnings,
     )

@@ -86,9 +86,8 @@ class Alternative:
 
     identifier: str  # of the effect; empty where another number is not at the end of its range
     statement: str  # the effect or that number, in words
-    # parameter → its value there, of those that this moves; as it fits best if the statement has
-    # a value, else the farthest
-    values: Mapping[str, float]
+    values: Mapping[str, float]  # parameters that it moves → their values there
+    fitted: bool = False  # whether these fit best; else they are the ends of their intervals
 
 
 @dataclass(frozen=True)

@@ -165,11 +165,18 @@ class SelectionContext:
             if not c.targets & model.fit.targets and c.acts_on(values) and not c.effect.event
         ]
 
-    def slopes_at(self, model: FittedCandidate) -> Slopes:
-        """Slopes of the candidates that may be added to a model."""
+    def slopes_at(self, model: FittedCandidate, candidates: Sequence[Candidate]) -> Slopes:
+        """Slopes of candidates at a fit, whatever is known of them from others."""
         slopes: Slopes = {}
-        known = self.problem, self.base, model.fit
-        screen(*known, self.further(model), self.progress, slopes, (_NONE, _NONE))
+        screen(
+            self.problem,
+            self.base,
+            model.fit,
+            candidates,
+            self.progress,
+            slopes,
+            (_NONE, _NONE),
+        )
         return slopes
 
     def _events(self, model: FittedCandidate, least: float) -> list[Candidate]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Final
 
@@ -260,13 +261,18 @@ def warn_of_ends(calibrated: Mapping[str, Value]) -> list[str]:
 def state_alternatives(result: Diagnosis, alternatives: Sequence[Alternative]) -> str:
     """State which numbers the signals cannot tell, from what, and what would decide."""
     stated = {**result.calibrated, **result.parameters}
-    moved = {name: stated[name].value for other in alternatives for name in other.values}
-    units = {name: stated[name].unit for name in moved}
-    here, single = _equal(moved, units), len({*moved.values()}) == 1
+    moved = Counter(name for other in alternatives for name in other.values)
+    most = max(moved, key=lambda name: moved[name])
+    alike = [n for n in moved if stated[n].value == stated[most].value]
     there = [
-        f"{_equal(other.values, units).split(' = ', single)[-1]} with {other.statement}"
-        for other in alternatives[:_SHOWN]
+        f"{quantity(other.values[most], stated[most].unit)} with {other.statement}"
+        for other in alternatives
+        if most in other.values
     ]
+    here = f"{', '.join(alike)} = {quantity(stated[most].value, stated[most].unit)}"
+    others = [name for name in moved if name not in alike]
+    text = f"These signals cannot tell {here} from {', or from '.join(there[:_SHOWN])}"
+    text += f"; nor do they tell {', '.join(others)}" if others else ""
     records = dict.fromkeys(
         result.catalogue[other.identifier].next_experiment
         for other in alternatives
@@ -282,15 +288,7 @@ def state_alternatives(result: Diagnosis, alternatives: Sequence[Alternative]) -
         decide = f"To decide, record {' or '.join(filter(None, records))}"
     else:
         decide = "To decide, measure one of them and state it in [known]"
-    return f"These signals cannot tell {here} from {', or from '.join(there)}. {decide}."
-
-
-def _equal(values: Mapping[str, float], units: Mapping[str, str]) -> str:
-    """Parameters with their values, those of one value together: "a.friction, b.friction = 0.1"."""
-    names: dict[str, list[str]] = {}
-    for name, value in values.items():
-        names.setdefault(quantity(value, units[name]), []).append(name)
-    return " and ".join(f"{', '.join(alike)} = {value}" for value, alike in names.items())
+    return f"{text}. {decide}."
 
 
 def reason(evidence: Evidence, verdict: Verdict | None) -> str:
