@@ -7,8 +7,9 @@ then move while the residual stays. Where that matters, the effect is added at t
 trace holds near the fit only, and all values are fitted again. If that model leaves no more, the
 number's interval includes its own.
 
-Effects that change a coefficient of friction, as static friction does, and numbers of the model
-that no motion tells from a fitted one, as a bend, define that number and are no alternatives to it.
+Only effects of the rig that the model lacks are added. Effects that change a coefficient of
+friction, as static friction does, define that number. Numbers that the model has, and the
+calibration of the sensors, are taken as stated: a number that may be wrong is called uncertain.
 """
 
 from __future__ import annotations
@@ -88,7 +89,7 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
             after = {**base, **other.parameters(base)}
             words = state_finding(added, problem.simulate.parameters, base, after)
             found.append(_alternative(added, words, {n: (values[n], there[n]) for n in moved}))
-            values |= {name: _joined(values[name], there[name]) for name in moved}
+            values |= {n: _joined(v, there[n]) for n, v in values.items() if n in there}
     return _restated(result, values, found, rivals) if found else result
 
 
@@ -187,7 +188,12 @@ def _valleys(context: SelectionContext, model: FittedCandidate) -> Iterator[_Val
     """Valleys of the effects that the model may lack, in the linearisation about its fit."""
     fit, problem = model.fit, context.problem
     used, moving = problem.in_train, np.append(fit.free | on_bounds(fit), True)
-    candidates = [c for c in context.further(model) if not c.effect.changes]
+    candidates = [
+        c
+        for c in context.further(model)
+        if c.effect.kind == "missing" and not c.in_model(context.base)
+        if not (c.effect.changes or c.on_sensor)
+    ]
     slopes = context.slopes_at(model, candidates)
     for candidate in candidates:
         strength = candidate.terms[0]
@@ -197,8 +203,6 @@ def _valleys(context: SelectionContext, model: FittedCandidate) -> Iterator[_Val
             slope = slopes[score.key]
             extended = replace(fit, jacobian=np.column_stack([fit.jacobian, slope]))
             halves = _half_widths(problem, extended, moving)
-            if candidate.effect.kind == "parameter" and np.isinf(halves[-1]):
-                continue
             ends = [strength.scaled(end) for end in (strength.low, strength.high)]
             farthest = min(halves[-1], _FARTHEST)
             end = max(np.clip([farthest, -farthest], min(ends), max(ends)), key=abs)
