@@ -19,7 +19,7 @@ NAMING = ("named", "partly")  # verdicts that name effects
 PARAMETERS = ("friction", "axial_stiffness", "pretension", "bend_angle", "moment_arm")
 RIVALS = 2  # most that a name may have in a tie; with more, the verdict leaves too much open
 INTERVAL = ("value", "low", "high")  # of a parameter
-VERDICTS = (*NAMING, "parameter", "nothing missing", "unknown", PREDICTION)
+VERDICTS = (*NAMING, "parameter", "nothing missing", "undetermined", "unknown", PREDICTION)
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from tendon_mj.lab.diagnosis import (
     CATALOGUE,
     DISCRIMINATING_EXPERIMENTS,
     MEANING,
+    Alternative,
     Autocorrelation,
     BeforeAfter,
     Bin,
@@ -230,6 +231,18 @@ def test_a_page_states_first_whether_what_remains_is_white():
         first = first_screen(page(diagnosis(), [BeforeAfter(recorded(), recorded(), after)]))
         assert ("looks like noise" in first) == white
         assert ("is correlated (output tension)" in first) != white
+
+
+def test_numbers_that_cannot_be_told_are_on_the_first_screen() -> None:
+    result = diagnosis()
+    name = next(iter(result.calibrated))
+    value = result.calibrated[name].value
+    other = Alternative("backlash", "play of 0.4 mm", {name: 0.5 * value}, fitted=True)
+    told = replace(result, verdict="undetermined", findings=(), alternatives=(other,))
+    assert name in headline(told)
+    (todo,) = what_to_do(told)
+    assert "play of 0.4 mm" in todo
+    assert "To decide, record" in todo
 
 
 def test_a_partial_explanation_is_used_with_care():

@@ -45,6 +45,7 @@ from tendon_mj.lab.diagnosis.fitting import written as written
 from tendon_mj.lab.diagnosis.regimes import Bin as Bin
 from tendon_mj.lab.diagnosis.regimes import Located as Located
 from tendon_mj.lab.diagnosis.rehearsal import rehearse as rehearse
+from tendon_mj.lab.diagnosis.result import Alternative as Alternative
 from tendon_mj.lab.diagnosis.result import BeforeAfter as BeforeAfter
 from tendon_mj.lab.diagnosis.result import Diagnosis as Diagnosis
 from tendon_mj.lab.diagnosis.result import Finding as Finding
@@ -65,4 +66,5 @@ from tendon_mj.lab.diagnosis.verdict import ErrorReduction as ErrorReduction
 from tendon_mj.lab.diagnosis.verdict import Evidence as Evidence
 from tendon_mj.lab.diagnosis.verdict import Verdict as Verdict
 from tendon_mj.lab.diagnosis.wording import MEANING as MEANING
+from tendon_mj.lab.diagnosis.wording import state_alternatives as state_alternatives
 from tendon_mj.lab.diagnosis.workflow import diagnose as diagnose

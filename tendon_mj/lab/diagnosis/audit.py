@@ -81,7 +81,9 @@ def noise_sensitivity(
 ) -> NoiseSensitivity:
     """Apply the criteria of a finished diagnosis to other noises, ``factors`` times the stated."""
     evidence = diagnosis.evidence
-    low, high = (_reach(evidence, diagnosis.verdict, ratio) for ratio in (1.0 / _RATIO, _RATIO))
+    # alternatives do not depend on the noise alone: without them
+    verdict = (_judge(evidence) or "unknown") if diagnosis.alternatives else diagnosis.verdict
+    low, high = (_reach(evidence, verdict, ratio) for ratio in (1.0 / _RATIO, _RATIO))
     return NoiseSensitivity(tuple(_case(evidence, factor) for factor in factors), low, high)
 
 

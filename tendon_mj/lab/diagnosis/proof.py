@@ -412,7 +412,7 @@ def fitted_values(
             continue
         values = calibrated if k < len(fit.calibrated) else of_effects
         at_end = bool(near[k])
-        determined = bool(fit.free[k] and not at_end and _is_narrower(ranges[k], term))
+        determined = bool(fit.free[k] and not at_end and is_narrower(ranges[k], term))
         span = ranges[k] if determined else (term.low, term.high)
         written = [term.write(float(end), others) for end in span for others in around]
         for name in term.targets:
@@ -427,7 +427,7 @@ def fitted_values(
     return calibrated, of_effects
 
 
-def _is_narrower(interval: FloatArray, term: Term) -> bool:
+def is_narrower(interval: FloatArray, term: Term) -> bool:
     """Whether an interval excludes a part of the range of a term."""
     return bool(interval[0] > term.low or interval[1] < term.high)
 

@@ -81,6 +81,16 @@ class Finding:
 
 
 @dataclass(frozen=True)
+class Alternative:
+    """A model with one more effect, or one other, that explains the data as well."""
+
+    identifier: str  # of the effect; empty where another number is not at the end of its range
+    statement: str  # the effect or that number, in words
+    values: Mapping[str, float]  # parameters that it moves → their values there
+    fitted: bool = False  # whether these fit best; else they are the ends of their intervals
+
+
+@dataclass(frozen=True)
 class Ranked:
     """A candidate for the first finding."""
 
@@ -137,6 +147,8 @@ class Diagnosis:
         warnings: of possible errors in the result, in whole sentences.
         checks: warnings about the recordings, from before any fit; they are among ``warnings``.
             Where one of them ``blocks``, an effect is named only if it leaves no more than noise.
+        alternatives: models that explain the data as well, by values outside of the intervals that
+            hold without them; those stated include them.
     """
 
     verdict: Verdict
@@ -163,6 +175,7 @@ class Diagnosis:
     search: tuple[SelectionContext, Selection] | None = field(default=None, repr=False)
     warnings: tuple[str, ...] = ()
     checks: tuple[DataWarning, ...] = ()
+    alternatives: tuple[Alternative, ...] = ()
 
     def __repr__(self) -> str:
         """The verdict, the findings and the errors, in a few lines."""
@@ -212,8 +225,9 @@ class Diagnosis:
 
     @property
     def confidence(self) -> float:
-        """Lowest confidence of the findings; 1 where nothing was named."""
-        return min((finding.confidence for finding in self.findings), default=1.0)
+        """Lowest confidence of the findings; without any, that no alternative is right."""
+        nothing = 1.0 / (1.0 + len(self.alternatives))
+        return min((finding.confidence for finding in self.findings), default=nothing)
 
     @property
     def held_out(self) -> ErrorReduction:
@@ -345,6 +359,7 @@ class Diagnosis:
             "findings": [vars(finding) for finding in self.findings],
             "indistinguishable": self.indistinguishable,
             "closest": list(self.closest),
+            "alternatives": [vars(alternative) for alternative in self.alternatives],
             "excluded": list(self.excluded),
             "ranking": [vars(ranked) for ranked in self.ranking],
             "parameters": {name: vars(value) for name, value in self.parameters.items()},

@@ -113,11 +113,7 @@ def screen(
     Slopes that are ``known`` from another fit predict in place of the first pass; others are added.
     ``kept`` are shares of the best reduction of χ², to be in the second and in the third pass.
     """
-    scores = [
-        ScreeningScore(candidate, np.array([*fitted.values, _probe(candidate), *shape]), 0.0, k)
-        for candidate in candidates
-        for k, shape in enumerate(product(*(t.starts or (t.inert,) for t in candidate.terms[1:])))
-    ]
+    scores = [score for candidate in candidates for score in starts(fitted, candidate)]
     screening = _Screening(problem, base, fitted, progress)
     predicted = [screening.predict(s, known[s.key]) for s in scores if s.key in known]
     new = [score for score in scores if score.key not in known]
@@ -132,6 +128,14 @@ def screen(
     ranked = sorted(achieved, key=lambda score: -score.explained)
     best = {score.key: score for score in reversed(ranked)}
     return [score for score in ranked if score.explained > 0.0 and score is best[score.key]]
+
+
+def starts(fitted: Fit, candidate: Candidate) -> list[ScreeningScore]:
+    """Where the screening of a candidate begins: a probe from a fit, once for each shape."""
+    return [
+        ScreeningScore(candidate, np.array([*fitted.values, _probe(candidate), *shape]), 0.0, k)
+        for k, shape in enumerate(product(*(t.starts or (t.inert,) for t in candidate.terms[1:])))
+    ]
 
 
 def _promising(scores: Sequence[ScreeningScore], share: float) -> list[ScreeningScore]:

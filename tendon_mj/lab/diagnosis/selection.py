@@ -52,6 +52,7 @@ _LITTLE = 0.1  # of the initial excess: where more remains, other choices do not
 _HALFWAY, _MOST_POLISHED = 0.5, 3  # of the smallest gain, for a fit to be continued; fits
 _ROUNDS = 2  # in which the second-best choice is tried too
 _MOST_EFFECTS = 3
+_NONE = 2.0  # times the best: no score is in the second pass of a screening
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +129,7 @@ class SelectionContext:
         """
         half = 0.5 * share  # a slope may promise half of what there is
         kept = (_LOOKED_AT if look_down else half, half)
-        scores = self._screen(model, self._further(model), kept)
+        scores = self._screen(model, self.further(model), kept)
         if events := self._events(model, half * scores[0].explained if scores else 0.0):
             scores = sorted(scores + self._screen(model, events, kept), key=lambda s: -s.explained)
         shortlist, others_down = _promising(scores, share)
@@ -152,7 +153,7 @@ class SelectionContext:
             self.progress("fit", len(shortlist), len(shortlist))
         return CandidateSet(tuple(scores), *_best_of_each(fitted))
 
-    def _further(self, model: FittedCandidate) -> list[Candidate]:
+    def further(self, model: FittedCandidate) -> list[Candidate]:
         """Candidates that may be added to a model, but events."""
         values = {**self.base, **model.fit.parameters(self.base)}
         return [
@@ -160,6 +161,20 @@ class SelectionContext:
             for c in self.candidates
             if not c.targets & model.fit.targets and c.acts_on(values) and not c.effect.event
         ]
+
+    def slopes_at(self, model: FittedCandidate, candidates: Sequence[Candidate]) -> Slopes:
+        """Slopes of candidates at a fit, whatever is known of them from others."""
+        slopes: Slopes = {}
+        screen(
+            self.problem,
+            self.base,
+            model.fit,
+            candidates,
+            self.progress,
+            slopes,
+            (_NONE, _NONE),
+        )
+        return slopes
 
     def _events(self, model: FittedCandidate, least: float) -> list[Candidate]:
         """Events that explain enough of a model's misfit, and ``least`` of the reduced χ²."""

@@ -224,13 +224,21 @@ def rate_effect(candidate: Candidate, ranked: Sequence[FittedCandidate]) -> Sele
     return SelectedEffect(candidate, tuple(rivals), 1.0 / odds, tuple(models))
 
 
-def intervals(problem: Problem, fit: Fit, refits: Sequence[Fit] = ()) -> FloatArray:
+def intervals(
+    problem: Problem,
+    fit: Fit,
+    refits: Sequence[Fit] = (),
+    moving: NDArray[np.bool_] | None = None,
+) -> FloatArray:
     """(p, 2) 95 % intervals of a fit's values [the terms' units]; the range where not free.
 
-    ``refits`` are of the same model, with each recording left out in turn.
+    ``refits`` are of the same model, with each recording left out in turn. A calibrated term or a
+    strength at an end of its range, beyond which the data would not take it, may still trade
+    places with others: it counts as free in theirs. ``moving`` (p,) are other terms to count so.
     """
     ranges = np.array([[term.low, term.high] for term in fit.terms]).reshape(-1, 2)
-    widths = half_widths(problem, fit, fit.free)
+    moving = fit.free | at_rest_on_bounds(problem, fit) if moving is None else moving
+    widths = half_widths(problem, fit, moving)[fit.free[moving]]
     if len(refits) > 1:
         widths = np.maximum(widths, _jackknife(fit, refits)[fit.free])
     for k, half in zip(np.flatnonzero(fit.free), widths, strict=True):
@@ -270,6 +278,22 @@ def beyond_range(problem: Problem, fit: Fit, near: NDArray[np.bool_]) -> NDArray
     )
     beyond: NDArray[np.bool_] = near & (out > half)
     return beyond
+
+
+def on_bounds(fit: Fit) -> NDArray[np.bool_]:
+    """(p,) which calibrated terms and strengths are held by a bound, the same in all recordings."""
+    numbers = np.arange(len(fit.terms)) < len(fit.calibrated)
+    for candidate in fit.effects:
+        numbers[fit.terms_of(candidate).start] = True
+    visible = np.abs(fit.jacobian).max(axis=0, initial=0.0) > 0.0
+    held: NDArray[np.bool_] = numbers & fit.shared & visible & ~fit.free
+    return held
+
+
+def at_rest_on_bounds(problem: Problem, fit: Fit) -> NDArray[np.bool_]:
+    """(p,) which of the terms `on_bounds` would not go beyond without the bound."""
+    held = on_bounds(fit)
+    return held & ~beyond_range(problem, fit, held) if held.any() else held
 
 
 def half_widths(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArray:

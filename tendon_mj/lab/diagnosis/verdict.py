@@ -35,7 +35,7 @@ from tendon_mj.lab.recordings import Recording, noise_of_repeats
 from tendon_mj.lab.replay import Simulates, column_unit
 from tendon_mj.typing import FloatArray
 
-Verdict = Literal["named", "parameter", "partly", "nothing missing", "unknown"]
+Verdict = Literal["named", "parameter", "partly", "nothing missing", "undetermined", "unknown"]
 
 SMALLEST_EXCESS = 0.2  # 0.45 noise rms: less is not worth a name
 _CERTAIN = 0.99  # probability with which rests of a right model leave less

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Final
 
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, ShiftTerm, Term, element
-from tendon_mj.lab.diagnosis.result import Finding, Value
+from tendon_mj.lab.diagnosis.result import Alternative, Diagnosis, Finding, Value
 from tendon_mj.lab.diagnosis.verdict import CLOSED, NOISE, PART, ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.replay import (
     Parameter,
@@ -26,8 +27,10 @@ MEANING: Final[dict[Verdict, str]] = {
     "parameter": "A parameter of the model is wrong; held-out data prove it.",
     "partly": "A part of the error is explained; the rest is not.",
     "nothing missing": "The model explains the recordings down to their noise.",
+    "undetermined": "The model explains the recordings, and so does another with other numbers.",
     "unknown": "The error is not explained, and nothing is proven.",
 }
+NOTHING: Final = "Nothing is missing: "
 _SLIPS = (
     " Where a tendon sticks and slips it may also be its values that were not found, or the steps"
     " that are too long."
@@ -36,6 +39,7 @@ _TOO_SMALL = 0.7  # error [noise]: a smaller one means that the noise is stated 
 _COARSE = 1.5  # error over the extrapolated one, from which the model's step is too long
 ABOVE_NOISE = 1.05  # error [noise], from which a sentence names the source of the rest
 _SHOWN = 4  # signals in the sentence
+_FORCES: Final = {"N", "N m"}  # units of columns
 
 # parameter → its name in words, where that is not its identifier
 _NAMES: Final = {
@@ -94,7 +98,7 @@ def _not_found(catalogue: str) -> str:
 
 def _nothing(evidence: Evidence) -> str:
     errors, steps = evidence.held_out, _too_long(evidence, evidence.held_out.before)
-    text = f"Nothing is missing: calibrated, the model is off by {_off(evidence)}{steps}"
+    text = f"{NOTHING}calibrated, the model is off by {_off(evidence)}{steps}"
     if evidence.weighed.before > ABOVE_NOISE and not steps:
         guides = " and its guides in place of a smooth sheath" if evidence.lumping > 0.0 else ""
         text += (
@@ -258,6 +262,39 @@ def warn_of_ends(calibrated: Mapping[str, Value]) -> list[str]:
         for name, value in calibrated.items()
         if value.at_end
     ]
+
+
+def state_alternatives(result: Diagnosis, alternatives: Sequence[Alternative]) -> str:
+    """State which numbers the signals cannot tell, from what, and what would decide."""
+    stated = {**result.calibrated, **result.parameters}
+    moved = Counter(name for other in alternatives for name in other.values)
+    most = max(moved, key=lambda name: moved[name])
+    alike = [n for n in moved if stated[n].value == stated[most].value]
+    there = [
+        f"{quantity(other.values[most], stated[most].unit)} with {other.statement}"
+        for other in alternatives
+        if most in other.values
+    ]
+    here = f"{', '.join(alike)} = {quantity(stated[most].value, stated[most].unit)}"
+    others = [name for name in moved if name not in alike]
+    text = f"These signals cannot tell {here} from {', or from '.join(there[:_SHOWN])}"
+    text += f"; nor do they tell {', '.join(others)}" if others else ""
+    records = dict.fromkeys(
+        result.catalogue[other.identifier].next_experiment
+        for other in alternatives
+        if other.identifier
+    )
+    measured = {column_unit(column) for r in result.recordings for column in r.measured}
+    if measured.isdisjoint(_FORCES):
+        decide = (
+            "A measured force would decide: a load cell, a spring scale in one pose, or a known"
+            " weight on the output"
+        )
+    elif any(records):
+        decide = f"To decide, record {' or '.join(filter(None, records))}"
+    else:
+        decide = "To decide, measure one of them and state it in [known]"
+    return f"{text}. {decide}."
 
 
 def reason(evidence: Evidence, verdict: Verdict | None) -> str:

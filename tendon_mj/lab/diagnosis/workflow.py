@@ -6,6 +6,7 @@ Verdicts:
 * "parameter": correcting a parameter that no recording calls uncertain removes the error.
 * "named": effects that the model lacks remove the error, on held-out data too.
 * "partly": they remove much of it there, and nothing was found that explains what remains.
+* "undetermined": one more effect, with other values of the fitted numbers, explains as much.
 * "unknown": an error remains, and nothing was found that explains it.
 """
 
@@ -20,6 +21,7 @@ import numpy as np
 
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.lab.data_check import DataWarning, check_recording
+from tendon_mj.lab.diagnosis.alternatives import with_alternatives
 from tendon_mj.lab.diagnosis.check import check_recordings, check_simulation, make_simulator
 from tendon_mj.lab.diagnosis.data import (
     MakeSimulator,
@@ -147,7 +149,8 @@ def diagnose(
     result = select_and_judge(context)
     blocked = any(warning.blocks for warning in checks)
     if not blocked or (result.verdict in _EXPLAINED and result.train.after < _AT_NOISE):
-        return result  # an effect that leaves no more than noise where the recordings have a fault
+        # an effect that leaves no more than noise where the recordings have a fault
+        return replace(with_alternatives(result), seconds=time.perf_counter() - began)
     return select_and_judge(replace(context, candidates=()))
 
 

@@ -17,6 +17,7 @@ from tendon_mj.lab.diagnosis import (
     ErrorReduction,
     Finding,
     Value,
+    state_alternatives,
 )
 from tendon_mj.lab.recordings import noise_levels
 from tendon_mj.lab.replay import column_name, column_unit, engineering_unit, plain, replay_error
@@ -43,6 +44,9 @@ def headline(diagnosis: Diagnosis) -> str:
     """The findings in a sentence with values and units."""
     if diagnosis.verdict == "nothing missing":
         return "Nothing is missing from the model."
+    if diagnosis.verdict == "undetermined":
+        names = dict.fromkeys(n for other in diagnosis.alternatives for n in other.values)
+        return f"These recordings cannot tell {', '.join(names)}."
     if diagnosis.withheld:
         return "No effect is named: the recordings have a fault that would be taken for one."
     if diagnosis.verdict == "unknown":
@@ -83,6 +87,9 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
             "An effect that the motion of these recordings does not bring out cannot be seen in"
             " them: record the motions that the model is for.",
         ]
+    if diagnosis.verdict == "undetermined":
+        told = state_alternatives(diagnosis, diagnosis.alternatives)
+        return [f"Do not rely on the numbers in model.xml that are not determined. {told}"]
     if diagnosis.withheld:
         return [
             "Do not rely on model.xml: its uncertain values were fitted to the fault too.",

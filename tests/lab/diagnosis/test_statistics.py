@@ -151,6 +151,26 @@ def test_a_term_that_the_data_pull_past_its_end_is_told(pull: float, beyond: boo
     assert not beyond_range(data, stuck, ~near).any()
 
 
+@pytest.mark.parametrize(("pull", "determined"), [(2.0, True), (0.1, False)])
+def test_a_value_is_determined_by_another_at_its_end_where_the_data_hold_it_there(
+    pull: float, determined: bool
+) -> None:
+    """The other compensates it, unless the data would take that beyond its end."""
+    data = problem()
+    random = np.random.default_rng(6)
+    size = data.blocks.size
+    column, noise = random.normal(size=size), random.normal(size=size)
+    both = np.column_stack([column, column + 0.1 * random.normal(size=size)])
+    left = noise - pull * (both[:, 1] - column)
+    at_end = np.array([0.0, 50.0])
+    bounds = np.array([[-50.0, -50.0], [50.0, 50.0]])
+    stuck = Fit((TERM, SLOPE), (), at_end, left, np.zeros(size), both, at_end, bounds)
+    width, alone = (
+        float(np.ptp(intervals(data, stuck, moving=moving)[0])) for moving in (None, stuck.free)
+    )
+    assert width == pytest.approx(alone) if determined else width > 5.0 * alone
+
+
 def test_values_that_compensate_each_other_have_no_interval() -> None:
     data = problem()
     random = np.random.default_rng(6)

@@ -1,0 +1,260 @@
+"""Alternatives: models with one effect more that explain the data as well, by other numbers.
+
+The interval of a fitted number holds if the model lacks nothing. It does not include what an effect
+of the catalogue may take over from the number where the data show little difference. With the
+trace of the effect as one more column of the Jacobian, the covariance says how far each number may
+then move while the residual stays. Where that matters, the effect is added at the far end, since a
+trace holds near the fit only, and all values are fitted again. If that model leaves no more, the
+number's interval includes its own.
+
+Only effects of the rig that the model lacks are added. Effects that change a coefficient of
+friction, as static friction does, define that number. Numbers that the model has, and the
+calibration of the sensors, are taken as stated: a number that may be wrong is called uncertain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_mj.lab.diagnosis.data import Problem
+from tendon_mj.lab.diagnosis.effects.effect import Candidate
+from tendon_mj.lab.diagnosis.fitting import Fit, bounded_least_squares, natural_in_range
+from tendon_mj.lab.diagnosis.proof import fitted_values, is_narrower
+from tendon_mj.lab.diagnosis.result import Alternative, Diagnosis, Value
+from tendon_mj.lab.diagnosis.search import starts
+from tendon_mj.lab.diagnosis.selection import Selection, SelectionContext
+from tendon_mj.lab.diagnosis.statistics import (
+    FittedCandidate,
+    at_rest_on_bounds,
+    half_widths,
+    intervals,
+    on_bounds,
+    tie_width,
+)
+from tendon_mj.lab.diagnosis.wording import NOTHING, state_alternatives, state_finding
+from tendon_mj.typing import FloatArray
+
+_MATTERS = 0.2  # of a number, by which an end of its interval moves
+_FARTHEST = 1e3  # probes from which an effect is fitted that the data do not determine at all
+_MOST_FITS, _EVALUATIONS = 4, 12
+
+
+@dataclass(frozen=True, eq=False)
+class _Valley:
+    """Values that leave nearly the same residual, with one more effect."""
+
+    candidate: Candidate
+    start: FloatArray  # (p + its terms,) the far end [the terms' units]
+    ranges: FloatArray  # (p, 2) intervals of the model's terms [their units]
+
+
+def with_alternatives(result: Diagnosis) -> Diagnosis:
+    """The result, with intervals that include those of its alternatives.
+
+    A finding that may be absent in an alternative has its effect as a rival. The verdict is
+    "undetermined" where nothing was found, or each finding has such a new rival.
+    """
+    if result.search is None or result.verdict == "unknown":
+        return result
+    context, selection = result.search
+    model, problem, base = selection.final, context.problem, context.base
+    fit, values = model.fit, {**result.calibrated, **result.parameters}
+    stated = np.where(
+        fit.free[:, None], intervals(problem, fit, moving=fit.free), fit.values[:, None]
+    )
+    numbers = [k for k in _numbers(fit) if is_narrower(stated[k], fit.terms[k])]
+    found = _at_ends(problem, fit, values)
+    rivals: dict[str, list[str]] = {finding.parameter: [] for finding in result.findings}
+    for other in (*_tied(selection), *_fits_elsewhere(context, model, numbers, stated)):
+        (added,) = (effect for effect in other.effects if effect not in fit.effects)
+        calibrated, of_effects = fitted_values(problem, base, other)
+        there, ranges = {**calibrated, **of_effects}, intervals(problem, other)
+        moved = [
+            name
+            for k in numbers
+            if fit.terms[k].targets[0] in there
+            if other.free[k] or fit.free[k]
+            if _shift(stated[k], ranges[k], fit.values[k]) > _MATTERS
+            for name in fit.terms[k].targets
+        ]
+        for parameter, names in rivals.items():
+            if parameter in there and _includes(there[parameter], values[parameter].before):
+                names.append(added.identifier)
+                moved = list(dict.fromkeys([*moved, parameter]))
+        if moved:
+            after = {**base, **other.parameters(base)}
+            words = state_finding(added, problem.simulate.parameters, base, after)
+            found.append(_alternative(added, words, {n: (values[n], there[n]) for n in moved}))
+            values |= {n: _joined(v, there[n]) for n, v in values.items() if n in there}
+    return _restated(result, values, found, rivals) if found else result
+
+
+def _numbers(fit: Fit) -> list[int]:
+    """Positions of the values of which a share is defined: none of either sign, none at 0."""
+    strengths = {fit.terms_of(candidate).start for candidate in fit.effects}
+    named = [k for k in range(len(fit.terms)) if k < len(fit.calibrated) or k in strengths]
+    movable = fit.free | on_bounds(fit)
+    return [
+        k
+        for k in named
+        if movable[k] and fit.shared[k] and fit.terms[k].low >= 0.0
+        if fit.free[k] or fit.values[k] > fit.terms[k].probe
+    ]
+
+
+def _tied(selection: Selection) -> Iterator[Fit]:
+    """Fits of rivals in the place of a single effect, which leave as little."""
+    if len(selection.effects) == 1:
+        fits = (model.fit for model in selection.effects[0].models)
+        yield from (fit for fit in fits if len(fit.effects) == 1)
+
+
+def _at_ends(problem: Problem, fit: Fit, values: Mapping[str, Value]) -> list[Alternative]:
+    """Numbers that trade places with others, which rest at an end of their range."""
+    held = at_rest_on_bounds(problem, fit)
+    moved, together = dict[str, float](), _half_widths(problem, fit, fit.free | held)
+    for k in (k for k in _numbers(fit) if fit.free[k] or held[k]):
+        alone = _half_widths(problem, fit, fit.free | (np.arange(held.size) == k))[k]
+        widths = np.minimum([alone, together[k]], np.ptp(fit.bounds[:, k])) * fit.terms[k].probe
+        if widths[1] - widths[0] > _MATTERS * abs(fit.values[k]):
+            moved |= {name: _far_end(values[name], values[name]) for name in fit.terms[k].targets}
+    others = " and ".join(fit.terms[k].targets[0] for k in np.flatnonzero(held))
+    return [Alternative("", f"another {others}", moved)] if moved else []
+
+
+def _alternative(
+    added: Candidate, words: str, pairs: Mapping[str, tuple[Value, Value]]
+) -> Alternative:
+    """An alternative as it fits best, or at the far end of its intervals where that is no other.
+
+    ``words`` state the effect as it fits best, ``pairs`` are values of the model and of this one.
+    """
+    if any(
+        abs(there.value - here.value) > _MATTERS * abs(here.value) for here, there in pairs.values()
+    ):
+        best = {name: there.value for name, (_, there) in pairs.items()}
+        return Alternative(added.identifier, words, best, fitted=True)
+    far = {name: _far_end(here, there) for name, (here, there) in pairs.items()}
+    return Alternative(added.identifier, f"{added.effect.name} ({added.where})", far)
+
+
+def _far_end(here: Value, there: Value) -> float:
+    """End of the second value's interval that is farther from the first value."""
+    return max(there.low, there.high, key=lambda end: abs(end - here.value))
+
+
+def _includes(value: Value, number: float) -> bool:
+    return value.low <= number <= value.high
+
+
+def _half_widths(problem: Problem, fit: Fit, moving: NDArray[np.bool_]) -> FloatArray:
+    """(p,) half of the intervals of the scaled terms, 0 of those that do not move."""
+    halves = np.zeros(moving.size)
+    halves[moving] = half_widths(problem, fit, moving)
+    return halves
+
+
+def _fits_elsewhere(
+    context: SelectionContext, model: FittedCandidate, numbers: Sequence[int], stated: FloatArray
+) -> Iterator[Fit]:
+    """Fits with one more effect that leave as little as a model, from the far ends of valleys."""
+    fit, used = model.fit, context.problem.in_train
+    farthest: dict[str, tuple[float, _Valley]] = {}
+    for valley in _valleys(context, model) if numbers else ():
+        shift = max(_shift(stated[k], valley.ranges[k], fit.values[k]) for k in numbers)
+        best = farthest.setdefault(valley.candidate.identifier, (shift, valley))
+        if shift > best[0]:
+            farthest[valley.candidate.identifier] = shift, valley
+    ranked = sorted(farthest.values(), key=lambda pair: -pair[0])
+    for shift, valley in ranked[:_MOST_FITS]:
+        if shift > _MATTERS:
+            other = context.fit_model(
+                (*fit.effects, valley.candidate),
+                valley.start,
+                valley.candidate,
+                near=fit,
+                evaluations=_EVALUATIONS,
+            ).fit
+            more = np.mean(other.residual[used] ** 2) - np.mean(fit.residual[used] ** 2)
+            if more <= tie_width(model):
+                yield other
+
+
+def _valleys(context: SelectionContext, model: FittedCandidate) -> Iterator[_Valley]:
+    """Valleys of the effects that the model may lack, in the linearisation about its fit."""
+    fit, problem = model.fit, context.problem
+    used, moving = problem.in_train, np.append(fit.free | on_bounds(fit), True)
+    candidates = [
+        c
+        for c in context.further(model)
+        if c.effect.kind == "missing" and not c.in_model(context.base)
+        if not (c.effect.changes or c.on_sensor)
+    ]
+    slopes = context.slopes_at(model, candidates)
+    for candidate in candidates:
+        strength = candidate.terms[0]
+        for score in starts(fit, candidate):
+            if score.key not in slopes:
+                continue
+            slope = slopes[score.key]
+            extended = replace(fit, jacobian=np.column_stack([fit.jacobian, slope]))
+            halves = _half_widths(problem, extended, moving)
+            ends = [strength.scaled(end) for end in (strength.low, strength.high)]
+            farthest = min(halves[-1], _FARTHEST)
+            end = max(np.clip([farthest, -farthest], min(ends), max(ends)), key=abs)
+            bounds = fit.bounds - fit.scaled
+            step = bounded_least_squares(fit.jacobian[used], slope[used] * end, bounds)
+            near, shape = (
+                natural_in_range(fit.terms, fit.scaled + step),
+                score.start[len(step) + 1 :],
+            )
+            sides = [fit.scaled + sign * halves[:-1] for sign in (-1.0, 1.0)]
+            yield _Valley(
+                candidate,
+                np.array([*near, strength.natural(float(end)), *shape]),
+                np.column_stack([natural_in_range(fit.terms, side) for side in sides]),
+            )
+
+
+def _shift(stated: FloatArray, other: FloatArray, value: float) -> float:
+    """How far the second of two intervals goes beyond the first, as a share of a value."""
+    beyond = max(stated[0] - other[0], other[1] - stated[1])
+    return float(beyond / max(abs(value), np.finfo(float).tiny))
+
+
+def _joined(one: Value, other: Value) -> Value:
+    """The first value with an interval that includes the other one's."""
+    low, high = min(one.low, other.low), max(one.high, other.high)
+    return replace(one, low=low, high=high, determined=one.determined and other.determined)
+
+
+def _restated(
+    result: Diagnosis,
+    values: Mapping[str, Value],
+    found: Sequence[Alternative],
+    rivals: Mapping[str, Sequence[str]],
+) -> Diagnosis:
+    """The result with wider intervals, and with the alternatives in its verdict and words."""
+    findings = []
+    for finding in result.findings:
+        all_rivals = tuple(dict.fromkeys((*finding.rivals, *rivals[finding.parameter])))
+        new = len(all_rivals) - len(finding.rivals)
+        confidence = finding.confidence / (1.0 + new * finding.confidence)
+        findings.append(replace(finding, rivals=all_rivals, confidence=confidence))
+    found = sorted(found, key=lambda alternative: not alternative.fitted)
+    told, sentence = state_alternatives(result, found), result.sentence.removeprefix(NOTHING)
+    kept = any(f.rivals == old.rivals for f, old in zip(findings, result.findings, strict=True))
+    return replace(
+        result,
+        verdict=result.verdict if kept else "undetermined",
+        sentence=f"{told} {sentence[:1].upper()}{sentence[1:]}",
+        findings=tuple(findings),
+        calibrated={name: values[name] for name in result.calibrated},
+        parameters={name: values[name] for name in result.parameters},
+        alternatives=tuple(found),
+        warnings=(told, *result.warnings) if kept else result.warnings,
+    )

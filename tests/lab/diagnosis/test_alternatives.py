@@ -1,0 +1,97 @@
+"""Numbers that an effect of the catalogue may take over: their intervals, verdict and words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from tendon_mj.lab.diagnosis import Diagnosis, diagnose
+from tendon_mj.lab.recordings import Recording, Uncertain
+from tendon_mj.typing import FloatArray
+from tests.lab.diagnosis.toy import Added, measured_by
+from tests.lab.recorded import recorded
+
+FRICTION, PLAY = "sheath.friction", "sheath.backlash"
+ANGLE, TENSION = "joint_rad", "input_tension_N"
+NOISE = {ANGLE: 0.002, TENSION: 0.05}
+TRUE_FRICTION, TRUE_PLAY = 0.10, 4e-4
+
+
+class Rig(Added):
+    """A rig of which friction and play turn the joint alike, but for a share ``unlike``."""
+
+    unlike = 0.005
+
+    def __init__(self, recordings: Sequence[Recording]) -> None:
+        super().__init__(recordings, {FRICTION: 0.15, PLAY: 0.0})
+
+    def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
+        place = recording.columns["input_displacement_m"] / 1e-3
+        if column == TENSION:
+            return 40.0 * np.sin(place) * (parameter == FRICTION)
+        turn = np.sin(place) + self.unlike * np.sin(3.0 * place) * (parameter == PLAY)
+        return turn * (1.0 if parameter == FRICTION else 250.0)
+
+
+class Distinct(Rig):
+    """A rig of which an angle shows friction and play apart."""
+
+    unlike = 0.5
+
+
+def diagnosed(
+    make: type[Rig] = Rig, play: float = TRUE_PLAY, columns: Sequence[str] = (ANGLE,)
+) -> Diagnosis:
+    random, made = np.random.default_rng(3), []
+    for k in range(4):
+        time = np.arange(0.0, 6.0, 0.01)
+        place = 1e-3 * np.sin(2.0 * np.pi * (0.3 + 0.05 * k) * time + k)
+        blank = recorded(
+            time,
+            {"input_displacement_m": ("reel", place)},
+            {c: (c.rpartition("_")[0], NOISE[c]) for c in columns},
+            name=f"r{k}",
+            uncertain={FRICTION: Uncertain(0.15, 0.03, 0.4)},
+        )
+        truth = {FRICTION: TRUE_FRICTION, PLAY: play}
+        made.append(measured_by(make, blank, truth, random))
+    return diagnose(made[:3], made[3:], make)
+
+
+def test_a_number_that_an_effect_too_alike_to_name_took_over_is_not_told() -> None:
+    result = diagnosed()
+    friction = result.calibrated[FRICTION]
+    assert friction.value == pytest.approx(TRUE_FRICTION + 250.0 * TRUE_PLAY, rel=0.02)
+    assert friction.low < TRUE_FRICTION < friction.high
+    assert (result.verdict, result.effects) == ("undetermined", [])
+    assert [alternative.identifier for alternative in result.alternatives] == ["backlash"]
+    assert result.confidence == 0.5
+    assert f"cannot tell {FRICTION} = 0.2" in result.sentence
+    assert "load cell" in result.sentence
+
+
+def test_a_measured_force_tells_it() -> None:
+    result = diagnosed(columns=(ANGLE, TENSION))
+    assert (result.verdict, result.effects) == ("named", ["backlash"])
+    assert result.alternatives == ()
+    assert result.calibrated[FRICTION].low > 0.95 * TRUE_FRICTION
+    assert result.calibrated[FRICTION].high < 1.05 * TRUE_FRICTION
+
+
+def test_an_effect_unlike_a_number_leaves_its_interval() -> None:
+    result = diagnosed(Distinct, play=0.0)
+    assert (result.verdict, result.alternatives) == ("nothing missing", ())
+    friction = result.calibrated[FRICTION]
+    assert friction.low < TRUE_FRICTION < friction.high
+    assert friction.high - friction.low < 0.01 * TRUE_FRICTION
+
+
+def test_an_effect_that_was_excluded_takes_nothing_over() -> None:
+    result = diagnosed()
+    alone = diagnose(
+        list(result.recordings), list(result.held_out_recordings), Rig, exclude=["backlash"]
+    )
+    assert (alone.verdict, alone.alternatives) == ("nothing missing", ())
+    assert alone.calibrated[FRICTION].low > TRUE_FRICTION
