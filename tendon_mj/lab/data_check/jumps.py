@@ -333,7 +333,10 @@ def _stays(off: FloatArray, jump: _Jump) -> bool:
 
 
 def _explained(recording: Recording, shown: FloatArray, column: str, jump: _Jump) -> bool:
-    """Whether rows are missing, a drive steps or starts, the model jumps or another reading."""
+    """Whether rows are missing, a drive steps or starts, the model jumps or another reading.
+
+    A reading of a rig with play stands still while the model moves on, and follows it late.
+    """
     intervals = np.diff(recording.time)
     if intervals[jump.row - 1] > _STEP * np.median(intervals):
         return True  # a gap, which is reported
@@ -348,8 +351,13 @@ def _explained(recording: Recording, shown: FloatArray, column: str, jump: _Jump
         )
         if corners[near].max(initial=0.0) > least:
             return True
-    changes = np.diff(shown)
-    if np.abs((changes - median_around(changes, _SIDE))[near]).max() > _SHARED * abs(jump.size):
+    changes, least = np.diff(shown), _SHARED * abs(jump.size)
+    if np.abs((changes - median_around(changes, _SIDE))[near]).max() > least:
+        return True
+    before = slice(0, jump.row)
+    read, model = (np.abs(y[before] - y[jump.row - 1]) for y in (recording.columns[column], shown))
+    still = int(np.flatnonzero(read > least).max(initial=-1)) + 1
+    if (model - read)[still:].max() > least:
         return True
     return any(
         abs(j.row - jump.row) <= _AROUND

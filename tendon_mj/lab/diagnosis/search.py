@@ -4,8 +4,10 @@ Screening fits no candidate. Each is switched on by a little. Its trace t in the
 Jacobian J of the fitted terms predict, to first order, with which strength and which corrections of
 the others the residual r would be smallest: min |r + J Δ + t a|. The next pass simulates just that
 point, which gives the true remainder and the change of the trace; candidates that promise little
-drop out. A trace changes little when an effect is added to the model: where it is known from an
-earlier screening it takes the place of the first pass.
+drop out. The trace of a wide play is nothing like that of a narrow one: such effects are also
+switched on by more, and go on from the strength that promises most. A trace changes little when an
+effect is added to the model: where it is known from an earlier screening it takes the place of the
+first pass.
 
 With stick and slip the squared misfit has many local minima, and least squares ends in the one
 where it began. Most of that misfit lies in the few samples between one slip and the other. A
@@ -122,19 +124,29 @@ def screen(
     known |= {s.key: s.slope(fitted) for s, _ in seen if not s.candidate.effect.event}
     achieved = [score for score, _ in seen]
     for share, label in zip(kept, _PASSES[1:], strict=True):
-        predicted = _promising([*predicted, *(prediction for _, prediction in seen)], share)
-        seen, predicted = screening.run(predicted, label), []
+        predicted = _ranked(
+            [*predicted, *(prediction for _, prediction in seen)], len(fitted.terms)
+        )
+        seen, predicted = screening.run(_promising(predicted, share), label), []
         achieved += [score for score, _ in seen]
-    ranked = sorted(achieved, key=lambda score: -score.explained)
-    best = {score.key: score for score in reversed(ranked)}
-    return [score for score in ranked if score.explained > 0.0 and score is best[score.key]]
+    return _promising(_ranked(achieved, len(fitted.terms)), 0.0)
+
+
+def _ranked(scores: Sequence[ScreeningScore], fitted: int) -> list[ScreeningScore]:
+    """The best strength of each candidate and shape, best first; ``fitted`` terms precede it."""
+    ranked = sorted(scores, key=lambda score: -score.explained)
+    shapes = [(score.candidate.label, *score.start[fitted + 1 :]) for score in ranked]
+    first = dict(zip(reversed(shapes), reversed(ranked), strict=True))
+    return [score for shape, score in zip(shapes, ranked, strict=True) if score is first[shape]]
 
 
 def starts(fitted: Fit, candidate: Candidate) -> list[ScreeningScore]:
-    """Where the screening of a candidate begins: a probe from a fit, once for each shape."""
+    """Where the screening of a candidate begins: each strength, once for each shape."""
+    strength, *shape = candidate.terms
+    values = [(_probe(candidate), *strength.larger), *(t.starts or (t.inert,) for t in shape)]
     return [
-        ScreeningScore(candidate, np.array([*fitted.values, _probe(candidate), *shape]), 0.0, k)
-        for k, shape in enumerate(product(*(t.starts or (t.inert,) for t in candidate.terms[1:])))
+        ScreeningScore(candidate, np.array([*fitted.values, *own]), 0.0, k)
+        for k, own in enumerate(product(*values))
     ]
 
 

@@ -132,6 +132,21 @@ def test_a_part_of_a_sound_recording_is_warned_of_nothing(pull: Recording, size:
     assert set(said(part)) <= {"start"}  # it begins in motion
 
 
+@pytest.mark.parametrize("wait", [20, 40])
+def test_a_tension_that_follows_a_turn_late_is_no_tare_and_a_step_of_a_zero_is(wait: int) -> None:
+    time = 0.01 * np.arange(800)
+    read = {"in_N": ("input_tension", NOISE)}
+    drive = {"reel_m": ("reel", 3e-3 * np.sin(0.4 * time))}
+    shown = replay_recording(recorded(time, drive, read, name="turn"))
+    model = shown.columns["in_N"] + np.random.default_rng(3).normal(0.0, NOISE, time.size)
+    after = time > time[np.argmax(shown.columns["in_N"])]
+    late = model - 8.0 * after  # more friction than the model's
+    crossed = np.flatnonzero(after)[:wait]
+    late[crossed] = model[crossed[0] - 1]
+    assert "zero_step" not in said(changed(shown, in_N=late))
+    assert "zero_step" in said(changed(shown, in_N=model - 8.0 * (time > 5.0)))
+
+
 def test_times_in_ms_are_warned_of_and_not_simulated(pull: Recording) -> None:
     late = replace(pull, time=1000.0 * pull.time)
     checked = check_recording(late)

@@ -136,6 +136,22 @@ def test_a_probe_without_a_trace_for_a_slide_is_enlarged() -> None:
     assert diagnosis.parameters["environment.stiffness"].value == pytest.approx(1.2e4, rel=0.01)
 
 
+@pytest.mark.parametrize("width", [2e-4, 1e-3])
+def test_play_of_a_stiff_cable_is_named_before_a_delay_or_a_lag(width: float) -> None:
+    random, stiff = np.random.default_rng(0), {"sheath.axial_stiffness": 3e4}
+    time = np.arange(0.0, 3.0, 0.02)
+    made = []
+    for k, rate in enumerate((0.5, 0.8)):
+        place = 3e-3 * np.sin(2.0 * np.pi * rate * time)
+        blank = bench_recording(f"r{k}", time, place, NOISE, list(COLUMNS))
+        truth = {**stiff, "sheath.backlash": width}
+        made.append(measured_by(Simulator, replace(blank, known=stiff), truth, random))
+    few = [CATALOGUE[name] for name in ("backlash", "command_delay", "sensor_lag")]
+    diagnosis = diagnose(made[:1], made[1:], catalogue=few)
+    assert (diagnosis.verdict, diagnosis.effects) == ("named", ["backlash"])
+    assert diagnosis.parameters["sheath.backlash"].value == pytest.approx(width, rel=0.02)
+
+
 def test_two_effects_are_both_named() -> None:
     truth = {"sheath.constant_friction": 1.0, "sheath.friction_drift": 0.06}
     diagnosis = diagnose(*rig(3, truth), Toy)

@@ -33,7 +33,7 @@ class ParameterSpecification:
             value.
         relative_to: where given, the number is the excess over this parameter of its element, as a
             share of it.
-        starts: see `Term`.
+        starts, larger: see `Term`.
         relative: a factor of the model's own value is fitted, in common for several elements
             whatever their values; an element whose value is 0 is left out.
         times: with ``relative`` a position: the factor is of its distance from the reference pose
@@ -52,6 +52,7 @@ class ParameterSpecification:
     starts: tuple[float, ...] = ()
     relative: bool = False
     times: str = ""
+    larger: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         where, span = self.parameter, f"{self.low:g} … {self.high:g}"
@@ -92,7 +93,7 @@ class ParameterSpecification:
                 return ShiftTerm(targets, self.unit, *numbers, more=more)
         if self.relative_to:
             return ExcessTerm(targets, self.unit, *numbers, starts, depends_on=self.relative_to)
-        return Term(targets, self.unit, *numbers, starts)
+        return Term(targets, self.unit, *numbers, starts, larger=self.larger)
 
     def _factor(
         self,

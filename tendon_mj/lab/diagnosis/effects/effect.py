@@ -76,6 +76,8 @@ class Term:
     depends_on: str = field(default="", kw_only=True)
     # parameters that are written with it at fixed values: of an event, its times
     constants: tuple[Constant, ...] = field(default=(), kw_only=True)
+    # strengths that screening tries besides inert + probe, where a trace does not grow with it
+    larger: tuple[float, ...] = field(default=(), kw_only=True)
 
     def write(self, number: float, values: Mapping[str, float]) -> dict[str, float]:
         """Parameter → value for the number, where the other parameters have ``values``."""

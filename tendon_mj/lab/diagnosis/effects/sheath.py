@@ -159,7 +159,7 @@ TRANSMISSION: Final = (
                 " at both, friction more at the higher one."
             )
         },
-        binding=on_sheaths(Spec("backlash", "m", 0.0, 5e-3, 2e-5)),
+        binding=on_sheaths(Spec("backlash", "m", 0.0, 5e-3, 2e-5, larger=(2e-4, 1e-3, 4e-3))),
     ),
     Effect(
         identifier="stiffening",
