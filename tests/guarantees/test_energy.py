@@ -2,6 +2,7 @@
 
 import mujoco
 import numpy as np
+import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as some
 
@@ -63,6 +64,7 @@ def with_friction(xml, **law):
     return add_friction(mujoco.MjSpec.from_string(xml), "t", **law).compile()
 
 
+@pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
 @thorough
 @given(links, some.floats(0.01, 5.0), some.floats(1.0, 2.0), some.floats(-0.6, 0.6))
 def test_friction_adds_no_energy_where_a_step_carries_what_it_magnifies(xml, most, ratio, angle):
@@ -73,6 +75,7 @@ def test_friction_adds_no_energy_where_a_step_carries_what_it_magnifies(xml, mos
     assert added <= own + ERROR
 
 
+@pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
 def test_beyond_that_a_link_may_gain_any_amount():
     # the range of the promise is one: what `tendon-mj attach` warns of does happen
     values = {"high": 0.0355, "low": 0.024, "mass": 0.1564, "damping": 0.0, "rest": 0.1}

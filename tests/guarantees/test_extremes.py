@@ -114,11 +114,12 @@ def test_a_moving_tendon_is_finite_or_told_of(told, case, friction, stiffness, o
         scalars, segments, guides, _ = sheath_view(model, data, sheath)
         if diverged(data):
             return
+        told_of_it = [message for message in told if "is pushed" not in message]
         if scalars.unsolved:
-            (message,) = told
+            (message,) = told_of_it
             assert f"sheath '{sheath}'" in message
         else:
-            assert not told
+            assert not told_of_it
             assert np.isfinite(segments["tension"]).all()
         assert np.isfinite(data.qpos).all()
         assert (segments["tension"] >= 0.0).all()

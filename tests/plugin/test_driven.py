@@ -152,6 +152,7 @@ def held(count, step):
     )
 
 
+@pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
 @pytest.mark.parametrize("stiffness", [1e3, 1e5, 1e7])
 @pytest.mark.parametrize("step", [2e-3, 5e-4])
 @pytest.mark.parametrize("count", [1, 8])

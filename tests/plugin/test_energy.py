@@ -112,6 +112,7 @@ def carriage(mass, stiffness, step=STEP):
     return add_friction(spec, "t", friction=0.3, axial_stiffness=stiffness, sensors=()).compile()
 
 
+@pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
 @pytest.mark.parametrize("mass", MASSES)
 @pytest.mark.parametrize("stiffness", STIFFNESSES)
 def test_no_energy_is_made_and_friction_holds(mass, stiffness):

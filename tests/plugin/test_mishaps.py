@@ -165,6 +165,7 @@ def test_no_sensor_reads_a_tension_without_bounds_that_is_not_counted_and_told(m
     assert np.isfinite(run(model, data, 5).sensordata).all()
 
 
+@pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
 @pytest.mark.parametrize("pretension", [0.0, 20.0])
 def test_more_friction_than_a_number_can_say_holds_as_any_that_holds(pretension):
     readings = []

@@ -28,6 +28,7 @@ for the value of one in a single recording.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import warnings
 from collections.abc import Collection, Mapping
@@ -273,6 +274,7 @@ class Adjustable:
         # (njnt, 3) scale, offset and delay of columns that prescribe joints
         self.joint_commands = stored_joint_commands(model)
         self.live = Parameters(model, self.data)  # of sheaths and servos alone
+        self._live_names = frozenset(self.live)  # a sheath's own name alone: each has one key here
         self.bends = DrawnBends(model, self.live)
         # sensor of a load → actuators that may bear it, and in which sense, 1 or −1, the control of
         # each moves against the load
@@ -312,12 +314,11 @@ class Adjustable:
     def set(self, values: Mapping[str, float]) -> None:
         """Give parameters values; those that are not named keep theirs."""
         for name in values:
-            if name in self._entries or self.bends.has(name):
+            if name in self._entries or self.bends.has(name) or name in self._live_names:
                 continue
-            try:
-                self.live[name]
-            except UnknownKeyError:
-                raise UnknownNameError("parameter", name, self.names()) from None
+            with contextlib.suppress(UnknownKeyError):
+                self.live[name]  # which may be one that the sheath does not use
+            raise UnknownNameError("parameter", name, self.names())
         for name, given in values.items():
             value = checked_number(name, given)
             if name in self._entries:

@@ -55,7 +55,7 @@ FINGER = rope(
 def write_rig(mjcf: str, folder: Path, **law: float) -> Path:
     """Write a rig whose cable a reel winds in, through a sheath of that law; returns its path."""
     spec = mujoco.MjSpec.from_string(mjcf)
-    add_friction(spec, "cable", reel="reel", **law)
+    add_friction(spec, "cable", name="sheath", reel="reel", **law)
     path = folder / "rig.xml"
     path.write_text(spec.to_xml(), encoding="utf-8")
     return path

@@ -57,7 +57,7 @@ def test_the_times_of_rows_count_for_what_drifts_alone(lever: Path) -> None:
     slow = replace(made, time=1e4 * numbered.time)
     first, second = replay_recording(numbered), replay_recording(slow)
     assert off(first, second) == 0.0
-    drift = {"cable_sheath.friction_drift": 1e-5}  # by 0.8 in all of the slow one
+    drift = {"sheath.friction_drift": 1e-5}  # by 0.8 in all of the slow one
     rubbed = replay_recording(slow, parameters=drift).columns["pull_N"]
     assert np.abs(rubbed - second.columns["pull_N"])[-1] > 0.1
     assert off(replay_recording(numbered, parameters=drift), first) < 1e-3
