@@ -105,8 +105,6 @@ class Group:
     before: float  # T_i of the last step [N]
     before_in: float  # the same in front of the group [N]
     friction: float  # f [N]
-    low: float  # least friction under the tension that came in last [N]
-    high: float  # the most [N]
     expected: float  # speed of its slip at the end of the step [m/s]
     missing: float  # what its slip has still to be slowed by [m/s²]
     along: float  # change of friction along the conjugate gradient [N]
@@ -755,7 +753,7 @@ def _sweep(work: int, nv: int, h: float, least: float) -> bool:
         group.tension = tension
         if group.row < 0.0:
             continue
-        group.low, group.high = low, high = _bounds(group, tension)
+        low, high = _bounds(group, tension)
         friction, missing = group.friction, _missing(work, nv, group, least)
         if missing != 0.0:
             if group.mobility > 0.0:
@@ -819,7 +817,8 @@ def _go_along(work: int, nv: int, size_of_missing: float) -> float:
     step = size_of_missing / curvature
     for k in range(count):
         group = _free_group(work, k)
-        room = (group.high if group.along > 0.0 else group.low) - group.friction
+        low, high = _bounds(group, group.tension - group.friction)  # the tension behind stays
+        room = (high if group.along > 0.0 else low) - group.friction
         if step * abs(group.along) > abs(room):
             step, bounded = abs(room) / abs(group.along), True
     left = 0.0
