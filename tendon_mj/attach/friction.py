@@ -97,8 +97,7 @@ def add_friction(
     Warns:
         TendonWarning: of a friction above 2; of tendons that were named, left out, or have nothing
             to rub on; of actuators that can push; of a side site that friction turns away from its
-            tendon; of an axial stiffness of a tendon that is wound, if the time step of the model
-            does not resolve it.
+            tendon; of an axial stiffness that the time step of the model does not carry.
     """
     check_spec(spec)
     check_names(LAW, parameters, "add_friction")

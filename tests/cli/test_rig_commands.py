@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tendon_mj import (
+    Recording,
     Uncertain,
     example_rig,
     load_model,
@@ -73,19 +74,24 @@ def test_replay_warns_of_gaps_too(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert re.search(r"misses pull_N by [\d.]+ N \(without friction [\d.]+ N\), rms\.$", said)
 
 
+def with_and_without_friction(folder: Path) -> tuple[Recording, list[str]]:
+    """Recording of the example rig, and two models of it, with a friction of 0.12 and of 0."""
+    rig, paths = example_rig(), []
+    for friction in (0.12, 0.0):
+        paths.append(str(folder / f"{friction}.xml"))
+        patch_model(str(rig / "rig.xml"), {"sheath.friction": friction}, paths[-1])
+    return read_recording(rig / "triangles.csv", rig / "rig.toml"), paths
+
+
 def test_replay_compares_models_each_with_its_own_friction(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The recording is one model's own: that one leaves the noise, and a description no guess."""
-    rig, paths = example_rig(), []
-    for friction in (0.12, 0.0):
-        paths.append(str(tmp_path / f"{friction}.xml"))
-        patch_model(str(rig / "rig.xml"), {"sheath.friction": friction}, paths[-1])
-    described = read_recording(rig / "triangles.csv", rig / "rig.toml")
+    described, paths = with_and_without_friction(tmp_path)
     guess = {**described.uncertain, "sheath.friction": Uncertain(0.25, 0.03, 0.3)}
     recording = replace(described, uncertain=guess)
     known = {**recording.known, "sheath.friction": 0.0}
-    truth = replace(recording, known=known, uncertain={}, model=str(rig / "rig.xml"))
+    truth = replace(recording, known=known, uncertain={}, model=str(example_rig() / "rig.xml"))
     made = replay_recording(truth)
     write_recording(replace(recording, columns=made.columns, model=paths[0]), tmp_path / "pull.csv")
     out = tmp_path / "out"
@@ -106,11 +112,7 @@ def test_models_that_differ_in_a_known_number_have_two_curves(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The description is of the second model, and knows the friction of the first."""
-    rig, paths = example_rig(), []
-    for friction in (0.12, 0.0):
-        paths.append(str(tmp_path / f"{friction}.xml"))
-        patch_model(str(rig / "rig.xml"), {"sheath.friction": friction}, paths[-1])
-    described = read_recording(rig / "triangles.csv", rig / "rig.toml")
+    described, paths = with_and_without_friction(tmp_path)
     known = {**described.known, "sheath.friction": 0.12}
     recording = replace(described, model=paths[1], known=known, uncertain={})
     write_recording(recording, tmp_path / "pull.csv")

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Final, NamedTuple
 
 import mujoco
@@ -88,21 +88,22 @@ def make_clock(time: ArrayLike, longest: float) -> Clock:
     return Clock(float(stamps[0]), float(span / steps), steps, places)
 
 
-class Sense(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Sense:
     """Sense in which a drive moves at its n samples and between them: 2n − 1 in order of time."""
 
     now: FloatArray  # 1 winding in, −1 paying out, 0 at rest
     last: FloatArray  # of the last motion, 1 or −1; before the first one −1, as the drive holds
 
-    def at(self, time: FloatArray, grid: FloatArray) -> Sense:
-        """The sense at times of a grid, from that at and between the samples at ``time`` (n,)."""
+    def at(self, time: FloatArray, grid: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Both at times of a grid, from those at and between the samples at ``time`` (n,)."""
         behind = np.clip(np.searchsorted(time, grid + _SAME * (grid[1] - grid[0])) - 1, 0, None)
         behind = np.minimum(behind, time.size - 2)
         shares = (grid - time[behind]) / (time[behind + 1] - time[behind])
         places = 2 * behind + np.where(shares < _SAME, 0, np.where(shares > 1.0 - _SAME, 2, 1))
-        return Sense(self.now[places], self.last[places])
+        return self.now[places], self.last[places]
 
-    @property
+    @cached_property
     def turns(self) -> NDArray[np.bool_]:
         """(n,) samples next to a motion that is the reverse of the one before or after it."""
         moving = np.flatnonzero(self.now)

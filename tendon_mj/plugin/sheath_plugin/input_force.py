@@ -126,16 +126,26 @@ def actuator_damping(m: int, d: int, state: State) -> float:
 
 
 @compiled
+def _of_actuators(m: int, d: int, state: State, motors: bool) -> float:
+    """The force of actuators along a tendon [N], or of its ``motors`` alone, which have no bias."""
+    force, biases = 0.0, pointer(m + LAYOUT.m_actuator_biastype)
+    if state.first_actuator >= 0.0:
+        for actuator in range(int(state.first_actuator), int(state.last_actuator) + 1):
+            counts = not motors or integer(biases, actuator) == _NO_BIAS
+            if counts and acts_on(m, actuator, int(state.tendon)):
+                adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
+                gear = double(pointer(m + LAYOUT.m_actuator_gear), 6 * adr)
+                force += gear * double(pointer(d + LAYOUT.d_actuator_force), adr)
+    return force
+
+
+@compiled
 def _unconstrained(m: int, d: int, address: int, state: State) -> float:
     """The force of actuators, spring and damper [N]."""
     tendon, force = int(state.tendon), 0.0
     off = integer(m + LAYOUT.o_disableflags, 0)
-    if state.first_actuator >= 0.0 and not off & _ACTUATION_OFF:
-        for actuator in range(int(state.first_actuator), int(state.last_actuator) + 1):
-            if acts_on(m, actuator, tendon):
-                adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
-                gear = double(pointer(m + LAYOUT.m_actuator_gear), 6 * adr)
-                force += gear * double(pointer(d + LAYOUT.d_actuator_force), adr)
+    if not off & _ACTUATION_OFF:
+        force = _of_actuators(m, d, state, False)
     if not off & _SPRING_OFF:
         force += _spring(m, d, tendon)
     if not off & _DAMPER_OFF:
@@ -149,15 +159,7 @@ def is_pushed(m: int, d: int, state: State) -> bool:
 
     A servo pushes in passing, where its command is behind the tendon.
     """
-    push = 0.0
-    if state.first_actuator >= 0.0 and state.input_force > 0.0:
-        for actuator in range(int(state.first_actuator), int(state.last_actuator) + 1):
-            bias = integer(pointer(m + LAYOUT.m_actuator_biastype), actuator)
-            if acts_on(m, actuator, int(state.tendon)) and bias == _NO_BIAS:
-                adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
-                gear = double(pointer(m + LAYOUT.m_actuator_gear), 6 * adr)
-                push += gear * double(pointer(d + LAYOUT.d_actuator_force), adr)
-    return push > 0.0
+    return state.input_force > 0.0 and _of_actuators(m, d, state, True) > 0.0
 
 
 @compiled
