@@ -279,7 +279,8 @@ def _state_size(m: int, instance: int) -> int:
     guides, arcs = _guides(m, instance), _most_points(m)
     if at.is_given(m, instance, at.GUIDES):
         arcs = guides // each if at.is_given(m, instance, at.ARC_GUIDES) else 0
-    numbers = size_of(guides, arcs)
+    leads = at.first_sheath(m, instance) == instance
+    numbers = size_of(guides, arcs, size(m + LAYOUT.m_nv) if leads else 0)
     if numbers > _MOST_STATE:
         _refuse_of_sheath(m, instance, at.GUIDES, _too_large())
     return numbers

@@ -211,7 +211,7 @@ def sheath_arrays(
     n = int(counts.flat[0]) if counts.size and np.isfinite(counts).all() else -1
     state_size = int(model.plugin_statenum[np.flatnonzero(model.plugin_stateadr == start)].max())
     bound = (scalars["config_signature"] != 0.0).all()  # as a reset leaves it
-    if not bound or n < 0 or (counts != n).any() or size_of(n, 0) > state_size:
+    if not bound or n < 0 or (counts != n).any() or size_of(n, 0, 0) > state_size:
         raise InvalidValueError(
             f"sheath {sheath!r}: these are no plugin states of this model, or none at all"
         )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tendon_mj.native import LocalDoubles, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.library import read_number
-from tendon_mj.plugin.abi.memory import byte, integer, pointer
+from tendon_mj.plugin.abi.memory import byte, integer, pointer, size
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS
 
 # kind -> (quantity, unit, whether one number per "segment" or "guide" or one in all)
@@ -153,6 +153,24 @@ def is_sheath(m: int, other: int, instance: int) -> bool:
     """Whether an instance is a sheath, of the plugin of ``instance``."""
     slots = pointer(m + LAYOUT.m_plugin)
     return integer(slots, other) == integer(slots, instance) and not is_sensor(m, other)
+
+
+@compiled
+def first_sheath(m: int, instance: int) -> int:
+    """First sheath of a model, of the plugin of ``instance``; −1 for none."""
+    for other in range(size(m + LAYOUT.m_nplugin)):
+        if is_sheath(m, other, instance):
+            return other
+    return -1
+
+
+@compiled
+def last_sheath(m: int, instance: int) -> int:
+    """Last sheath of a model, of the plugin of ``instance``; −1 for none."""
+    for other in range(size(m + LAYOUT.m_nplugin) - 1, -1, -1):
+        if is_sheath(m, other, instance):
+            return other
+    return -1
 
 
 @compiled

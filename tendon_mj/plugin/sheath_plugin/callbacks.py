@@ -31,14 +31,17 @@ from tendon_mj.plugin.abi.memory import (
     size,
 )
 from tendon_mj.plugin.compiled_checks import sensor_width, sheath_state
-from tendon_mj.plugin.sheath_plugin.attributes import is_sensor, is_sheath
+from tendon_mj.plugin.sheath_plugin.attributes import (
+    first_sheath,
+    is_sensor,
+    is_sheath,
+    last_sheath,
+)
 from tendon_mj.plugin.sheath_plugin.bind import (
     check_bindable,
     ensure_bound,
-    first_sheath,
     has_own_state,
     is_bound,
-    last_sheath,
     release,
     reset_sheath,
 )
@@ -58,6 +61,8 @@ from tendon_mj.plugin.sheath_plugin.inextensible import (
     driven_sheaths,
     head_at,
     is_wide_enough,
+    keep_slips,
+    keep_unknown_forces,
     vector_at,
     workspace,
 )
@@ -296,9 +301,15 @@ def advance(m: int, d: int, instance: int) -> None:
         return
     address = state_of(m, d, instance)
     state = state_at(address)
+    is_ours = is_bound(m, d, instance)
     if first_sheath(m, instance) == instance:
         state.end_sum = pose_sum(m, d)
-    if state.has_trial != 0.0 and is_bound(m, d, instance):
+        if is_ours:
+            keep_unknown_forces(m, d, instance)
+            last = binding_of(d, last_sheath(m, instance), SHEATH)
+            if _is_actuated(m) and _is_listed(m, last):  # else its poses may be those of a copy
+                keep_slips(m, d, pointer(last + WORKSPACE))
+    if state.has_trial != 0.0 and is_ours:
         commit(address)
         _warn_of_push(m, d, instance)
         follow_constraint(m, d, state)

@@ -25,7 +25,6 @@ from tendon_mj.plugin.sheath_plugin.attributes import (
     numbers_of,
 )
 from tendon_mj.plugin.sheath_plugin.bind import (
-    first_sheath,
     has_own_state,
     new_binding,
     range_of,
@@ -118,7 +117,7 @@ def _find_shown(m: int, d: int, instance: int) -> None:
     owners, objects = pointer(m + LAYOUT.m_sensor_plugin), pointer(m + LAYOUT.m_sensor_objid)
     types = pointer(m + LAYOUT.m_sensor_objtype)
     first, last = range_of(owners, size(m + LAYOUT.m_nsensor), instance)
-    bound.first_sheath = first_sheath(m, instance)
+    bound.first_sheath = at.first_sheath(m, instance)
     bound.signature = _present(d, instance)
     bound.first_sensor, bound.last_sensor = first, last
     bound.kind = at.sensor_kind(m, instance)
