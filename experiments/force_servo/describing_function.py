@@ -10,8 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from experiments.force_servo.servo_bench import Servo
+from experiments.sheath_bench import drive_displacement
 from tendon_mj.models import Bench
-from tendon_mj.sheath import Law, drive_displacement
+from tendon_mj.sheath import Law
 
 _SAMPLES = 240  # of a period
 _LARGEST, _SMALLEST, _FACTOR = 8.0, 0.3, 0.85  # amplitudes searched over ξ_B, and their ratio

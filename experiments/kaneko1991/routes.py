@@ -11,9 +11,9 @@ from typing import Literal
 
 from experiments import references
 from experiments.kaneko1991.paper_tendon import PaperTendon
+from experiments.sheath_bench import drive_displacement, drive_tension
 from tendon_mj import theory
 from tendon_mj.errors import TendonError
-from tendon_mj.sheath import drive_displacement, drive_tension
 from tendon_mj.typing import FloatArray
 
 Drive = Literal["tension", "displacement"]  # the input that is prescribed: T_in or ξ_in

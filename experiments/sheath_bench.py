@@ -10,18 +10,23 @@ of a drive that prescribes displacement.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
 from typing import NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.native import Array, compiled, entry, load
-from tendon_mj.sheath.parameters import LAW, Law
-from tendon_mj.sheath.records import GUIDE, SEGMENT, Guides, Segments, new_guides, new_segments
-from tendon_mj.sheath.segment_law import friction_work
-from tendon_mj.sheath.tension_solver import solve_flow
+from tendon_mj.native import load
+from tendon_mj.sheath import (
+    LAW,
+    Guides,
+    Law,
+    Segments,
+    friction_work,
+    new_guides,
+    new_segments,
+)
 from tendon_mj.typing import FloatArray
 
 # Parameters of the law that this bench implements; the others need time, or a state between steps.
@@ -99,54 +104,22 @@ def _initial_tendon(
     return segments, table
 
 
-@compiled
-def _commit(segments: Segments, guides: Guides, drawn: float) -> float:
-    """Make the solved flow the state; return its friction work over EA [m]."""
-    work = 0.0
-    segments[0].stored -= drawn
-    for i in range(len(guides)):
-        flow = guides[i].flow
-        segments[i].stored += flow
-        segments[i + 1].stored -= flow
-        guides[i].previous_slip = guides[i].slip if flow != 0.0 else 0.0
-        work += friction_work(segments[i].tension, segments[i + 1].tension, flow)
-    return work
+_PLACES, _BOOL = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64], ctypes.c_bool
+_solve = ctypes.CFUNCTYPE(_BOOL, *_PLACES, _BOOL, _BOOL)(load().address("tendon_mj_solve_flow"))
+_friction_work = numba.njit(friction_work)
 
 
-@compiled
+@numba.njit
 def _solve_wound(segments: Segments, guides: Guides, drawn: float) -> bool:
     """Solve with ``drawn`` more tendon wound in than is stored, leaving the state as it was."""
     stored = segments[0].stored
     segments[0].stored = stored - drawn
-    solved = solve_flow(segments, guides)
+    solved = _solve(segments.ctypes.data, guides.ctypes.data, len(guides), False, False)
     segments[0].stored = stored
     return solved
 
 
-_segments_at, _guides_at = Array(SEGMENT), Array(GUIDE)
-_numbers: Callable[[int, int], FloatArray] = Array("float64")
-
-
-@entry("tendon_mj_follow_displacement", "i64(ptr, ptr, i64, ptr, ptr, i64)")
-def _follow_displacement(
-    tendon: int, sheath: int, n: int, history: int, result: int, samples: int
-) -> int:
-    """Solve for each sample; ``result`` receives four rows; the number of samples not solved."""
-    segments, guides = _segments_at(tendon, n + 1), _guides_at(sheath, n)
-    displacement, out = _numbers(history, samples), _numbers(result, 4 * samples)
-    unsolved, before, work = 0, 0.0, 0.0
-    for k in range(displacement.shape[0]):
-        drawn = displacement[k] - before
-        if not _solve_wound(segments, guides, drawn):
-            unsolved += 1
-        work += _commit(segments, guides, drawn)
-        before = displacement[k]
-        out[k], out[samples + k] = segments[0].tension, segments[n].tension
-        out[2 * samples + k], out[3 * samples + k] = displacement[k], work
-    return unsolved
-
-
-@compiled
+@numba.njit
 def _find_drawn(segments: Segments, guides: Guides, target: float) -> float:
     """Length to wind in for the input's τ to become ``target``, which rises with it [m]."""
     low, high = 0.0, 0.0
@@ -182,36 +155,27 @@ def _find_drawn(segments: Segments, guides: Guides, target: float) -> float:
     return drawn
 
 
-@entry("tendon_mj_follow_tension", "i64(ptr, ptr, i64, ptr, ptr, i64)")
-def _follow_tension(
-    tendon: int, sheath: int, n: int, history: int, result: int, samples: int
-) -> int:
-    """As ``_follow_displacement``, for samples of τ."""
-    segments, guides = _segments_at(tendon, n + 1), _guides_at(sheath, n)
-    tension, out = _numbers(history, samples), _numbers(result, 4 * samples)
+@numba.njit
+def _follow(
+    segments: Segments, guides: Guides, history: FloatArray, by_tension: bool
+) -> tuple[FloatArray, int]:
+    """Four rows of a response to each sample of τ, or of ξ_in, and the number not solved."""
+    out = np.empty((4, len(history)))
     unsolved, wound, work = 0, 0.0, 0.0
-    for k in range(tension.shape[0]):
-        drawn = _find_drawn(segments, guides, tension[k])
+    for k in range(len(history)):
+        drawn = _find_drawn(segments, guides, history[k]) if by_tension else history[k] - wound
         if not _solve_wound(segments, guides, drawn):
             unsolved += 1
-        work += _commit(segments, guides, drawn)
-        wound += drawn
-        out[k], out[samples + k] = segments[0].tension, segments[n].tension
-        out[2 * samples + k], out[3 * samples + k] = wound, work
-    return unsolved
-
-
-def _follow(
-    symbol: str, segments: Segments, guides: Guides, history: FloatArray
-) -> tuple[FloatArray, int]:
-    """Rows of a response to a history, by a function of the library."""
-    pointers = [ctypes.c_void_p] * 2
-    follow = ctypes.CFUNCTYPE(ctypes.c_int64, *pointers, ctypes.c_int64, *pointers, ctypes.c_int64)(
-        load().address(symbol)
-    )
-    out = np.empty((4, len(history)))
-    places = [np.asarray(array).ctypes.data for array in (segments, guides, history, out)]
-    unsolved = follow(*places[:2], len(guides), *places[2:], len(history))
+        segments[0].stored -= drawn
+        for i in range(len(guides)):
+            flow = guides[i].flow
+            segments[i].stored += flow
+            segments[i + 1].stored -= flow
+            guides[i].previous_slip = guides[i].slip if flow != 0.0 else 0.0
+            work += _friction_work(segments[i].tension, segments[i + 1].tension, flow)
+        wound = wound + drawn if by_tension else history[k]
+        out[0, k], out[1, k] = segments[0].tension, segments[len(guides)].tension
+        out[2, k], out[3, k] = wound, work
     return out, unsolved
 
 
@@ -247,7 +211,7 @@ def drive_displacement(
     history = _history("displacement", displacement)
     segments, table = _initial_tendon(law, length, bend, guides, output_stiffness)
     drum = _play(history, law.backlash)
-    out, unsolved = _follow("tendon_mj_follow_displacement", segments, table, drum)
+    out, unsolved = _follow(segments, table, drum, False)
     out[2] = history
     return _response(law, output_stiffness, out, unsolved)
 
@@ -271,7 +235,7 @@ def drive_tension(
         raise InvalidValueError(f"tension must be > 0 [N] throughout, got {history.min():g}")
     segments, table = _initial_tendon(law, length, bend, guides, output_stiffness)
     pulled = history / law.axial_stiffness
-    out, unsolved = _follow("tendon_mj_follow_tension", segments, table, pulled)
+    out, unsolved = _follow(segments, table, pulled, True)
     return _response(law, output_stiffness, out, unsolved)
 
 

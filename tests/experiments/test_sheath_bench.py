@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from experiments.sheath_bench import drive_displacement, drive_tension
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.sheath import Law, drive_displacement, drive_tension
+from tendon_mj.sheath import Law
 from tests.refusals import refusing
 
 LAW = Law(axial_stiffness=20e3, friction=0.2, pretension=30.0)
