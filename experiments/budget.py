@@ -95,7 +95,7 @@ def code_lines(source: str) -> int:
 def count_packages(root: Path) -> dict[str, int]:
     """Code lines of each package below ``root``; those of `lab` and `plugin` count alone."""
     total: Counter[str] = Counter()
-    for path in sorted(root.rglob("*.py")):
+    for path in sorted([*root.rglob("*.py"), *root.rglob("*.pyi")]):
         folders = path.relative_to(root).parts[:-1]
         depth = 2 if folders[:1] in [("lab",), ("plugin",)] else 1
         package = ".".join((root.name, *folders[:depth]))

@@ -10,7 +10,7 @@ of a drive that prescribes displacement.
 from __future__ import annotations
 
 import ctypes
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -110,7 +110,7 @@ _friction_work = numba.njit(friction_work)
 
 
 @numba.njit
-def _solve_wound(segments: Segments, guides: Guides, drawn: float) -> bool:
+def _solve_wound(segments: Any, guides: Any, drawn: float) -> Any:
     """Solve with ``drawn`` more tendon wound in than is stored, leaving the state as it was."""
     stored = segments[0].stored
     segments[0].stored = stored - drawn

@@ -23,7 +23,7 @@ from tendon_mj.plugin.abi.layout import (
     verify_state,
 )
 from tendon_mj.plugin.abi.library import C
-from tendon_mj.plugin.elsewhere import guard_engines, register_pickles
+from tendon_mj.plugin.pickles import register_pickles
 from tendon_mj.plugin.servo_plugin import validate as servo_validate
 from tendon_mj.plugin.sheath_plugin import validate
 
@@ -194,6 +194,5 @@ def register() -> tuple[str, ...]:
         ctypes.CFUNCTYPE(None)(library.address("tendon_mj_register"))()
         _verify_registered(library)
         register_pickles(NAMES)
-        guard_engines(NAMES)
         verify_state(layout, mujoco.MjData(mujoco.MjModel.from_xml_string(_SMALLEST)))
     return NAMES
