@@ -9,7 +9,6 @@ from tendon_mj.plugin.instances import Instance as Instance
 from tendon_mj.plugin.instances import most_bent_branch as most_bent_branch
 from tendon_mj.plugin.instances import segment_tensions as segment_tensions
 from tendon_mj.plugin.instances import sensor_kind as sensor_kind
-from tendon_mj.plugin.instances import servo_estimate as servo_estimate
 from tendon_mj.plugin.instances import servos as servos
 from tendon_mj.plugin.instances import sheath_arrays as sheath_arrays
 from tendon_mj.plugin.instances import sheaths as sheaths
@@ -22,7 +21,6 @@ from tendon_mj.plugin.servo_plugin.state import GAINS as GAINS
 from tendon_mj.plugin.servo_plugin.state import OptionalGains as OptionalGains
 from tendon_mj.plugin.servo_plugin.state import check_gain as check_gain
 from tendon_mj.plugin.servo_plugin.validate import SERVO as SERVO
-from tendon_mj.plugin.sheath_plugin.attributes import ATTACHMENT as ATTACHMENT
 from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES as ATTRIBUTES
 from tendon_mj.plugin.sheath_plugin.attributes import INPUT_ENDS as INPUT_ENDS
 from tendon_mj.plugin.sheath_plugin.attributes import KINDS as KINDS

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import Parameters, theory
-from tendon_mj.plugin import servo_estimate
+from tendon_mj.plugin.instances import servo_estimate
 from tendon_mj.plugin.servo_plugin.law import backlash_ahead, stiffness_ahead
 from tests.rigs import (
     INERTIA,
