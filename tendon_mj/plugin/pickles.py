@@ -16,8 +16,7 @@ from typing import Any
 import mujoco
 
 from tendon_mj.errors import EngineError
-from tendon_mj.plugin.abi.layout import offset
-from tendon_mj.plugin.abi.library import C
+from tendon_mj.plugin.abi import C, offset
 
 
 def plugin_at(slot: int) -> str:
