@@ -68,16 +68,6 @@ def _initial_tendon(
     law: Law, length: float, bend: float, guides: int, output_stiffness: float
 ) -> tuple[Segments, Guides]:
     """Segments and guides of the sheath at rest under its pretension."""
-    if not (np.isfinite(length) and length > 0.0):
-        raise InvalidValueError(f"length = {length} [m] must be finite and > 0")
-    if not np.isfinite(bend):
-        raise InvalidValueError(f"bend = {bend} [rad] must be finite")
-    if guides < 1:
-        raise InvalidValueError(f"guides = {guides} must be ≥ 1")
-    if not output_stiffness > 0.0:
-        raise InvalidValueError(f"output_stiffness = {output_stiffness} [N/m] must be > 0")
-    if not law.pretension > 0.0:
-        raise InvalidValueError(f"pretension = {law.pretension:g} [N] must be > 0 on this bench")
     for name in (n for n in LAW if n not in _IMPLEMENTED):
         if getattr(law, name) != 0.0:
             raise InvalidValueError(
@@ -179,64 +169,43 @@ def _follow(
     return out, unsolved
 
 
-def _response(law: Law, output_stiffness: float, out: FloatArray, unsolved: int) -> Response:
-    input_tension, output_tension = law.axial_stiffness * out[0], law.axial_stiffness * out[1]
-    given = (output_tension - law.pretension) / output_stiffness
-    work = law.axial_stiffness * out[3]
-    return Response(input_tension, output_tension, out[2], given, work, unsolved)
-
-
-def drive_displacement(
-    displacement: ArrayLike,
+def drive_sheath(
+    history: ArrayLike,
     law: Law,
     *,
     length: float,
     bend: float,
     guides: int = 16,
     output_stiffness: float = np.inf,
+    by_tension: bool = False,
 ) -> Response:
-    """Wind the input end through a history of ξ_in.
+    """Move the input end through a history.
 
     Args:
-        displacement: (samples,) ξ_in, tendon wound in since the uniform T_0 [m].
+        history: (samples,) ξ_in, tendon wound in since the uniform T_0 [m], or T_in > 0 [N].
         law: of the tendon and its sheath, pretension > 0.
         length: of the sheath [m].
         bend: its total angle [rad].
         guides: that stand for it.
         output_stiffness: k_se of what holds the output end [N/m]; inf: held.
+        by_tension: the history is one of T_in.
 
     Raises:
-        InvalidValueError: names the argument, its value and range, or an effect that is not here.
+        InvalidValueError: an effect of the law that is not here.
     """
-    history = _history("displacement", displacement)
+    given = np.ascontiguousarray(history, float)
     segments, table = _initial_tendon(law, length, bend, guides, output_stiffness)
-    drum = _play(history, law.backlash)
-    out, unsolved = _follow(segments, table, drum, False)
-    out[2] = history
-    return _response(law, output_stiffness, out, unsolved)
-
-
-def drive_tension(
-    tension: ArrayLike,
-    law: Law,
-    *,
-    length: float,
-    bend: float,
-    guides: int = 16,
-    output_stiffness: float = np.inf,
-) -> Response:
-    """Pull the input end through a history of T_in > 0 [N]; else as ``drive_displacement``."""
-    if law.backlash > 0.0:
+    if not by_tension:
+        out, unsolved = _follow(segments, table, _play(given, law.backlash), False)
+        out[2] = given
+    elif law.backlash > 0.0:
         raise InvalidValueError(
             f"backlash = {law.backlash:g} [m]: a tension says nothing about the drive behind it"
         )
-    history = _history("tension", tension)
-    if not (history > 0.0).all():
-        raise InvalidValueError(f"tension must be > 0 [N] throughout, got {history.min():g}")
-    segments, table = _initial_tendon(law, length, bend, guides, output_stiffness)
-    pulled = history / law.axial_stiffness
-    out, unsolved = _follow(segments, table, pulled, True)
-    return _response(law, output_stiffness, out, unsolved)
+    else:
+        out, unsolved = _follow(segments, table, given / law.axial_stiffness, True)
+    near, far, work = law.axial_stiffness * out[[0, 1, 3]]
+    return Response(near, far, out[2], (far - law.pretension) / output_stiffness, work, unsolved)
 
 
 def _play(drive: FloatArray, backlash: float) -> FloatArray:
@@ -248,10 +217,3 @@ def _play(drive: FloatArray, backlash: float) -> FloatArray:
         wound = min(max(wound, at - 0.5 * backlash), at + 0.5 * backlash)
         drum[k] = wound
     return drum
-
-
-def _history(name: str, values: ArrayLike) -> FloatArray:
-    history = np.ascontiguousarray(values, float)
-    if history.ndim != 1 or not np.isfinite(history).all():
-        raise InvalidValueError(f"{name} must be finite and of shape (samples,)")
-    return history
