@@ -25,5 +25,4 @@ from tendon_mj.theory.history import output_tension as output_tension
 from tendon_mj.theory.stiffness import apparent_stiffness as apparent_stiffness
 from tendon_mj.theory.stiffness import equivalent_backlash as equivalent_backlash
 from tendon_mj.theory.stiffness import reversal_backlash as reversal_backlash
-from tendon_mj.theory.stiffness import tendon_stiffness as tendon_stiffness
 from tendon_mj.theory.stiffness import transmission_stiffness as transmission_stiffness

@@ -12,9 +12,9 @@ from tendon_mj.theory import (
     equivalent_backlash,
     output_tension,
     reversal_backlash,
-    tendon_stiffness,
     transmission_stiffness,
 )
+from tendon_mj.theory.stiffness import tendon_stiffness
 from tests.refusals import refusing
 
 EA, LENGTH, SPRING, NAN, INF = 20e3, 0.5, 8e3, np.nan, np.inf

@@ -7,9 +7,9 @@ from tendon_mj.theory import (
     apparent_stiffness,
     equivalent_backlash,
     reversal_backlash,
-    tendon_stiffness,
     transmission_stiffness,
 )
+from tendon_mj.theory.stiffness import tendon_stiffness
 
 EA, LENGTH, PRETENSION = 20e3, 0.5, 20.0
 LAMS = np.array([1e-12, 1e-6, 0.01, 0.47, 1.0, 1.5, 3.0, 10.0])
