@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import load_spec
-from tendon_mj.native import ARRAYS, library, load
-from tendon_mj.native.marks import ENTRIES
+from tendon_mj.native import ARRAYS, ENTRIES, library, load
 from tendon_mj.plugin import ATTRIBUTES, export_library
 from tests.rigs import config
 
