@@ -18,29 +18,22 @@ from numpy.typing import ArrayLike
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.native import load
-from tendon_mj.sheath import (
-    LAW,
-    Guides,
-    Law,
-    Segments,
-    friction_work,
-    new_guides,
-    new_segments,
-)
+from tendon_mj.sheath import LAW, Guides, Law, Segments, friction_work, new_guides, new_segments
 from tendon_mj.typing import FloatArray
 
 # Parameters of the law that this bench implements; the others need time, or a state between steps.
+# Damping is of no effect in quasi-static steps, nor are scales of effects that are refused.
 _IMPLEMENTED = {
     "axial_stiffness",
+    "axial_damping",
     "friction",
     "static_friction",
     "constant_friction",
-    "axial_damping",  # of no effect in quasi-static steps
     "pretension",
-    "stribeck_velocity",  # a scale, of no effect without stribeck_friction
+    "stribeck_velocity",
     "direction_asymmetry",
     "backlash",
-    "creep_time",  # a scale, of no effect without creep
+    "creep_time",
     "sheath_compliance",
     "extra_bend",
 }

@@ -31,7 +31,6 @@ from experiments.references.checks import series, vector
 from tendon_mj.typing import FloatArray
 
 Law = Literal["exponential", "linear"]
-LAWS: tuple[Law, ...] = ("exponential", "linear")
 _FRICTION = ("static_friction", "dynamic_friction", "friction_force")
 
 
@@ -122,7 +121,6 @@ class ElementChain:
 
 
 Ends = Literal["half", "paper"]
-ENDS: tuple[Ends, ...] = ("half", "paper")
 
 
 def uniform_chain(
