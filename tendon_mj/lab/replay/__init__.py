@@ -49,7 +49,6 @@ from tendon_mj.lab.replay.schedule import Schedule as Schedule
 from tendon_mj.lab.replay.schedule import described_values as described_values
 from tendon_mj.lab.replay.schedule import stated_values as stated_values
 from tendon_mj.lab.replay.simulation import Misfit as Misfit
-from tendon_mj.lab.replay.simulation import ProgressShare as ProgressShare
 from tendon_mj.lab.replay.simulation import Series as Series
 from tendon_mj.lab.replay.simulation import Simulates as Simulates
 from tendon_mj.lab.replay.simulation import Simulator as Simulator
