@@ -2,6 +2,7 @@
 
 from tendon_mj.attach import Parameters as Parameters
 from tendon_mj.attach import Spool as Spool
+from tendon_mj.attach import add_cable_drive as add_cable_drive
 from tendon_mj.attach import add_friction as add_friction
 from tendon_mj.attach import add_sensor as add_sensor
 from tendon_mj.attach import add_servo as add_servo

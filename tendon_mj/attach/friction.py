@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Literal, SupportsFloat, Unpack
 
 import mujoco
@@ -14,7 +14,7 @@ from tendon_mj.attach.keywords import as_count, check_names, checked_number, one
 from tendon_mj.attach.sheath_design import Designer, NewSheath, Request
 from tendon_mj.attach.spool import Spool, add_spools, remove_spools, restore_keyframes
 from tendon_mj.attach.tendon_bend import idlers
-from tendon_mj.attach.tendons import asks_for_several, check_spec, choose_tendons
+from tendon_mj.attach.tendons import asks_for_several, check_spec, choose_tendons, is_cable, listed
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError
 from tendon_mj.plugin import INPUT_ENDS, NAME, SERVO, SPRINGS
 from tendon_mj.sheath import LAW, Law, OptionalParameters, doubt_of_friction
@@ -133,7 +133,7 @@ def add_friction(
         )
     side_sites = side_site_warnings(spec, sheaths)
     unnamed = [sheath.name for sheath in sheaths if not sheath.tendon.name]
-    _add_sheaths(spec, sheaths, name, reel, sensors, alone=not several)
+    add_sheaths(spec, sheaths, name, reel, sensors, alone=not several)
     doubts = [doubt_of_friction(key, value) for key, value in numbers.items() if value is not None]
     messages = warnings_of(spec, sheaths, unnamed, left_out)
     for message in filter(None, [*doubts, *messages, *side_sites]):
@@ -204,7 +204,7 @@ def _law(
     return law, values.get("axial_stiffness"), values.get("pretension")
 
 
-def _add_sheaths(
+def add_sheaths(
     spec: mujoco.MjSpec,
     sheaths: Sequence[NewSheath],
     name: str | None,
@@ -270,11 +270,14 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
     keys = remove_spools(
         spec, {c["tendon"]: c["reel_joint"] for c in on_removed if "reel_joint" in c}
     )
+    cables = [tendon for tendon in map(spec.tendon, sorted(removed)) if is_cable(spec, tendon)]
     for holder in [*actuators, *sensors]:
         if not holder.plugin.name:  # an instance that goes with it by itself from MuJoCo 3.16 on
             spec.delete(holder.plugin)
         spec.delete(holder)
     _delete_instances(spec, removed, configs)
+    for cable in cables:
+        spec.delete(cable)
     if keys:
         restore_keyframes(spec, keys)
     return spec
@@ -355,10 +358,10 @@ def warnings_of(
     messages += [s.spool.warning for s in sheaths if s.spool and s.spool.warning]
     messages += [f"tendon {s.name!r}: {s.passing}" for s in sheaths if s.passing]
     messages += [f"tendon {s.name!r}: {s.too_stiff}" for s in sheaths if s.too_stiff]
-    return messages + _joint_warnings(spec, driven) + _push_warnings(driven, pulling)
+    return messages + joint_warnings(spec, driven) + _push_warnings(driven, pulling)
 
 
-def _joint_warnings(spec: mujoco.MjSpec, driven: Sequence[NewSheath]) -> list[str]:
+def joint_warnings(spec: mujoco.MjSpec, driven: Sequence[NewSheath]) -> list[str]:
     """Warnings of joints that limit or sense the actuators of driven tendons."""
     crossed = {sheath.name: tendons.crossed_joints(sheath.tendon) for sheath in driven}
     joints = {joint.name: joint for joints in crossed.values() for joint in joints}
@@ -427,8 +430,3 @@ def listed_reasons(left_out: Mapping[str, str]) -> str:
     for name, why in left_out.items():
         by_reason.setdefault(why.removeprefix(f"tendon {name!r} "), []).append(name)
     return "; ".join(f"{listed(names)}: {why}" for why, names in by_reason.items())
-
-
-def listed(names: str | Iterable[str]) -> str:
-    """A name, or several, in quotes."""
-    return ", ".join(map(repr, [names] if isinstance(names, str) else names))

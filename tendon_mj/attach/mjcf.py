@@ -223,12 +223,24 @@ def _section(text: Mjcf, tag: str) -> Element:
 
 
 def _write_tendons(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> list[str]:
-    """Write names of the tendons that had none; return those with a new sheath not in the text."""
+    """Write new cables, and names of the tendons that had none.
+
+    Returns:
+        Tendons with a new sheath that are not in the text.
+    """
     written = [e for e in text.root.iterfind("tendon/*") if e.tag in ("spatial", "fixed")]
     by_name = {e.get("name"): e for e in written if e.get("name")}
     sheathed = {plugin.config.get("tendon") for plugin in _new_instances(before, spec)}
     absent = []
-    for k, (old, new) in enumerate(zip(before.tendons, spec.tendons, strict=True)):
+    for cable in list(spec.tendons)[len(before.tendons) :]:
+        off = dict.fromkeys(("limited", "actuatorfrclimited"), "false")
+        own = dict.fromkeys(("stiffness", "damping", "frictionloss", "armature"), "0")
+        element = ElementTree.SubElement(
+            _section(text, "tendon"), "fixed", {"name": cable.name, **off, **own}
+        )
+        (point,) = cable.path
+        ElementTree.SubElement(element, "joint", joint=point.target.name, coef="1")
+    for k, (old, new) in enumerate(zip(before.tendons, spec.tendons, strict=False)):
         if new.name not in sheathed or old.name in by_name:
             continue
         if old.name:

@@ -28,9 +28,9 @@ from tendon_mj.sheath import Law
 
 _RUB_UNBENT = ("extra_bend", "constant_friction", "viscous_friction")
 _IS_FIXED = (
-    "is fixed, a sum of joint positions without a path that bends: draw it as a spatial tendon, "
-    "over sites or cylinders as far from the axis of each hinge as its coefficient [m] says; or, "
-    "for a loss that does not grow with the tension, give the tendon frictionloss [N]"
+    "is fixed, a sum of joint positions without a path that bends: give the actuator that pulls it "
+    "a cable drive, add_cable_drive(spec, {}, radius=…, bend=…, friction=…), whatever the unit of "
+    "its coefficients, or draw it as a spatial tendon over sites or cylinders"
 )
 _BRANCHES = (
     "branches at a pulley, behind its site {!r}, and every branch has its input where it begins: "
@@ -118,7 +118,8 @@ class Designer:
             sheath = self._sheathed[name].name
             raise UnsuitedTendonError(f"tendon {name!r} already runs in sheath {sheath!r}")
         if not path.is_spatial:
-            raise UnsuitedTendonError(f"tendon {name!r} {_IS_FIXED}")
+            pullers = ", ".join(name_of(actuator) for actuator in actuators) or '"…"'
+            raise UnsuitedTendonError(f"tendon {name!r} {_IS_FIXED.format(pullers)}")
         if request.input_end == "last" and len(path.branches) > 1:
             site = path.ends()[0][1]
             raise UnsuitedTendonError(f"tendon {name!r} {_BRANCHES.format(site)}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -13,13 +13,18 @@ import numpy as np
 from tendon_mj.attach.instances import free_name
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 
+_TENDON = mujoco.mjtObj.mjOBJ_TENDON
+CABLE_DRIVE = (
+    "where actuators turn joints by cables that are not drawn, give these friction by "
+    'add_cable_drive(spec, "*", radius=…, bend=…, friction=…), or tendon-mj attach --actuator'
+)
 _WRAP, _GAIN, _BIAS = mujoco.mjtWrap, mujoco.mjtGain, mujoco.mjtBias
 
 
 class Chosen(NamedTuple):
-    """A tendon that a call means."""
+    """A tendon or an actuator that a call means."""
 
-    element: mujoco.MjsTendon
+    element: Any
     name: str  # that it has or will have
     by_name: bool  # and not by a pattern
 
@@ -39,50 +44,59 @@ def asks_for_several(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> bool:
 
 
 def choose_tendons(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> list[Chosen]:
-    """Tendons that a name, several names or patterns mean, in the model's order.
+    """Tendons that a name, several names or patterns mean, as `choose` has it."""
+    if len(spec.tendons) == 0 and len(spec.actuators) > 0:
+        raise InvalidValueError(f"{listed(tendon)}: the model has no tendon; {CABLE_DRIVE}")
+    return choose(list(spec.tendons), tendon, "tendon")
 
-    A tendon's name is that tendon's, even with the characters of a pattern. A pattern that matches
-    any name, such as ``*``, also means those without a name, which will be called ``tendon_<k>``,
-    k being the tendon's place in the model.
+
+def choose(elements: Sequence[Any], names: str | Sequence[str], kind: str) -> list[Chosen]:
+    """Elements that a name, several names or patterns mean, in the model's order.
+
+    An element's name is that element's, even with the characters of a pattern. A pattern that
+    matches any name, such as ``*``, also means those without a name, which are called
+    ``<kind>_<k>``, k being their place in the model.
     """
-    is_one = isinstance(tendon, str) or not isinstance(tendon, Iterable)
-    wanted = [tendon] if is_one else list(tendon)
+    is_one = isinstance(names, str) or not isinstance(names, Iterable)
+    wanted = [names] if is_one else list(names)
     if not wanted:
-        raise InvalidValueError("no tendon is named: give a name, several, or a pattern")
-    elements = list(spec.tendons)
+        raise InvalidValueError(f"no {kind} is named: give a name, several, or a pattern")
     known = {element.name: k for k, element in enumerate(elements) if element.name}
     chosen: dict[int, bool] = {}  # place in the model → by its name
     for name in wanted:
         if not isinstance(name, str):
-            raise InvalidValueError(f"{name!r} is not the name of a tendon")
+            raise InvalidValueError(f"{name!r} is not the name of a {kind}")
         if name in known:
             chosen[known[name]] = True
         else:
-            chosen = dict.fromkeys(_matching(elements, name, known), False) | chosen
-    taken, tendons = set(known), []
+            chosen = dict.fromkeys(_matching(elements, name, known, kind), False) | chosen
+    taken, meant = set(known), []
     for k in sorted(chosen):
-        name = elements[k].name or free_name(taken, f"tendon_{k}")
+        name = elements[k].name or free_name(taken, f"{kind}_{k}")
         taken.add(name)
-        tendons.append(Chosen(elements[k], name, chosen[k]))
-    return tendons
+        meant.append(Chosen(elements[k], name, chosen[k]))
+    return meant
 
 
-def _matching(
-    elements: Sequence[mujoco.MjsTendon], pattern: str, known: dict[str, int]
-) -> list[int]:
+def _matching(elements: Sequence[Any], pattern: str, known: dict[str, int], kind: str) -> list[int]:
     if not _is_pattern(pattern):
-        raise UnknownNameError("tendon", pattern, known)
+        raise UnknownNameError(kind, pattern, known)
     places = [k for k, element in enumerate(elements) if fnmatchcase(element.name, pattern)]
     if not places:
         there = ", ".join(map(repr, known)) or "none with a name"
         raise InvalidValueError(
-            f"pattern {pattern!r} means no tendon of the model (its tendons: {there})"
+            f"pattern {pattern!r} means no {kind} of the model (its {kind}s: {there})"
         )
     return places
 
 
 def _is_pattern(tendon: str) -> bool:
     return any(character in tendon for character in "*?[")
+
+
+def listed(names: str | Iterable[str]) -> str:
+    """A name, or several, in quotes."""
+    return ", ".join(map(repr, [names] if isinstance(names, str) else names))
 
 
 class Branch(NamedTuple):
@@ -146,7 +160,9 @@ def guides_are_beyond(tendon: mujoco.MjsTendon, input_end: str) -> bool:
 
 
 def crossed_joints(tendon: mujoco.MjsTendon) -> list[mujoco.MjsJoint]:
-    """Joints that a spatial tendon crosses."""
+    """Joints that a spatial tendon crosses, or that a fixed one has in its sum."""
+    if not path_of(tendon).is_spatial:
+        return [point.target for point in tendon.path]
     points = [p for p in tendon.path if p.type != _WRAP.mjWRAP_PULLEY and p.target is not None]
     return _joints_between(points)
 
@@ -189,6 +205,15 @@ def is_limited(limited: int, ends: Sequence[float]) -> bool:
     if int(limited) == mujoco.mjtLimited.mjLIMITED_AUTO:
         return bool(ends[0] < ends[1])
     return int(limited) == int(mujoco.mjtLimited.mjLIMITED_TRUE)
+
+
+def is_cable(spec: mujoco.MjSpec, tendon: mujoco.MjsTendon) -> bool:
+    """Whether a tendon is one that `add_cable_drive` added, and nothing else refers to it."""
+    is_one = not path_of(tendon).is_spatial and len(tendon.path) == 1
+    shown = [s.objname for s in spec.sensors if s.objtype == _TENDON and not s.plugin.active]
+    actuated = tendon.name in actuators_by_tendon(spec)
+    held = constraints_on(spec, tendon) != Constraints()
+    return is_one and not (actuated or held or has_own_spring(tendon) or tendon.name in shown)
 
 
 def has_own_spring(tendon: mujoco.MjsTendon) -> bool:

@@ -35,6 +35,7 @@ from tendon_mj.plugin.abi.memory import (
 )
 from tendon_mj.plugin.servo_plugin import state as sv
 from tendon_mj.plugin.sheath_plugin import attributes as at
+from tendon_mj.plugin.sheath_plugin.fixed_tendon import is_fixed
 from tendon_mj.plugin.sheath_plugin.input_force import acts_on, has_spring
 from tendon_mj.plugin.sheath_plugin.names import own_name, resolve, resolve_from
 from tendon_mj.plugin.sheath_plugin.state import (
@@ -49,7 +50,6 @@ from tendon_mj.sheath import Parameter
 from tendon_mj.typing import FloatArray
 
 _JOINT, _TENDON = mujoco.mjtObj.mjOBJ_JOINT.value, mujoco.mjtObj.mjOBJ_TENDON.value
-_FIXED = mujoco.mjtWrap.mjWRAP_JOINT.value  # first on the path of a fixed tendon
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value  # before it come joints of several degrees of freedom
 _MOST_STATE = 2**24  # numbers of a sheath
 _MOST_SAMPLES = 100_000  # of a servo that are on their way
@@ -74,9 +74,10 @@ _SHEATH_PLUGIN = at.as_rows(("tendon_mj.sheath",))
 _STATIC = at.FIRST_PARAMETER + list(PARAMETERS).index("static_friction")
 _FRICTION = at.FIRST_PARAMETER + list(PARAMETERS).index("friction")
 _RADII = [
-    at.FIRST_PARAMETER + list(PARAMETERS).index(f"{end}_radius") for end in ("reel", "output")
+    at.FIRST_PARAMETER + list(PARAMETERS).index(name)
+    for name in ("reel_radius", "output_radius", "radius")
 ]
-_REEL_RADIUS, _OUTPUT_RADIUS = _RADII
+_REEL_RADIUS, _OUTPUT_RADIUS, _RADIUS = _RADII
 # index of the parameter without which a parameter has no effect, −1 for none
 _SCALES = np.array(
     [list(PARAMETERS).index(p.scale) if p.scale else -1 for p in PARAMETERS.values()]
@@ -94,7 +95,8 @@ _unknown_word = Text(" is not one of its words")
 _no_tendon = Text(" is not a tendon of the model")
 _no_sheath = Text(" has no sheath with a reel_joint")
 _no_joint = Text(" is not a hinge or slide of the model")
-_not_spatial = Text(" is not a spatial tendon")
+_undriven = Text(" is a fixed tendon, and no actuator acts on it or on its one joint")
+_not_one = Text(" must be 1 on a fixed tendon")
 _yields = Text(" has a springyield, which no sheath follows")
 _second = Text(" already runs in another sheath")
 _slips = Text(" must not be below friction")
@@ -290,9 +292,13 @@ def _state_size(m: int, instance: int) -> int:
 def check_bound(m: int, d: int, instance: int, bound: Bound) -> None:
     """Refuse a sheath that cannot act on its tendon; the model is complete."""
     tendon = resolve(m, instance, at.TENDON, _TENDON)
-    first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
-    if integer(pointer(m + LAYOUT.m_wrap_type), first) == _FIXED:
-        _refuse_of_sheath(m, instance, at.TENDON, _not_spatial(), d)
+    if is_fixed(m, tendon):
+        if bound.driven == 0.0:
+            _refuse_of_sheath(m, instance, at.TENDON, _undriven(), d)
+        if at.number(m, instance, at.INNER_GUIDES) != 1.0:
+            _refuse_of_sheath(m, instance, at.INNER_GUIDES, _not_one(), d)
+        if at.number(m, instance, _RADIUS) == 0.0:
+            _refuse_of_sheath(m, instance, _RADIUS, _nothing(), d)
     for other in range(instance):
         if at.is_sheath(m, other, instance) and resolve(m, other, at.TENDON, _TENDON) == tendon:
             _refuse_of_sheath(m, instance, at.TENDON, _second(), d)

@@ -21,6 +21,7 @@ from tendon_mj.plugin.abi.library import free, malloc, mjp_getPluginAtSlot
 from tendon_mj.plugin.abi.memory import doubles, integer, pointer, set_pointer, size
 from tendon_mj.plugin.compiled_checks import check_bound
 from tendon_mj.plugin.sheath_plugin import attributes as at
+from tendon_mj.plugin.sheath_plugin.fixed_tendon import is_fixed
 from tendon_mj.plugin.sheath_plugin.input_force import (
     acts_on,
     has_spring,
@@ -95,7 +96,10 @@ def _count_guides(m: int, instance: int, bound: Binding) -> None:
     bound.input_at_last = at.is_input_at_last(m, instance)
     bound.arcs, bound.pulleys = count_wraps(m, tendon)
     elements = integer(pointer(m + LAYOUT.m_tendon_num), tendon)
-    sites = elements - bound.arcs - bound.pulleys - 2 * (1 + bound.pulleys)  # within branches
+    bound.fixed = is_fixed(m, tendon)
+    sites = 0.0
+    if bound.fixed == 0.0:
+        sites = elements - bound.arcs - bound.pulleys - 2 * (1 + bound.pulleys)  # within branches
     bound.guides = bound.inner_guides + sites + bound.arcs * bound.arc_guides + bound.pulleys
     bound.branches = 0.0
     if bound.pulleys > 0.0:
@@ -123,6 +127,9 @@ def _bind_drive(m: int, instance: int, bound: Binding) -> None:
     if bound.first_actuator < 0.0 and not _is_pulled(m, instance, tendon):
         return
     bound.driven = 1.0
+    if bound.fixed != 0.0:  # what holds it holds its joints
+        bound.inextensible = 1.0
+        return
     bound.constrained = is_constrained(m, tendon)
     bound.spreads = holds_length(m, tendon)
     bound.inextensible = not _is_elastic(m, instance)

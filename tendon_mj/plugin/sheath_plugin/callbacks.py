@@ -238,11 +238,9 @@ def _limit_forces(m: int, d: int) -> None:
 
 @apart
 def _has_mechanical(m: int) -> bool:
-    """Whether an actuator on a tendon has forces that MuJoCo adds after it has clamped all."""
+    """Whether an actuator has forces that MuJoCo adds after it has clamped all."""
     for k in range(size(m + LAYOUT.m_nactuator)):
-        if integer(pointer(m + LAYOUT.m_actuator_biastype), k) == _DCMOTOR and (
-            integer(pointer(m + LAYOUT.m_actuator_trntype), k) == ON_TENDON
-        ):
+        if integer(pointer(m + LAYOUT.m_actuator_biastype), k) == _DCMOTOR:
             return True
     return False
 

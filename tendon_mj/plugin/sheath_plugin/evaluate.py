@@ -37,6 +37,7 @@ from tendon_mj.plugin.sheath_plugin.drive import (
     wound_by,
     yield_of,
 )
+from tendon_mj.plugin.sheath_plugin.fixed_tendon import lay_fixed
 from tendon_mj.plugin.sheath_plugin.forces import apply_forces, pull_segment
 from tendon_mj.plugin.sheath_plugin.friction import (
     commit_velocity,
@@ -200,6 +201,9 @@ def _update_path(m: int, d: int, address: int, fresh: bool, stage: bool) -> None
     """Bring lengths, bends and spans up to date."""
     state = state_at(address)
     segments, guides, path = unpack(address)
+    if state.fixed != 0.0:
+        lay_fixed(state, segments, guides)
+        return
     plain = state.arcs == 0.0 and state.pulleys == 0.0 and state.inner_guides == 0.0
     if not plain or state.input_at_last != 0.0:
         arcs = unpack_arcs(address)

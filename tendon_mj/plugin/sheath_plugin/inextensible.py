@@ -47,6 +47,7 @@ from tendon_mj.plugin.abi.memory import (
     size,
 )
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
+from tendon_mj.plugin.sheath_plugin.fixed_tendon import add_fixed_row
 from tendon_mj.plugin.sheath_plugin.forces import pull_segment
 from tendon_mj.plugin.sheath_plugin.input_force import actuator_damping, tendon_damping
 from tendon_mj.plugin.sheath_plugin.response import (
@@ -91,6 +92,8 @@ class Group:
     lower_offset: float  # [N]
     fall: float  # f ≥ fall T_{i−1} − fall_offset
     fall_offset: float  # [N]
+    pretension: float  # P of two cables that pull against each other [N]; −1: of one that pulls
+    least: float  # friction of that pretension [N]
     is_rough: float  # whether there is any friction
     is_static: float  # whether friction at rest is more than that of sliding
     is_set_for: float  # ``slides`` for which these bounds are
@@ -129,6 +132,7 @@ class Member:
     constant: float  # what it would be without friction and acceleration
     damping: float  # k of its implicit damping [N s/m]
     spreads: float  # whether its stretch is spread along it
+    is_fixed: float  # whether its cable is not drawn, and T_0 may have either sign
 
 
 MEMBER = record_type(Member)
@@ -363,15 +367,49 @@ def _set_bounds(group: Group, guides: Guides) -> None:
     group.fall, group.fall_offset = 1.0 / lower - 1.0, less / lower
     group.is_static, group.is_set_for = static, group.slides
     group.is_rough = upper > 1.0 or more > 0.0 or lower > 1.0
+    if group.pretension >= 0.0:
+        group.least = more + group.pretension * _exponents(group, guides)
+
+
+@apart
+def _exponents(group: Group, guides: Guides) -> float:
+    """Sum of the exponents of two cables, one of which slides either way, the other back."""
+    total, slides = 0.0, group.slides != 0.0
+    for i in range(int(group.begin), int(group.end)):
+        ratio, _ = _towards_output(guides[i], 1.0, slides)
+        back, _ = _towards_input(guides[i], 1.0, slides)
+        total += math.log(ratio) + math.log(back)
+    return total
+
+
+@compiled
+def _pull(member: Member, force: float) -> float:
+    """T_0 under MuJoCo's force along a tendon."""
+    return -force if member.is_fixed != 0.0 else max(0.0, -force)
+
+
+@compiled
+def _of_cables(group: Group, tension: float, eases: float) -> tuple[float, float]:
+    """Least and largest friction of cables that pull one way or the other."""
+    up = max(1e-3, 1.0 + eases * (group.upper_ratio - 1.0))
+    down = max(1e-3, 1.0 + eases * group.fall)
+    one, other = (group.upper_ratio - 1.0) * tension, group.fall * tension
+    more, less = group.upper_offset, group.fall_offset
+    low = min(-group.least, (one - more) / up, (other - less) / down)
+    return low, max(group.least, (one + more) / up, (other + less) / down)
 
 
 @compiled
 def _upper(group: Group, tension: float) -> float:
+    if group.pretension >= 0.0:
+        return tension + _of_cables(group, tension, 0.0)[1]
     return group.upper_ratio * tension + group.upper_offset
 
 
 @compiled
 def _lower(group: Group, tension: float) -> float:
+    if group.pretension >= 0.0:
+        return tension + _of_cables(group, tension, 0.0)[0]
     return max(0.0, (tension - group.lower_offset) / group.lower_ratio)
 
 
@@ -407,6 +445,8 @@ def _set_rows(m: int, d: int, work: int, k: int, state: State, segments: Segment
             owner = int(owners[j])
             row = coordinates(rows + 8 * nv * owner) if owner >= 0 else at_input
             pull_segment(m, d, state, segments[j], -1.0 / segments[j].divisor, row)
+    if member.is_fixed != 0.0:
+        add_fixed_row(m, state, coordinates(rows + 8 * nv * first))
     for g in range(last - 1, first - 1, -1):
         parent = int(_group(work, g).parent)
         into = coordinates(rows + 8 * nv * parent) if parent >= 0 else at_input
@@ -471,6 +511,7 @@ def set_up(m: int, d: int, work: int, instance: int, stage: bool, written: bool)
     member = _member(work, nv, k)
     member.instance, member.first, member.is_stage = instance, first, stage
     member.owners, member.damping = head.segments, 0.0
+    member.is_fixed = state.fixed
     member.spreads = state.spreads != 0.0 and state.constraint_force != 0.0
     _gather(work, nv, k, guides, segments)
     last, rough = int(member.last), False
@@ -479,6 +520,7 @@ def set_up(m: int, d: int, work: int, instance: int, stage: bool, written: bool)
     for g in range(first, last):
         group = _group(work, g)
         group.slides = _slid(member, group, guides)
+        group.pretension = state.law.pretension if state.fixed != 0.0 else -1.0
         group.wanted = group.mobility = group.eases = 0.0
         if member.spreads == 0.0:
             group.share = 0.0
@@ -498,7 +540,7 @@ def set_up(m: int, d: int, work: int, instance: int, stage: bool, written: bool)
             curved = speed - end.ended
         drawn = group.passed / h - (speed - 0.5 * curved)  # by bodies that move without a velocity
         on_arc = end.is_on_arc != 0.0 or guides[int(group.begin)].is_on_arc != 0.0
-        is_known = member.spreads == 0.0 and not on_arc and not written
+        is_known = member.spreads + state.fixed == 0.0 and not on_arc and not written
         if integer(m + LAYOUT.o_integrator, 0) == RK4 or not is_known:
             drawn = 0.0
         if abs(h * drawn) <= _UNEXPLAINED * end.trial_way:
@@ -537,9 +579,9 @@ def _start(m: int, d: int, work: int, nv: int, k: int) -> None:
     member.constant = state.input_force
     if not math.isfinite(state.input_force):
         member.constant = 0.0
-    incoming = member.input = max(0.0, -member.constant)
+    incoming = member.input = _pull(member, member.constant)
     before = state.input_force - state.constraint_force + state.previous_constraint
-    follows = incoming - max(0.0, -before) if member.spreads == 0.0 else 0.0
+    follows = incoming - _pull(member, before) if member.spreads == 0.0 else 0.0
     for g in range(int(member.first), int(member.last)):
         group = _group(work, g)
         group.friction, group.slides = 0.0, _slid(member, group, guides)
@@ -703,7 +745,7 @@ def _update_input(work: int, nv: int, k: int, h: float) -> None:
         row, forces = _input_half(work, nv, k), _half_vector(work, nv, _FORCES)
         for i in range(response_width(response_at(work, nv))):
             force -= h * member.damping * row[i] * forces[i]
-    member.input = max(0.0, -force)
+    member.input = _pull(member, force)
 
 
 @compiled
@@ -718,6 +760,8 @@ def _change(work: int, nv: int, group: Group, friction: float) -> None:
 @compiled
 def _bounds(group: Group, tension: float) -> tuple[float, float]:
     """Least and largest friction of a group, as T_0 changes with it."""
+    if group.pretension >= 0.0:
+        return _of_cables(group, tension + group.eases * group.friction, group.eases)
     rise, fall = group.upper_ratio - 1.0, group.fall
     if group.eases != 0.0:
         tension += group.eases * group.friction
@@ -767,7 +811,7 @@ def _sweep(work: int, nv: int, h: float, least: float) -> bool:
             _update_input(work, nv, int(group.member), h)
             tension = _incoming(work, nv, group)
         group.tension = tension + friction
-        largest = max(largest, group.tension, tension)
+        largest = max(largest, abs(group.tension), abs(tension))
     return changed > _CLOSE * largest
 
 
@@ -933,11 +977,13 @@ def _write(m: int, d: int, work: int, nv: int, k: int, time: float) -> None:
         segments[j].trial_tension = tension / segments[j].divisor
     for g in range(int(member.first), int(member.last)):
         _write_guides(work, nv, _group(work, g), segments, guides)
-    changes = max(0.0, -state.input_force) - member.input
+    changes = _pull(member, state.input_force) - member.input
     for j in range(len(segments)):
         changed = changes if member.damping != 0.0 else 0.0
         segment = segments[j]
-        segment.tension = max(0.0, segment.trial_tension + changed / segment.divisor)
+        segment.tension = segment.trial_tension + changed / segment.divisor
+        if member.is_fixed == 0.0:
+            segment.tension = max(0.0, segment.tension)
     state.trial_time, state.trial_elapsed = time, double(m + LAYOUT.o_timestep, 0)
     state.has_trial = 1.0 if math.isfinite(state.input_force) else 0.0
 
@@ -1004,7 +1050,9 @@ def solve(m: int, d: int, work: int) -> None:
     for g in range(int(head.groups)):
         group = _group(work, g)
         incoming = _incoming(work, nv, group)
-        tension = max(0.0, incoming + group.friction)
+        tension = incoming + group.friction
+        if group.pretension < 0.0:
+            tension = max(0.0, tension)
         if group.slides != 0.0 and group.row >= 0.0 and group.share == 0.0:
             tension = _upper(group, incoming) if group.slides > 0.0 else _lower(group, incoming)
         group.tension = tension

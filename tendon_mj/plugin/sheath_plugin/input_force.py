@@ -27,10 +27,13 @@ from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
 from tendon_mj.plugin.abi.library import mj_actuatorDamping, mju_polyForce
 from tendon_mj.plugin.abi.memory import byte, coordinates, double, doubles, integer, pointer, size
+from tendon_mj.plugin.sheath_plugin.fixed_tendon import coefficient_of, metres
 from tendon_mj.plugin.sheath_plugin.response import damping_of
 from tendon_mj.plugin.sheath_plugin.state import DAMPING_POLY, State
 
 ON_TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
+_ON_JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
+_ON_JOINT_IN_PARENT = mujoco.mjtTrn.mjTRN_JOINTINPARENT.value
 _TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
 _ACTUATION_OFF = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
 _SPRING_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value
@@ -46,11 +49,23 @@ _SAME = 1e-9  # relative; a tendon that is longer than its path by less is not s
 
 @compiled
 def acts_on(m: int, actuator: int, tendon: int) -> bool:
-    """Whether an actuator's transmission is a tendon."""
+    """Whether an actuator's transmission is a tendon, or the joint that a cable not drawn turns."""
     kind = integer(pointer(m + LAYOUT.m_actuator_trntype), actuator)
-    return kind == ON_TENDON and (
-        integer(pointer(m + LAYOUT.m_actuator_trnid), 2 * actuator) == tendon
-    )
+    target = integer(pointer(m + LAYOUT.m_actuator_trnid), 2 * actuator)
+    if kind in (_ON_JOINT, _ON_JOINT_IN_PARENT):
+        return coefficient_of(m, tendon, target) != 0.0
+    return kind == ON_TENDON and target == tendon
+
+
+@compiled
+def _force_per_force(m: int, actuator: int, tendon: int) -> float:
+    """Force along a tendon per force of an actuator that acts on it."""
+    adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
+    gear = double(pointer(m + LAYOUT.m_actuator_gear), 6 * adr)
+    if integer(pointer(m + LAYOUT.m_actuator_trntype), actuator) == ON_TENDON:
+        return gear
+    joint = integer(pointer(m + LAYOUT.m_actuator_trnid), 2 * actuator)
+    return gear / coefficient_of(m, tendon, joint)
 
 
 @compiled
@@ -109,7 +124,7 @@ def tendon_damping(m: int, state: State) -> float:
     """Linear damping of a tendon itself [N s/m]."""
     if integer(m + LAYOUT.o_disableflags, 0) & _DAMPER_OFF:
         return 0.0
-    return double(pointer(m + LAYOUT.m_tendon_damping), int(state.tendon))
+    return double(pointer(m + LAYOUT.m_tendon_damping), int(state.tendon)) / metres(state) ** 2
 
 
 @apart
@@ -119,8 +134,7 @@ def actuator_damping(m: int, d: int, state: State) -> float:
     if state.first_actuator >= 0.0:
         for actuator in range(int(state.first_actuator), int(state.last_actuator) + 1):
             if acts_on(m, actuator, int(state.tendon)):
-                adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
-                gear = double(pointer(m + LAYOUT.m_actuator_gear), 6 * adr)
+                gear = _force_per_force(m, actuator, int(state.tendon)) / metres(state)
                 damping += gear * gear * damping_of(m, d, actuator)
     return damping
 
@@ -134,7 +148,7 @@ def _of_actuators(m: int, d: int, state: State, motors: bool) -> float:
             counts = not motors or integer(biases, actuator) == _NO_BIAS
             if counts and acts_on(m, actuator, int(state.tendon)):
                 adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
-                gear = double(pointer(m + LAYOUT.m_actuator_gear), 6 * adr)
+                gear = _force_per_force(m, actuator, int(state.tendon))
                 force += gear * double(pointer(d + LAYOUT.d_actuator_force), adr)
     return force
 
@@ -159,13 +173,14 @@ def is_pushed(m: int, d: int, state: State) -> bool:
 
     A servo pushes in passing, where its command is behind the tendon.
     """
-    return state.input_force > 0.0 and _of_actuators(m, d, state, True) > 0.0
+    pushes = state.input_force > 0.0 and state.fixed == 0.0
+    return pushes and _of_actuators(m, d, state, True) > 0.0
 
 
 @compiled
 def input_force(m: int, d: int, address: int, state: State) -> float:
     """Force along the tendon [N], pulling where it is negative."""
-    force = _unconstrained(m, d, address, state)
+    force = _unconstrained(m, d, address, state) / metres(state)
     if state.constrained != 0.0:
         force += state.constraint_force
     return force

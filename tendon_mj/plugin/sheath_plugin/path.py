@@ -194,7 +194,7 @@ def count_wraps(m: int, tendon: int) -> tuple[int, int]:
     for element in range(first, first + integer(pointer(m + LAYOUT.m_tendon_num), tendon)):
         kind = integer(kinds, element)
         pulleys += kind == PULLEY
-        geoms += kind not in (PULLEY, SITE)
+        geoms += kind >= SPHERE
     return geoms, pulleys
 
 
@@ -209,6 +209,7 @@ def mark_branches(m: int, address: int) -> None:
     kinds = pointer(m + LAYOUT.m_wrap_type)
     first = integer(pointer(m + LAYOUT.m_tendon_adr), int(state.tendon))
     count = integer(pointer(m + LAYOUT.m_tendon_num), int(state.tendon))
+    count = count if state.fixed == 0.0 else 0
     for j in range(len(segments)):
         segments[j].divisor, segments[j].point = 1.0, -1.0
     for i in range(len(guides)):

@@ -38,6 +38,7 @@ RADII: Final = {
         "r", "m", "radius at which `reel_joint` winds, its sign the sense", ANY
     ),
     "output_radius": Parameter("r", "m", "radius at which `output_joint` winds", ANY),
+    "radius": Parameter("r", "m", "cable that a fixed tendon winds per unit of its length", ANY),
 }
 # Live parameters in the order of the state, and of the plugin's attributes of the same names.
 PARAMETERS: Final = {**LAW, **RADII}
@@ -58,6 +59,7 @@ class Live:
     law: LiveLaw
     reel_radius: float  # [m]
     output_radius: float  # [m]
+    radius: float  # [m]
 
 
 class Bound:
@@ -72,6 +74,7 @@ class Bound:
     input_at_last: float  # whether that is the last site of the path as it is drawn
     pulleys: float
     branches: float  # signature of which branch feeds which, 0 without a pulley
+    fixed: float  # whether the tendon is fixed, and its cable not drawn
     own_spring: float  # whether the tendon's own spring is the cable's elasticity
     driven: float  # whether actuators and the tendon's own spring give the input tension
     inextensible: float  # whether it is driven, and no elasticity is stated

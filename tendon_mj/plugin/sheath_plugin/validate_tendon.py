@@ -30,7 +30,11 @@ UNDRAWN = ("extra_bend", "constant_friction")  # friction that is not where the 
 _JOINTS = ("reel_joint", "output_joint")
 # Parameters that a sheath whose input tension is given has no use for.
 _LENGTHS = ("pretension", "slack")
-_OF_A_REEL = (*_LENGTHS, "backlash", "sheath_compliance", "viscous_friction", "tendon_mass")
+_OF_A_SHEATH = ("backlash", "sheath_compliance", "viscous_friction", "tendon_mass")
+_OF_A_REEL = (*_LENGTHS, *_OF_A_SHEATH)
+_ON_TENDON_OR_JOINT = tuple(
+    getattr(mujoco.mjtTrn, f"mjTRN_{kind}").value for kind in ("TENDON", "JOINT", "JOINTINPARENT")
+)
 _GIVEN = (
     "has no meaning where an actuator, a spring, an equality or a limit gives the input tension of"
     " tendon {!r}"
@@ -40,13 +44,20 @@ _OF_ELASTICITY = (*_ELASTICITY, "creep_time")
 _INEXTENSIBLE = (
     "has no meaning where tendon {!r} does not stretch: give it axial_stiffness in the model"
 )
+_NOT_DRAWN = "has no meaning on tendon {!r}, which is fixed: its cable is not drawn"
+_NO_ACTUATOR = (
+    "is fixed, and no actuator acts on it, or on its one joint: give that one a cable drive, "
+    "tendon_mj.add_cable_drive"
+)
+_DRAWN = "has no meaning on a tendon that is drawn"
 # Attributes that are read here.
-DRIVE: Final = (*_JOINTS, "spring", *_ELASTICITY, *_OF_A_REEL)
+DRIVE: Final = (*_JOINTS, "radius", "spring", *_ELASTICITY, *_OF_A_REEL)
 
 
 class Drive(NamedTuple):
     """Drive of a tendon."""
 
+    is_fixed: bool  # whether its cable is not drawn
     is_wound: bool  # by a reel or a joint
     is_cable: bool  # whether its own spring is the cable's elasticity
     spring: tuple[float, ...]  # coefficients of its own spring, lowest order first
@@ -71,13 +82,15 @@ class Drive(NamedTuple):
 def read_drive(model: Draft, config: Mapping[str, str], tendon: int, reels: Sequence[int]) -> Drive:
     """Drive of a tendon whose sheath has these reels."""
     higher = model.doubles("tendon_stiffnesspoly")[2 * tendon : 2 * tendon + 2]
+    is_fixed = _JOINT in kinds_on(model, tendon)
     return Drive(
+        is_fixed=is_fixed,
         is_wound=bool(reels) or any(config[joint] for joint in _JOINTS),
         is_cable=config["spring"] == "cable",
         spring=(model.doubles("tendon_stiffness")[tendon], *higher),
         spring_range=tuple(model.doubles("tendon_lengthspring")[2 * tendon : 2 * tendon + 2]),
         pullers=[k for k in _on_tendon(model, tendon) if k not in reels],
-        is_constrained=not any(config[name] for name in _LENGTHS)
+        is_constrained=not (is_fixed or any(config[name] for name in _LENGTHS))
         and _is_constrained(model, tendon),
     )
 
@@ -100,7 +113,12 @@ def unused_parameters(model: mujoco.MjModel, instance: int) -> dict[str, str]:
         for joint in _JOINTS
         if not config[joint]
     }
-    if read_drive(draft, config, draft.tendons[config["tendon"]], reels).is_given:
+    drive = read_drive(draft, config, draft.tendons[config["tendon"]], reels)
+    if drive.is_fixed:
+        useless = (*_OF_ELASTICITY, "slack", *_OF_A_SHEATH)
+        return unused | dict.fromkeys(useless, _NOT_DRAWN.format(config["tendon"]))
+    unused["radius"] = _DRAWN
+    if drive.is_given:
         unused |= dict.fromkeys(_OF_A_REEL, _GIVEN.format(config["tendon"]))
         if not any(float(config[name] or 0.0) for name in _ELASTICITY):
             unused |= dict.fromkeys(_OF_ELASTICITY, _INEXTENSIBLE.format(config["tendon"]))
@@ -113,6 +131,11 @@ def check_drive(config: Mapping[str, str], drive: Drive, where: str, tendon: str
     Raises:
         InvalidValueError: one that is missing, or has no meaning.
     """
+    if drive.is_fixed:
+        _check_fixed(config, drive, where, tendon)
+        return
+    if config["radius"]:
+        raise InvalidValueError(f"{where}: radius = {config['radius']} {_DRAWN}; remove it")
     given = bool(config["axial_stiffness"])
     if not (given or drive.is_given or drive.is_cable):
         raise InvalidValueError(
@@ -133,6 +156,31 @@ def check_drive(config: Mapping[str, str], drive: Drive, where: str, tendon: str
             f"{where}: {useless[0]} = {config[useless[0]]} {_GIVEN.format(tendon)}; remove it, or "
             "wind the tendon in by a reel or a reel_joint"
         )
+
+
+def _check_fixed(config: Mapping[str, str], drive: Drive, where: str, tendon: str) -> None:
+    """Check the parameters of a fixed tendon, whose cable is not drawn."""
+    if not drive.pullers:
+        raise InvalidValueError(f"{where}: tendon {tendon!r} {_NO_ACTUATOR}")
+    for name, needed in (
+        ("radius", "radius [m] of its drum"),
+        ("inner_guides", "inner_guides = 1"),
+    ):
+        if not config[name]:
+            raise InvalidValueError(
+                f"{where}: tendon {tendon!r} is fixed, and {name} is missing: give {needed}"
+            )
+    if config["inner_guides"] != "1":
+        raise InvalidValueError(
+            f"{where}: inner_guides = {config['inner_guides']}, but tendon {tendon!r}, which is "
+            "fixed, has one guide for the whole bend of its cable: give inner_guides = 1"
+        )
+    for name in ("spring", *_JOINTS, *_ELASTICITY, "slack", *_OF_A_SHEATH):
+        is_zero = name not in ("spring", *_JOINTS) and float(config[name] or 0.0) == 0.0
+        if config[name] not in ("", "input") and not is_zero:
+            raise InvalidValueError(
+                f"{where}: {name} = {config[name]} {_NOT_DRAWN.format(tendon)}; remove it"
+            )
 
 
 def check_alone(model: Draft, drive: Drive, where: str, tendon: str) -> None:
@@ -178,14 +226,19 @@ def check_elastic(model: Draft, tendon: int, where: str, name: str) -> None:
 
 
 def _on_tendon(model: Draft, tendon: int) -> list[int]:
-    """Actuators that act on a tendon but servos, which their own plugin checks."""
+    """Actuators on a tendon, or on the one joint of a fixed one, but servos.
+
+    The plugin of servos checks them itself.
+    """
+    kinds_of_path, first = kinds_on(model, tendon), model.ints("tendon_adr")[tendon]
+    joint = model.ints("wrap_objid")[first] if kinds_of_path == [_JOINT] else -1
     kinds, targets = model.ints("actuator_trntype"), model.ints("actuator_trnid")
     owners = model.ints("actuator_plugin")
     return [
         k
         for k in range(int(model.fields.nactuator))
-        if kinds[k] == mujoco.mjtTrn.mjTRN_TENDON.value
-        and targets[2 * k] == tendon
+        if targets[2 * k] == (tendon if kinds[k] == mujoco.mjtTrn.mjTRN_TENDON.value else joint)
+        and kinds[k] in _ON_TENDON_OR_JOINT
         and (owners[k] < 0 or model.plugin(owners[k]) != "tendon_mj.servo")
     ]
 
@@ -227,8 +280,6 @@ def kinds_on(model: Draft, tendon: int) -> list[int]:
 
 def unsuited(kinds: Sequence[int], driven: bool) -> str:
     """Why a tendon with such elements on its path cannot run in a sheath; empty if it can."""
-    if _JOINT in kinds:
-        return "is a fixed tendon; only a spatial one runs in a sheath"
     if _PULLEY in kinds and not driven:
         return (
             "branches at a pulley, which only a tendon that an actuator pulls on may; give each "
@@ -257,6 +308,8 @@ def misplaced_input(model: Draft, tendon: int, input_end: str) -> str:
 
 def check_counts(config: dict[str, str], kinds: Sequence[int], where: str, tendon: str) -> None:
     """Check that the counts, where they are given, are those of the path."""
+    if _JOINT in kinds:  # its one guide is an inner one, between two ends
+        kinds = [_SITE, _SITE]
     arcs, pulleys = sum(k in _GEOMS for k in kinds), kinds.count(_PULLEY)
     on_arcs = arcs * int(config["arc_guides"] or 1)
     sites = len(kinds) - arcs - pulleys - 2 * (1 + pulleys)

@@ -1,0 +1,73 @@
+"""Cables that are not drawn: a fixed tendon as the drive of its joints.
+
+A fixed tendon of length l = Σ k_i q_i stands for two cables that turn drums of radius r by l, one
+each way. One of them is shorter by r l, so that D = −r ∂l/∂q. T_0 = F/r, with F MuJoCo's force
+along l, is its tension less that of the other, and may have either sign. One guide has all bends.
+
+Two cables that were laid with the pretension P keep their mean tension, as the one gives what the
+other takes, and so lose P times the sum of both exponents, whatever the load. From the load on at
+which one is slack, the other loses as any tendon. The friction f on T_0 is the larger of the two,
+with λ and λ' the exponents of either direction:
+
+    max(P (λ + λ'), |T_0| (e^λ − 1))     where the load drives,
+    max(P (λ + λ'), |T_0| (1 − e^−λ'))   where it is driven.
+
+Equations: docs/theory.md, section 8.
+"""
+
+from __future__ import annotations
+
+import mujoco
+
+from tendon_mj.native import apart, compiled
+from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.memory import double, integer, pointer
+from tendon_mj.plugin.sheath_plugin.state import State
+from tendon_mj.sheath import Guides, Segments
+from tendon_mj.typing import FloatArray
+
+_ON_JOINT = mujoco.mjtWrap.mjWRAP_JOINT.value
+
+
+@compiled
+def is_fixed(m: int, tendon: int) -> bool:
+    """Whether a tendon is fixed, a sum of joint positions."""
+    first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
+    return integer(pointer(m + LAYOUT.m_wrap_type), first) == _ON_JOINT
+
+
+@compiled
+def coefficient_of(m: int, tendon: int, joint: int) -> float:
+    """Coefficient of a fixed tendon over this joint alone; 0 where it is not such a one."""
+    first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
+    if not is_fixed(m, tendon) or integer(pointer(m + LAYOUT.m_tendon_num), tendon) != 1:
+        return 0.0
+    is_its = integer(pointer(m + LAYOUT.m_wrap_objid), first) == joint
+    return double(pointer(m + LAYOUT.m_wrap_prm), first) if is_its else 0.0
+
+
+@compiled
+def metres(state: State) -> float:
+    """Length that a cable becomes longer by per unit of its tendon's length."""
+    return -state.radius if state.fixed != 0.0 else 1.0
+
+
+@apart
+def lay_fixed(state: State, segments: Segments, guides: Guides) -> None:
+    """Lay the cable of a fixed tendon, which has no path."""
+    for j in range(len(segments)):
+        segments[j].point, segments[j].divisor = -1.0, 1.0
+        segments[j].length = abs(state.radius)  # by which motion is told from rounding
+    for i in range(len(guides)):
+        guides[i].angle = 0.0
+
+
+@apart
+def add_fixed_row(m: int, state: State, row: FloatArray) -> None:
+    """Add D of a fixed tendon."""
+    tendon = int(state.tendon)
+    first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
+    for k in range(first, first + integer(pointer(m + LAYOUT.m_tendon_num), tendon)):
+        joint = integer(pointer(m + LAYOUT.m_wrap_objid), k)
+        dof = integer(pointer(m + LAYOUT.m_jnt_dofadr), joint)
+        row[dof] += metres(state) * double(pointer(m + LAYOUT.m_wrap_prm), k)
