@@ -7,6 +7,7 @@ from tendon_mj.attach.attachment import Attached as Attached
 from tendon_mj.attach.attachment import Row as Row
 from tendon_mj.attach.attachment import attach_friction as attach_friction
 from tendon_mj.attach.cable_drive import add_cable_drive as add_cable_drive
+from tendon_mj.attach.cable_drive import attach_cable_drives as attach_cable_drives
 from tendon_mj.attach.friction import add_friction as add_friction
 from tendon_mj.attach.friction import remove_friction as remove_friction
 from tendon_mj.attach.instances import add_sensor as add_sensor

@@ -5,15 +5,18 @@ from __future__ import annotations
 import dataclasses
 import warnings
 from collections.abc import Sequence
-from typing import NamedTuple, SupportsFloat, Unpack
+from pathlib import Path
+from typing import Any, NamedTuple, SupportsFloat, Unpack
 
 import mujoco
 
 from tendon_mj.attach import instances, tendons
+from tendon_mj.attach.attachment import Attached
 from tendon_mj.attach.friction import add_sheaths, joint_warnings, listed_reasons
 from tendon_mj.attach.keywords import check_names, checked_number, takes
+from tendon_mj.attach.mjcf import write_sheaths
 from tendon_mj.attach.sheath_design import NewSheath
-from tendon_mj.errors import InvalidValueError, TendonWarning, UnsuitedTendonError
+from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning, UnsuitedTendonError
 from tendon_mj.sheath import LAW, Law, OptionalParameters, doubt_of_friction
 
 _TRN, _JOINT = mujoco.mjtTrn, mujoco.mjtJoint
@@ -93,7 +96,7 @@ def add_cable_drive(
     given = {"friction": friction, "pretension": pretension, **parameters}
     values = {k: checked_number(k, v) for k, v in given.items() if v is not None}
     law = dataclasses.asdict(Law(axial_stiffness=1.0, extra_bend=turned, **values))
-    drives, left_out = design_drives(spec, actuator, drum)
+    drives, left_out = _design_all(spec, actuator, drum)
     config = {k: repr(v) for k, v in law.items() if (v or k == "friction") and k in _CONFIGURED}
     new = []
     for drive in drives:
@@ -108,7 +111,29 @@ def add_cable_drive(
     return spec
 
 
-def design_drives(
+def attach_cable_drives(
+    spec: mujoco.MjSpec, source: Path, actuator: Sequence[str], path: Path, **cable: Any
+) -> Attached:
+    """Give actuators of a model cables, and write the model as a new file.
+
+    ``spec`` was read from ``source``, and is changed; ``cable`` are options of `add_cable_drive`.
+    Raises `TendonError` where it or MuJoCo refuse the model, or the file cannot be written.
+    """
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            add_cable_drive(spec, actuator, **cable)
+            write_sheaths(source, spec, path)
+    except TendonError:
+        raise
+    except ValueError as error:  # MuJoCo's
+        raise TendonError(f"{source}: {error}") from error
+    said = [str(w.message) for w in caught if issubclass(w.category, TendonWarning)]
+    shown = (message.removeprefix("add_cable_drive: ") for message in said)
+    return Attached(path, (), tuple(shown), ())
+
+
+def _design_all(
     spec: mujoco.MjSpec, actuator: str | Sequence[str], radius: float
 ) -> tuple[list[CableDrive], dict[str, str]]:
     """Cable drives that a call adds; actuators that a pattern leaves out → why."""

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Literal
 
 import tyro
 
-from tendon_mj.attach import Attached, Row, attach_friction
-from tendon_mj.cli.options import OutFile, Required, flat
+from tendon_mj.attach import Attached, Row, attach_cable_drives, attach_friction
+from tendon_mj.cli.options import OutFile, Repeated, flat
 from tendon_mj.cli.output import console, print_table
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.lab.replay import Adjustable, Parameter, matching
@@ -24,9 +25,11 @@ _ATTACHED_HEAD = (
 
 def attach(
     model: tyro.conf.Positional[str],
-    tendon: Required[str],
     friction: float,
     out: OutFile[Path],
+    tendon: Repeated[str] = (),
+    actuator: Repeated[str] = (),
+    radius: float | None = None,
     axial_stiffness: float | None = None,
     pretension: float | None = None,
     arc_guides: int = 1,
@@ -36,15 +39,20 @@ def attach(
 ) -> Attached:
     """Add sheaths to the tendons of a model, and write it with a table of their bends and losses.
 
+    Give --tendon, or --actuator for cables that the model does not draw.
+
     Args:
         model: MJCF file, or a model of the package: bench, joint, finger, finger_spring.
-        tendon: Names of spatial tendons, or patterns such as "*" or "flex*", in quotes.
         friction: Friction coefficient mu of the sheaths.
         out: MJCF file to write.
+        tendon: Names of spatial tendons, or patterns such as "*" or "flex*", in quotes.
+        actuator: Names or patterns of actuators on joints or fixed tendons, which cables turn that
+            bend by --extra-bend and run on drums of --radius.
+        radius: Radius of the drums in m, with --actuator.
         axial_stiffness: Axial stiffness EA in N. By default a tendon that an actuator pulls is as
             stiff as the time step resolves, and any other is as stiff as its own spring.
         pretension: Pretension T_0 in N, where no actuator pulls. By default the pull of its own
-            spring.
+            spring. With --actuator that of both cables of a joint, by default 0.
         arc_guides: Guides on each geom that a tendon may wrap around.
         inner_guides: Guides at the input end, at which --extra-bend acts. By default one where the
             drawn path has no guide, else none.
@@ -55,9 +63,21 @@ def attach(
     Example:
         tendon-mj attach hand.xml --tendon "flex*" --friction 0.15 --out hand_mu.xml
     """
-    if not flat(tendon):
-        raise InvalidValueError("--tendon is missing: give a name, several, or a pattern")
+    if bool(flat(tendon)) == bool(flat(actuator)):
+        raise InvalidValueError("give --tendon or --actuator: a name, several, or a pattern")
     source = model_path(model)
+    if flat(actuator):
+        if radius is None or not extra_bend or axial_stiffness is not None:
+            raise InvalidValueError(
+                "--actuator takes --radius [m] and --extra-bend [rad] of a cable that is not drawn,"
+                " and no --axial-stiffness"
+            )
+        cable = {"radius": radius, "bend": extra_bend, "pretension": pretension or 0.0}
+        return _attach_cables(source, flat(actuator), out, cable | {"friction": friction})
+    if radius is not None:
+        raise InvalidValueError(
+            "--radius belongs to --actuator: a tendon that is drawn has its own"
+        )
     attached = attach_friction(
         load_spec(str(source)),
         source,
@@ -76,6 +96,23 @@ def attach(
         console.print(text)
     console.print(f"wrote {attached.path}")
     console.print(_most_loss_sentence(attached.rows))
+    return attached
+
+
+def _attach_cables(
+    source: Path, actuator: Sequence[str], out: Path, cable: dict[str, float]
+) -> Attached:
+    """Give actuators cables that are not drawn, and say what these lose."""
+    attached = attach_cable_drives(load_spec(str(source)), source, actuator, out, **cable)
+    for text in attached.said:
+        console.print(text)
+    exponent = cable["friction"] * cable["bend"]
+    held = 2.0 * cable["pretension"] * exponent
+    console.print(f"wrote {attached.path}")
+    console.print(
+        f"Each cable passes on {math.exp(-exponent):.3f} of its tension, and loses {held:.3g} N at"
+        f" least, {held * cable['radius']:.3g} N m at its drum."
+    )
     return attached
 
 

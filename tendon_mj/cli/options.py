@@ -26,6 +26,7 @@ OutFile = Annotated[_Path, tyro.conf.arg(metavar="FILE")]
 Repeated = tyro.conf.UseAppendAction[tuple[tuple[_Value, ...], ...]]
 Required = Annotated[Repeated[_Value], tyro.conf.arg(help_behavior_hint="(required, repeatable)")]
 METAVARS: Final = {  # argument of a command → its value in the help
+    "actuator": "ACTUATOR [ACTUATOR ...]",
     "arc_guides": "COUNT",
     "axial_stiffness": "EA",
     "camera": "NAME",
@@ -55,6 +56,7 @@ METAVARS: Final = {  # argument of a command → its value in the help
     "port": "PORT",
     "pretension": "NEWTON",
     "processes": "COUNT",
+    "radius": "METRE",
     "recording": "RECORDING",
     "recordings": "RECORDING [RECORDING ...]",
     "rounds": "COUNT",

@@ -174,6 +174,8 @@ def check_sheaths(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> No
 def _check_sheath(model: mujoco.MjModel, where: str, sheath: Simulated) -> None:
     state = sheath.state
     tendon = int(state["tendon"])
+    if state["fixed"]:
+        _refuse(f"{where}a cable drive, on a fixed tendon", "draw its cable as a spatial tendon")
     for effect in WITHOUT_PORT:
         value = float(state["law"][effect])
         if value != 0.0:
