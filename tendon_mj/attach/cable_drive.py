@@ -106,9 +106,21 @@ def add_cable_drive(
     add_sheaths(spec, new, None, None, sensors, alone=False)
     doubts = [doubt_of_friction(name, value) for name, value in values.items()]
     left = [f"left as they are: {listed_reasons(left_out)}"] if left_out else []
-    for message in filter(None, [*doubts, *left, *joint_warnings(spec, new)]):
+    for message in filter(None, [*doubts, *left, *joint_warnings(spec, new), _weightless(new)]):
         warnings.warn(f"add_cable_drive: {message}", TendonWarning, stacklevel=2)
     return spec
+
+
+def _weightless(sheaths: Sequence[NewSheath]) -> str:
+    """Warning of joints whose actuators bear the weight of bodies without a command."""
+    joints = [joint for sheath in sheaths for joint in tendons.crossed_joints(sheath.tendon)]
+    names = [joint.name for joint in joints if joint.actgravcomp]
+    if not names:
+        return ""
+    return (
+        f"actuatorgravcomp of joint {tendons.listed(names)} bears weight there past the cable, "
+        "which does not rub under it: turn it off, and let the control bear that"
+    )
 
 
 def attach_cable_drives(

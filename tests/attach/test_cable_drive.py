@@ -240,11 +240,12 @@ def test_a_pattern_says_what_it_leaves_out():
         add_cable_drive(spec, "push", **CABLE)
 
 
-def test_limits_of_a_joint_behind_its_cable_are_warned_of():
+@pytest.mark.parametrize(("field", "value"), [("actfrcrange", [-1.0, 1.0]), ("actgravcomp", True)])
+def test_what_acts_on_a_joint_past_its_cable_is_warned_of(field, value):
     spec = drum()
-    joint = spec.joint("j")
-    joint.actfrclimited, joint.actfrcrange = mujoco.mjtLimited.mjLIMITED_TRUE, [-1, 1]
-    with pytest.warns(TendonWarning, match="actuatorfrcrange of joint 'j'"):
+    setattr(spec.joint("j"), field, value)
+    name = field.replace("act", "actuator")
+    with pytest.warns(TendonWarning, match=f"{name} of joint 'j'"):
         add_cable_drive(spec, "*", **CABLE)
 
 

@@ -119,7 +119,7 @@ def test_a_reel_winds_in_what_its_control_says():
         ({"tendon": "flexr"}, ["flexr", "did you mean 'flexor'"]),
         ({"tendon": None}, ["None"]),
         ({"tendon": [None]}, ["None"]),
-        ({"tendon": "sum", "axial_stiffness": 1.0, "pretension": 0.0}, ["sum", "frictionloss"]),
+        ({"tendon": "sum", "axial_stiffness": 1.0, "pretension": 0.0}, ["sum", "add_cable_drive"]),
         ({"sensors": ("slipp",)}, ["slipp", "did you mean 'slip'"]),
         ({"sensors": ("slip", "slip")}, ["slip"]),
         ({"friction": -0.1}, ["friction = -0.1"]),

@@ -6,7 +6,7 @@ import pytest
 from tendon_mj import largest_stiffness
 from tendon_mj.cli import console, main
 from tendon_mj.plugin import sheaths
-from tests.rigs import FINGER, LIMP, block_and_tackle, rope
+from tests.rigs import FINGER, LIMP, block_and_tackle, lever, rope
 
 
 @pytest.fixture
@@ -44,6 +44,55 @@ def test_what_is_left_out_is_said_with_the_reason(finger, attach):
     assert status == 0
     assert "left as they are: 'limp': has no stiffness to take over" in shown
     assert "left as it was" in shown
+
+
+@pytest.fixture
+def attach_cables(tmp_path, monkeypatch):
+    """Run the command for actuators of a lever; as `attach`."""
+    path = tmp_path / "lever.xml"
+    text = lever('<motor name="m" joint="j"/>', geom='size=".1" material="steel"')
+    path.write_text(text.replace("<worldbody>", DEFAULTS + "<worldbody>"))
+    monkeypatch.setattr(console, "width", 200)
+
+    def run(*more):
+        given = ["attach", str(path), *more, "--friction", ".1", "--out", str(tmp_path / "new.xml")]
+        with console.capture() as capture:
+            status = main(given)
+        return status, capture.get(), tmp_path / "new.xml"
+
+    return run
+
+
+DEFAULTS = """<default><tendon stiffness="7" damping="2" frictionloss="1"/></default>
+  <!-- of a lever --><asset><material name="steel"/></asset>"""
+
+
+def test_actuators_get_cables_that_the_file_does_not_draw(attach_cables):
+    """Which take over nothing of its defaults."""
+    cable = ("--radius", ".01", "--extra-bend", "3", "--pretension", "5")
+    status, shown, out = attach_cables("--actuator", "*", *cable)
+    assert status == 0
+    assert "0.741 of its tension, and loses 3 N at least, 0.03 N m" in shown
+    model = mujoco.MjModel.from_xml_path(str(out))
+    assert [s.tendon for s in sheaths(model).values()] == ["j_cable"]
+    assert (model.tendon_stiffness[0], model.tendon_frictionloss[0]) == (0.0, 0.0)
+    assert "<!-- of a lever -->" in out.read_text()
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ((), "give --tendon or --actuator"),
+        (("--tendon", "*", "--actuator", "*"), "give --tendon or --actuator"),
+        (("--tendon", "*"), "attach --actuator"),
+        (("--actuator", "*", "--radius", ".01"), "--extra-bend [rad]"),
+        (("--actuator", "*", "--extra-bend", "3"), "--radius [m]"),
+        (("--tendon", "*", "--radius", ".01"), "--radius belongs to --actuator"),
+    ],
+)
+def test_options_of_cables_that_are_not_drawn_go_together(attach_cables, capsys, more, said):
+    assert attach_cables(*more)[0] != 0
+    assert said in capsys.readouterr().err
 
 
 BROKEN = FINGER.format(more="").replace('site="f"', 'site="nowhere"')

@@ -3,7 +3,7 @@
 import mujoco
 import pytest
 
-from tendon_mj import Parameters, add_friction
+from tendon_mj import Parameters, add_cable_drive, add_friction
 from tendon_mj.errors import InvalidValueError, NoPluginsError
 from tests import rigs
 from tests.plugin.test_driven import arm
@@ -37,6 +37,12 @@ def late():
     return spec.compile()
 
 
+def turned():
+    """A model whose joint a cable turns that is not drawn."""
+    spec = mujoco.MjSpec.from_string(rigs.lever('<motor name="m" joint="j"/>'))
+    return add_cable_drive(spec, "m", radius=0.01, bend=3.0, friction=0.1).compile()
+
+
 def curved():
     """A cable of stated stiffness, whose own spring is curved."""
     spec = mujoco.MjSpec.from_string(fingers_xml(kinds=("cable",), axial_stiffness=200.0))
@@ -59,6 +65,7 @@ REFUSED = {
     "sheath 'cable': a polynomial stiffness": curved,
     "disabling sensors where a constraint": lambda: without_sensors(fingers(kinds=("limit",))),
     "servo 'servo'": rigs.servo_model,
+    "sheath 'j_cable_sheath': a cable drive": turned,
     "integrator RK4": lambda: fingers(kinds=("reel",), integrator="RK4"),
     "sheath 'reel': viscous_friction = 2 ": lambda: reel(viscous_friction=2.0),
     "sheath 'reel': creep = 0.1 ": lambda: reel(creep=0.1, creep_time=1.0),

@@ -74,7 +74,7 @@ class Attachment(NamedTuple):
 # first, which tells sheaths from sensors, is read in every step.
 ATTACHMENT: Final = {
     "sensor": Attachment("quantity that a sensor's instance shows, see below", "word", "none"),
-    "tendon": Attachment("spatial tendon that runs in the sheath", "name", "required"),
+    "tendon": Attachment("tendon that runs in the sheath", "name", "required"),
     "reel_joint": Attachment("hinge or slide that winds tendon in at the input", "name", "none"),
     "output_joint": Attachment("the same at the output, such as a joint's pulley", "name", "none"),
     "guides": Attachment("number of guides; give it with several tendons", "1", "counted"),

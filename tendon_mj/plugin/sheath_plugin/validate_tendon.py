@@ -46,8 +46,8 @@ _INEXTENSIBLE = (
 )
 _NOT_DRAWN = "has no meaning on tendon {!r}, which is fixed: its cable is not drawn"
 _NO_ACTUATOR = (
-    "is fixed, and no actuator acts on it, or on its one joint: give that one a cable drive, "
-    "tendon_mj.add_cable_drive"
+    "is a fixed tendon, and no actuator acts on it, or on its one joint: give an actuator a cable "
+    "by tendon_mj.add_cable_drive"
 )
 _DRAWN = "has no meaning on a tendon that is drawn"
 # Attributes that are read here.
