@@ -41,6 +41,7 @@ _GIVEN = (
 )
 _ELASTICITY = ("axial_stiffness", "axial_damping", "stiffening", "creep")
 _OF_ELASTICITY = (*_ELASTICITY, "creep_time")
+_OF_A_PATH = (*_OF_ELASTICITY, "slack", *_OF_A_SHEATH)
 _INEXTENSIBLE = (
     "has no meaning where tendon {!r} does not stretch: give it axial_stiffness in the model"
 )
@@ -115,8 +116,7 @@ def unused_parameters(model: mujoco.MjModel, instance: int) -> dict[str, str]:
     }
     drive = read_drive(draft, config, draft.tendons[config["tendon"]], reels)
     if drive.is_fixed:
-        useless = (*_OF_ELASTICITY, "slack", *_OF_A_SHEATH)
-        return unused | dict.fromkeys(useless, _NOT_DRAWN.format(config["tendon"]))
+        return unused | dict.fromkeys(_OF_A_PATH, _NOT_DRAWN.format(config["tendon"]))
     unused["radius"] = _DRAWN
     if drive.is_given:
         unused |= dict.fromkeys(_OF_A_REEL, _GIVEN.format(config["tendon"]))
@@ -162,25 +162,18 @@ def _check_fixed(config: Mapping[str, str], drive: Drive, where: str, tendon: st
     """Check the parameters of a fixed tendon, whose cable is not drawn."""
     if not drive.pullers:
         raise InvalidValueError(f"{where}: tendon {tendon!r} {_NO_ACTUATOR}")
-    for name, needed in (
-        ("radius", "radius [m] of its drum"),
-        ("inner_guides", "inner_guides = 1"),
-    ):
-        if not config[name]:
-            raise InvalidValueError(
-                f"{where}: tendon {tendon!r} is fixed, and {name} is missing: give {needed}"
-            )
-    if config["inner_guides"] != "1":
+    if not config["radius"] or config["inner_guides"] != "1":
         raise InvalidValueError(
-            f"{where}: inner_guides = {config['inner_guides']}, but tendon {tendon!r}, which is "
-            "fixed, has one guide for the whole bend of its cable: give inner_guides = 1"
+            f"{where}: tendon {tendon!r} is fixed, with radius = {config['radius'] or None} and "
+            f"inner_guides = {config['inner_guides'] or None}: give its drum's radius [m], and "
+            "inner_guides = 1 for the bend of its cable, extra_bend [rad]"
         )
-    for name in ("spring", *_JOINTS, *_ELASTICITY, "slack", *_OF_A_SHEATH):
-        is_zero = name not in ("spring", *_JOINTS) and float(config[name] or 0.0) == 0.0
-        if config[name] not in ("", "input") and not is_zero:
-            raise InvalidValueError(
-                f"{where}: {name} = {config[name]} {_NOT_DRAWN.format(tendon)}; remove it"
-            )
+    useless = [name for name in _JOINTS if config[name]] + ["spring"] * drive.is_cable
+    useless += [name for name in _OF_A_PATH if name in config and float(config[name] or 0.0)]
+    if useless:
+        raise InvalidValueError(
+            f"{where}: {useless[0]} = {config[useless[0]]} {_NOT_DRAWN.format(tendon)}; remove it"
+        )
 
 
 def check_alone(model: Draft, drive: Drive, where: str, tendon: str) -> None:
