@@ -100,6 +100,13 @@ def test_the_readme_prints_what_it_shows(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out == shown[1]
 
 
+def test_the_page_on_hands_without_tendons_prints_what_it_shows(capsys):
+    page = (ROOT / "docs/no_tendons.md").read_text("utf-8")
+    code, shown = (re.search(rf"```{word}\n(.*?)```", page, re.S)[1] for word in ("python", "text"))
+    exec(compile(code, "snippet", "exec"), {})
+    assert capsys.readouterr().out == shown
+
+
 def test_the_readme_loses_the_tension_that_it_says(capsys):
     exec(compile(readme_code("arc_points"), "snippet", "exec"), {})
     tension = [float(x) for x in re.findall(r"\[([\d.]+)\]", capsys.readouterr().out)]
