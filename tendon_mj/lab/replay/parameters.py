@@ -5,6 +5,7 @@
 | sheath, servo | those of `tendon_mj.Parameters`: friction [-], axial_stiffness [N], … |
 | sheath | drawn_bend [rad] of its path at qpos0, see `DrawnBends` |
 | joint | stiffness, damping, frictionloss, armature, springref [SI of a hinge or slide] |
+| joint or tendon with limits | range_width, range_middle [of its place] |
 | body that moves | mass [kg], with which its inertia grows in proportion |
 | actuator | gear; kp, kv of a position servo |
 | | command_scale [-], command_offset [of its control], command_delay [s] |
@@ -61,9 +62,12 @@ Entry = TypeVar("Entry")
 _WILD = frozenset("*?[")
 _AT = " @ "
 _OBJ, _TRN = mujoco.mjtObj, mujoco.mjtTrn
+_JOINT_WRAP = mujoco.mjtWrap.mjWRAP_JOINT.value
 _HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value
 _ON_JOINT = _TRN.mjTRN_JOINT.value, _TRN.mjTRN_JOINTINPARENT.value
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
+RANGE_WIDTH: Final = "range_width"
+RANGE_MIDDLE: Final = "range_middle"
 EXTRA_BEND: Final = "extra_bend"
 DRAWN_BEND: Final = "drawn_bend"
 CORRECTION: Final = ".drawn_bend.correction"  # custom text of a model: Σ φ_i to drawn_bend [rad]
@@ -80,7 +84,7 @@ _STIFF_STEPS, _STIFF_SOLIMP = 2.0, (0.9999, 0.9999, 0.001, 0.5, 2.0)  # time con
 _PLAIN_DRIVE = {**PLAIN_COMMAND, **dict.fromkeys(SLIP, 0.0)}
 _COMMANDS = {"command_scale": -math.inf, "command_offset": -math.inf, "command_delay": 0.0}  # least
 
-Kind = Literal["live", "joint", "body", "actuator", "motor", "sensor", "gravity"]
+Kind = Literal["live", "joint", "tendon", "body", "actuator", "motor", "sensor", "gravity"]
 
 
 def matching(name: str, names: Collection[str], where: str = "") -> list[str]:
@@ -287,8 +291,11 @@ class Adjustable:
         for name, numbers in stored.items():
             self.readings[geared[name], -len(GEARED) :] = numbers
         self._entries: dict[str, tuple[Parameter, tuple[_Place, ...]]] = {}
+        # width and middle of the limits of joints and of tendons, and where the model has them
+        self._limits: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
         _stiffen_friction(model)
         self._add_joints()
+        self._add_limits()
         self._add_bodies()
         self._add_actuators()
         self._add_sensors()
@@ -332,6 +339,9 @@ class Adjustable:
                 with warnings.catch_warnings():  # values of a search; of the step it tells itself
                     warnings.simplefilter("ignore", TendonWarning)
                     self.live[name] = value
+        if any(name.endswith((f".{RANGE_WIDTH}", f".{RANGE_MIDDLE}")) for name in values):
+            for (width, middle), ends in ((limits.T, ends) for limits, ends in self._limits):
+                ends[:] = np.column_stack([middle - width / 2.0, middle + width / 2.0])
         for name in values.keys() - self._entries.keys():
             self._check_sheath(name.rsplit(".", 1)[0])
         gears = [name for name in values.keys() & self._entries.keys() if name.endswith(".gear")]
@@ -381,6 +391,24 @@ class Adjustable:
             for k, (parameter, low) in enumerate(_COMMANDS.items()):
                 of_column = ("-", unit, "s")[k], (self.joint_commands, (joint, k), 1.0)
                 self._add(f"{name}.{parameter}", "joint", *of_column, low=low)
+
+    def _add_limits(self) -> None:
+        m = self.model
+        first = m.wrap_objid[m.tendon_adr]
+        moved = np.where(m.wrap_type[m.tendon_adr] == _JOINT_WRAP, first, -1)
+        for kind, of, joints, limited, ranges in (
+            ("joint", _OBJ.mjOBJ_JOINT, range(m.njnt), m.jnt_limited, m.jnt_range),
+            ("tendon", _OBJ.mjOBJ_TENDON, moved, m.tendon_limited, m.tendon_range),
+        ):
+            limits = np.column_stack([np.diff(ranges, axis=1)[:, 0], ranges.mean(axis=1)])
+            self._limits.append((limits, ranges))
+            for k in np.flatnonzero(limited):
+                name, joint = mujoco.mj_id2name(m, of, int(k)), int(joints[k])
+                unit = JOINT["springref"][joint < 0 or _slides(m, joint)]
+                for column, parameter in enumerate((RANGE_WIDTH, RANGE_MIDDLE)) if name else ():
+                    low = 0.0 if parameter == RANGE_WIDTH else -math.inf
+                    place = (limits, (k, column), 1.0)
+                    self._add(f"{name}.{parameter}", kind, unit, place, low=low)
 
     def _add_bodies(self) -> None:
         m = self.model
@@ -453,7 +481,7 @@ def has_soft_friction(model: mujoco.MjModel, joint: str) -> bool:
 
 
 def stiff_friction(model: mujoco.MjModel) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """`solreffriction` and `solimpfriction` of a joint that sticks."""
+    """`solref` and `solimp` of dry friction that sticks, and of limits that hardly give way."""
     return (_STIFF_STEPS * model.opt.timestep, 1.0), _STIFF_SOLIMP
 
 
