@@ -5,7 +5,7 @@
 | sheath, servo | those of `tendon_mj.Parameters`: friction [-], axial_stiffness [N], … |
 | sheath | drawn_bend [rad] of its path at qpos0, see `DrawnBends` |
 | joint | stiffness, damping, frictionloss, armature, springref [SI of a hinge or slide] |
-| joint or tendon with limits | range_width, range_middle [of its place] |
+| joint or tendon with limits | range_low, range_high, range_width, which scales both [its unit] |
 | body that moves | mass [kg], with which its inertia grows in proportion |
 | actuator | gear; kp, kv of a position servo |
 | | command_scale [-], command_offset [of its control], command_delay [s] |
@@ -62,12 +62,11 @@ Entry = TypeVar("Entry")
 _WILD = frozenset("*?[")
 _AT = " @ "
 _OBJ, _TRN = mujoco.mjtObj, mujoco.mjtTrn
-_JOINT_WRAP = mujoco.mjtWrap.mjWRAP_JOINT.value
 _HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value
 _ON_JOINT = _TRN.mjTRN_JOINT.value, _TRN.mjTRN_JOINTINPARENT.value
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
 RANGE_WIDTH: Final = "range_width"
-RANGE_MIDDLE: Final = "range_middle"
+RANGE_ENDS: Final = ("range_low", "range_high")
 EXTRA_BEND: Final = "extra_bend"
 DRAWN_BEND: Final = "drawn_bend"
 CORRECTION: Final = ".drawn_bend.correction"  # custom text of a model: Σ φ_i to drawn_bend [rad]
@@ -291,8 +290,6 @@ class Adjustable:
         for name, numbers in stored.items():
             self.readings[geared[name], -len(GEARED) :] = numbers
         self._entries: dict[str, tuple[Parameter, tuple[_Place, ...]]] = {}
-        # width and middle of the limits of joints and of tendons, and where the model has them
-        self._limits: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
         _stiffen_friction(model)
         self._add_joints()
         self._add_limits()
@@ -339,9 +336,6 @@ class Adjustable:
                 with warnings.catch_warnings():  # values of a search; of the step it tells itself
                     warnings.simplefilter("ignore", TendonWarning)
                     self.live[name] = value
-        if any(name.endswith((f".{RANGE_WIDTH}", f".{RANGE_MIDDLE}")) for name in values):
-            for (width, middle), ends in ((limits.T, ends) for limits, ends in self._limits):
-                ends[:] = np.column_stack([middle - width / 2.0, middle + width / 2.0])
         for name in values.keys() - self._entries.keys():
             self._check_sheath(name.rsplit(".", 1)[0])
         gears = [name for name in values.keys() & self._entries.keys() if name.endswith(".gear")]
@@ -394,21 +388,28 @@ class Adjustable:
 
     def _add_limits(self) -> None:
         m = self.model
-        first = m.wrap_objid[m.tendon_adr]
-        moved = np.where(m.wrap_type[m.tendon_adr] == _JOINT_WRAP, first, -1)
-        for kind, of, joints, limited, ranges in (
-            ("joint", _OBJ.mjOBJ_JOINT, range(m.njnt), m.jnt_limited, m.jnt_range),
-            ("tendon", _OBJ.mjOBJ_TENDON, moved, m.tendon_limited, m.tendon_range),
+        of_joints = m.wrap_type[m.tendon_adr] == mujoco.mjtWrap.mjWRAP_JOINT.value
+        moved = np.where(of_joints, m.wrap_objid[m.tendon_adr], -1)
+        kinds: tuple[Kind, Kind] = "joint", "tendon"
+        for kind, of, joints, limited, ranges in zip(
+            kinds,
+            (_OBJ.mjOBJ_JOINT, _OBJ.mjOBJ_TENDON),
+            (np.arange(m.njnt), moved),
+            (m.jnt_limited, m.tendon_limited),
+            (m.jnt_range, m.tendon_range),
+            strict=True,
         ):
-            limits = np.column_stack([np.diff(ranges, axis=1)[:, 0], ranges.mean(axis=1)])
-            self._limits.append((limits, ranges))
-            for k in np.flatnonzero(limited):
-                name, joint = mujoco.mj_id2name(m, of, int(k)), int(joints[k])
+            widths = np.ptp(ranges, axis=1)
+            for k in map(int, np.flatnonzero(limited & (widths > 0.0))):
+                name, joint = mujoco.mj_id2name(m, of, k), int(joints[k])
+                if not name:
+                    continue
                 unit = JOINT["springref"][joint < 0 or _slides(m, joint)]
-                for column, parameter in enumerate((RANGE_WIDTH, RANGE_MIDDLE)) if name else ():
-                    low = 0.0 if parameter == RANGE_WIDTH else -math.inf
-                    place = (limits, (k, column), 1.0)
-                    self._add(f"{name}.{parameter}", kind, unit, place, low=low)
+                scaled = [(ranges, (k, end), float(ranges[k, end] / widths[k])) for end in (0, 1)]
+                width = (widths, k, 1.0)
+                self._add(f"{name}.{RANGE_WIDTH}", kind, unit, width, *scaled, low=0.0)
+                for end, parameter in enumerate(RANGE_ENDS):
+                    self._add(f"{name}.{parameter}", kind, unit, (ranges, (k, end), 1.0))
 
     def _add_bodies(self) -> None:
         m = self.model

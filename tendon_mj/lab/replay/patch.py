@@ -14,7 +14,7 @@
 | | joint ``<custom><text name="<joint>.command" data="…"/>`` |
 | ``scale`` … ``drift`` of a sensor | the sensor's ``user`` data, in the order of `Readout` |
 | ``efficiency``, ``rest_in`` … of it | ``<custom><text name="<sensor>.gear" data="…"/>``, all |
-| ``range_width``, ``range_middle`` | ``<joint range>``, ``<fixed range>``, ``<spatial range>`` |
+| ``range_low`` … | ``<joint range>``, ``<fixed range>``, ``<spatial range>`` |
 | ``gravity.x`` … | ``<option gravity>`` |
 | a parameter's interval | ``<custom><text name="<parameter>.interval" data="<low> <high>"/>`` |
 """
@@ -39,7 +39,7 @@ from tendon_mj.lab.replay.parameters import (
     EXTRA_BEND,
     GEAR,
     GEARED,
-    RANGE_MIDDLE,
+    RANGE_ENDS,
     RANGE_WIDTH,
     SLIP,
     Adjustable,
@@ -157,7 +157,7 @@ class _Patch:
         elif kind == "joint" and parameter.startswith("command_"):
             row = self.adjustable.joint_commands[self.model.joint(element).id]
             self.write_custom(element + JOINT_COMMAND, numbers(row))
-        elif parameter in (RANGE_WIDTH, RANGE_MIDDLE):
+        elif parameter in (RANGE_WIDTH, *RANGE_ENDS):
             self._write_limits(element, kind == "joint")
         elif kind == "joint":
             turns = self.model.joint(element).type[0] == mujoco.mjtJoint.mjJNT_HINGE.value

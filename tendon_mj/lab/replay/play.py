@@ -4,7 +4,9 @@
 
 The pulley is a coordinate of its own: the joint ``<joint>_pulley`` of a body with a hundredth of
 the joint's inertia. The fixed tendon ``<joint>_play`` is q − p, and its limits are the flanks: b is
-the parameter ``<joint>_play.range_width``.
+the parameter ``<joint>_play.range_width``. In the reference pose, where angles are zeroed, a load
+that gravity and springs put on the joint rests on its flank at q = p; without one the joint is in
+the middle.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from typing import Final
 from xml.etree.ElementTree import SubElement
 
 import mujoco
+import numpy as np
 
 from tendon_mj.attach import Mjcf, number_text, numbers
 from tendon_mj.errors import TendonError
@@ -28,6 +31,7 @@ from tendon_mj.plugin import sheath_arrays, sheaths
 PLAY: Final = f"_play.{RANGE_WIDTH}"  # after the name of the joint
 _INERTIA = 0.01  # of the joint's in the reference pose
 _WIDTH = 1e-3  # in the text until it is set: MuJoCo refuses 0
+_LOADED = 1e-6  # torque or force in the reference pose, of which less is rounding [N m or N]
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value
 _MASS, _OWN_INERTIA = "1e-6", "1e-9 1e-9 1e-9"  # a body needs some
 
@@ -73,15 +77,36 @@ def _add_play(text: Mjcf, model: mujoco.MjModel, joint: str) -> None:
         pulley.set(attribute, "0")
     pulley.set("armature", number_text(_INERTIA * float(model.dof_M0[element.dofadr[0]])))
     solref, solimp = stiff_friction(model)
-    flanks = {"solreflimit": numbers(solref), "solimplimit": numbers(solimp)}
-    within = {"limited": "true", "range": numbers((-_WIDTH / 2, _WIDTH / 2))}
-    play = SubElement(text.section("tendon", ""), "fixed", name=f"{joint}_play", **within, **flanks)
+    low = {-1: 0.0, 0: -_WIDTH / 2, 1: -_WIDTH}[_side(model, joint)]
+    flanks = {
+        "name": f"{joint}_play",
+        "limited": "true",
+        "range": numbers((low, low + _WIDTH)),
+        "solreflimit": numbers(solref),
+        "solimplimit": numbers(solimp),
+    }
+    play = SubElement(text.section("tendon", ""), "fixed", flanks)
     for name, coefficient in ((joint, "1"), (f"{joint}_pulley", "-1")):
         SubElement(play, "joint", joint=name, coef=coefficient)
     for sheath in joints_with_pulleys(model)[joint]:
         for config in text.plugin(sheath).iterfind("config"):
             if config.get("key") == "output_joint":
                 config.set("value", f"{joint}_pulley")
+
+
+def _side(model: mujoco.MjModel, joint: str) -> int:
+    """Sense in which gravity and springs load a joint in the reference pose, or 0."""
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    mujoco.mj_rne(model, data, 0, bias := np.zeros(model.nv))
+    k = model.joint(joint).id
+    place = model.jnt_qposadr[k]
+    stretched = float(model.qpos_spring[place] - model.qpos0[place])
+    stiffness = float(
+        model.jnt_stiffness.reshape(model.njnt, -1)[k, 0]
+    )  # of MuJoCo 4, a polynomial
+    load = stiffness * stretched - float(bias[model.jnt_dofadr[k]])
+    return int(np.sign(load)) if abs(load) > _LOADED else 0
 
 
 def load_with_plays(
