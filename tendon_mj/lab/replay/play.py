@@ -2,16 +2,17 @@
 
     |q − p| ≤ b/2,   q of the joint, p of the pulley that its sheaths turn
 
-The pulley is a coordinate of its own: the joint ``<joint>_pulley`` of a body with a hundredth of
-the joint's inertia. The fixed tendon ``<joint>_play`` is q − p, and its limits are the flanks: b is
-the parameter ``<joint>_play.range_width``. In the reference pose, where angles are zeroed, a load
-that gravity and springs put on the joint rests on its flank at q = p; without one the joint is in
-the middle.
+The pulley is a coordinate of its own: the joint ``<joint>_pulley`` of a body that has no more
+inertia than the time step needs. The fixed tendon ``<joint>_play`` is q − p, and its limits are the
+flanks: b is the parameter ``<joint>_play.range_width``. In the reference pose, where angles are
+zeroed, a load that gravity and springs put on the joint rests on its flank at q = p; without one
+the joint is in the middle.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -19,6 +20,7 @@ from xml.etree.ElementTree import SubElement
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from tendon_mj.attach import Mjcf, number_text, numbers
 from tendon_mj.errors import TendonError
@@ -29,25 +31,27 @@ from tendon_mj.models import load_model, load_spec, model_path
 from tendon_mj.plugin import sheath_arrays, sheaths
 
 PLAY: Final = f"_play.{RANGE_WIDTH}"  # after the name of the joint
-_INERTIA = 0.01  # of the joint's in the reference pose
+# The pulley between cables whose guides hold is an oscillator, to which friction may be no damper:
+# in the search's steps, twice as long as the model's, it turns by √2 rad of the 2 that are stable.
+_STEPS, _INERTIA = 2.0, 0.1  # inertia over stiffness × step², and at most of the joint's
 _WIDTH = 1e-3  # in the text until it is set: MuJoCo refuses 0
 _LOADED = 1e-6  # torque or force in the reference pose, of which less is rounding [N m or N]
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value
 _MASS, _OWN_INERTIA = "1e-6", "1e-9 1e-9 1e-9"  # a body needs some
 
 
-def joints_with_pulleys(model: mujoco.MjModel) -> dict[str, list[str]]:
-    """Joint that sheaths turn at their output → these sheaths; those with a play are left out."""
-    joints: dict[str, list[str]] = {}
+def joints_with_pulleys(model: mujoco.MjModel) -> dict[str, dict[str, NDArray[np.void]]]:
+    """Joint that sheaths turn at their output → their states; joints with a play are left out."""
+    joints: dict[str, dict[str, NDArray[np.void]]] = {}
     data = mujoco.MjData(model)
     for name, sheath in sheaths(model).items():
         state = sheath_arrays(model, data.plugin_state, name, sheath.state).state
         if (joint := int(state["output_joint"])) >= 0:
-            joints.setdefault(model.joint(joint).name, []).append(name)
+            joints.setdefault(model.joint(joint).name, {})[name] = state
     taken = {model.tendon(k).name for k in range(model.ntendon)}
     return {
-        joint: names
-        for joint, names in joints.items()
+        joint: states
+        for joint, states in joints.items()
         if taken.isdisjoint((f"{joint}_play", f"{joint.removesuffix('_pulley')}_play"))
     }
 
@@ -75,7 +79,11 @@ def _add_play(text: Mjcf, model: mujoco.MjModel, joint: str) -> None:
     pulley.set("ref", written.get("ref", "0"))
     for attribute in ("stiffness", "damping", "frictionloss"):  # which a class may give
         pulley.set(attribute, "0")
-    pulley.set("armature", number_text(_INERTIA * float(model.dof_M0[element.dofadr[0]])))
+    states = joints_with_pulleys(model)[joint]
+    stiffness = sum(map(partial(_stiffness, model), states.values()))
+    inertia = _STEPS * stiffness * model.opt.timestep**2
+    largest = _INERTIA * float(model.dof_M0[element.dofadr[0]])
+    pulley.set("armature", number_text(min(inertia, largest) if stiffness else largest))
     solref, solimp = stiff_friction(model)
     low = {-1: 0.0, 0: -_WIDTH / 2, 1: -_WIDTH}[_side(model, joint)]
     flanks = {
@@ -88,10 +96,18 @@ def _add_play(text: Mjcf, model: mujoco.MjModel, joint: str) -> None:
     play = SubElement(text.section("tendon", ""), "fixed", flanks)
     for name, coefficient in ((joint, "1"), (f"{joint}_pulley", "-1")):
         SubElement(play, "joint", joint=name, coef=coefficient)
-    for sheath in joints_with_pulleys(model)[joint]:
+    for sheath in states:
         for config in text.plugin(sheath).iterfind("config"):
             if config.get("key") == "output_joint":
                 config.set("value", f"{joint}_pulley")
+
+
+def _stiffness(model: mujoco.MjModel, state: NDArray[np.void]) -> float:
+    """Stiffness of the tendon between its last guide and a pulley [N m/rad or N/m]."""
+    length = model.tendon_length0[int(state["tendon"])]
+    segments = float(state["guides"]) + 1.0
+    per_length = float(state["law"]["axial_stiffness"]) / float(length)
+    return per_length * segments * float(state["output_radius"]) ** 2
 
 
 def _side(model: mujoco.MjModel, joint: str) -> int:

@@ -13,8 +13,8 @@ from tendon_mj.lab.recordings import Measured
 from tendon_mj.lab.replay import Simulator
 from tests.lab.replay.test_play import RADIUS, TIME, arm, motion
 
-NOISE = {"arm_rad": 1e-3, "one_N": 0.5}
-PLACE = 6e-6  # noise of the drives [m], of 0.01° or so
+NOISE = {"arm_rad": 1e-3, "one_N": 0.2}
+PLACE = 2e-5  # noise of the drives [m]
 
 
 def measured(path, effects, drive_noise=0.0, seed=0):

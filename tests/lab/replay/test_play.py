@@ -31,7 +31,7 @@ def arm(folder, g=-9.81, more=""):
     """An arm that hangs from a pulley, which two cables turn."""
     spec = mujoco.MjSpec.from_string(ARM.format(g=g, more=more))
     for tendon, side in (("one", -1.0), ("two", 1.0)):
-        law = {"friction": 0.1, "axial_stiffness": 9e3, "pretension": 30.0, "extra_bend": 1.0}
+        law = {"friction": 0.2, "axial_stiffness": 2e3, "pretension": 30.0, "extra_bend": 1.0}
         ends = {"reel": f"{tendon}_reel", "output_joint": "arm", "output_radius": side * RADIUS}
         add_friction(spec, tendon, inner_guides=3, sensors=("input_tension",), **law, **ends)
     path = folder / "arm.xml"
@@ -44,7 +44,7 @@ def motion(path, wave=None):
     return recorded(
         TIME,
         {"one_m": ("one_reel", drive), "two_m": ("two_reel", -drive)},
-        {"arm_rad": ("angle", 1e-3), "one_N": ("input_tension", 0.1)},
+        {"arm_rad": ("angle", 1e-3), "one_N": ("input_tension", 0.2)},
         path,
         settling_time=None,
     )
