@@ -43,7 +43,7 @@ def measured(path, effects, drive_noise=0.0, seed=0):
     ],
 )
 def test_play_at_the_output_is_told_from_that_of_the_drum(tmp_path, effect, values):
-    few = [CATALOGUE[name] for name in ("output_play", "backlash", "command_delay")]
+    few = [CATALOGUE[name] for name in ("output_play", "backlash")]
     train, held_out = measured(arm(tmp_path), values)
     found = diagnose([train], [held_out], catalogue=few)
     assert (found.verdict, found.effects) == ("named", [effect])
