@@ -28,6 +28,7 @@ from tendon_mj.lab.diagnosis.data import (
     Problem,
     all_samples,
     describe_system,
+    make_problem,
     search_step,
     session_terms,
     step_error,
@@ -103,7 +104,7 @@ def diagnose(
     train, held_out = _read(train, description), _read(held_out, description)
     check_recordings(train, held_out)
     simulate = make_simulator(simulator, train)
-    own = Problem(tuple(train), simulate, training_samples(train, held_out))
+    own = make_problem(train, simulate, training_samples(train, held_out))
     system = describe_system(own)
     for name in train[0].uncertain:
         for target in matching(name, system.values):
@@ -135,7 +136,7 @@ def diagnose(
         if held_out:  # and training recordings with an event, which no held-out one can show
             names = {s.candidate.recording for s in selection.effects} - {r.name for r in held_out}
             recordings = (*held_out, *(recording for recording in train if recording.name in names))
-            judged = Problem(recordings, simulator(recordings), all_samples(recordings))
+            judged = make_problem(recordings, simulator(recordings), all_samples(recordings))
         proof = Proof(
             own=own,
             held_out=judged,
