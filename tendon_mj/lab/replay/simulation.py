@@ -29,6 +29,7 @@ from tendon_mj.errors import (
     unknown,
 )
 from tendon_mj.lab.recordings import Measured, Recording, is_same_model
+from tendon_mj.lab.replay.finer_guides import split_guides
 from tendon_mj.lab.replay.motion import FrameRecorder
 from tendon_mj.lab.replay.parameters import (
     Adjustable,
@@ -40,7 +41,7 @@ from tendon_mj.lab.replay.parameters import (
 )
 from tendon_mj.lab.replay.schedule import Rests, Schedule, described_values, stated_values
 from tendon_mj.lab.replay.units import UNKNOWN, column_unit, rate
-from tendon_mj.models import load_model
+from tendon_mj.models import load_model, load_spec
 from tendon_mj.plugin import sheaths, unsolved_evaluations
 from tendon_mj.typing import FloatArray
 
@@ -464,6 +465,7 @@ class Simulator:
             joint's place or rate does, unless the resulting motion was measured, and so does a
             column with the joint itself in [drive].
         steps: time steps of one simulation of all recordings.
+        pieces: in how many each guide of the model is split, see `split`.
         sessions: True: a set may hold ``<parameter> @ <recording>``, which acts on that one alone.
 
     Raises:
@@ -473,6 +475,7 @@ class Simulator:
     """
 
     sessions = True
+    pieces = 1
 
     def __init__(
         self,
@@ -493,6 +496,8 @@ class Simulator:
         self.model = copy.copy(model) if model is not None else self._load_model()
         if _collides_never(self.model):  # saves looking for contacts, a tenth of the time
             self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT.value
+        # in how many each guide is split → the model with these, see `split`
+        self._models = {1: self.model} if model is None else None
         self._schedules = [Schedule(r, self.model, settle, timestep) for r in self.recordings]
         self._settle = settle
         names = Adjustable(copy.copy(self.model)).names()
@@ -564,6 +569,24 @@ class Simulator:
         return self._with(
             Schedule(s.recording, self.model, settle, step).up_to(s.samples)
             for s, step in zip(self._schedules, longest, strict=True)
+        )
+
+    def split(self, pieces: int) -> Simulator:
+        """This simulator of a model with each guide in ``pieces``, see `split_guides`.
+
+        Itself where the model was given, and not named by the recordings.
+        """
+        if self._models is None:
+            return self
+        if pieces not in self._models:
+            name, beside = self.recordings[0].model, self.recordings[0].beside
+            self._models[pieces] = split_guides(load_spec(name, beside=beside), pieces)
+            self._models[pieces].opt.disableflags = self.model.opt.disableflags
+        other = copy.copy(self)
+        other.model, other.pieces = self._models[pieces], pieces
+        return other._with(
+            Schedule(s.recording, other.model, self._settle, s.clock.timestep).up_to(s.samples)
+            for s in self._schedules
         )
 
     def up_to(self, samples: Sequence[int]) -> Simulator:
