@@ -167,9 +167,11 @@ def _replace_path(
             new.wrap_geom(point.target.name, point.sidesite.name if point.sidesite else "")
         elif k not in split:
             new.wrap_site(point.target.name)
-        for j, place in enumerate(split.get(k, ())):
-            parent, site = point.target.parent, f"{name} {k} {j}"
-            turn = data.xmat[parent.id].reshape(3, 3).T
-            parent.add_site(name=site, pos=turn @ (place - data.xpos[parent.id]))
-            new.wrap_site(site)
+        else:
+            parent, body = point.target.parent, data.model.site(point.target.name).bodyid[0]
+            turn = data.xmat[body].reshape(3, 3).T
+            for j, place in enumerate(split[k]):
+                site = f"{name} {k} {j}"
+                parent.add_site(name=site, pos=turn @ (place - data.xpos[body]))
+                new.wrap_site(site)
     spec.delete(tendon)

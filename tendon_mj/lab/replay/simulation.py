@@ -574,14 +574,18 @@ class Simulator:
     def split(self, pieces: int) -> Simulator:
         """This simulator of a model with each guide in ``pieces``, see `split_guides`.
 
-        Itself where the model was given, and not named by the recordings.
+        Itself where the model was given, and not named by the recordings; with the guides that it
+        has where MuJoCo refuses to compile it with others.
         """
         if self._models is None:
             return self
         if pieces not in self._models:
             name, beside = self.recordings[0].model, self.recordings[0].beside
-            self._models[pieces] = split_guides(load_spec(name, beside=beside), pieces)
-            self._models[pieces].opt.disableflags = self.model.opt.disableflags
+            try:
+                self._models[pieces] = split_guides(load_spec(name, beside=beside), pieces)
+            except ValueError:
+                self._models[pieces] = copy.copy(self._models[1])
+            self._models[pieces].opt.disableflags = self._models[1].opt.disableflags
         other = copy.copy(self)
         other.model, other.pieces = self._models[pieces], pieces
         return other._with(

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj.attach import add_friction, add_sites, add_tendon, arc_points
+from tendon_mj.attach import add_friction, add_tendon, arc_points
 from tendon_mj.lab.replay import Simulator, rollout_named_sensors
 from tendon_mj.lab.replay.finer_guides import split_guides
 from tendon_mj.models import Bench, Joint, build_bench, build_joint
@@ -76,9 +76,11 @@ def test_tensions_come_as_near_to_a_smooth_sheath_as_with_as_many_guides():
     assert np.std(tension(split_guides(few, 4)) - smooth) < 0.15 * error
 
 
-def test_a_path_between_ends_that_move_keeps_them():
+def test_a_path_on_a_body_between_ends_that_move_keeps_them():
     spec = mujoco.MjSpec()
     spec.option.timestep = 1e-5
+    spec.worldbody.add_body(pos=[0.1, 0.2, 0.3], quat=[0.6, 0.8, 0.0, 0.0])
+    holder = spec.worldbody.add_body(name="holder", pos=[0.0, 0.1, 0.0], quat=[0.8, 0.0, 0.6, 0.0])
     points = arc_points(0.4, 2.0, FEW)
     for k, end in ((0, points[0]), (1, points[-1])):
         body = spec.worldbody.add_body(name=f"end_{k}", pos=end)
@@ -86,7 +88,11 @@ def test_a_path_between_ends_that_move_keeps_them():
         body.add_joint(name=f"end_{k}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=along)
         body.add_geom(size=[0.01, 0, 0])
         body.add_site(name=f"e{k}")
-    names = ["e0", *add_sites(spec, "guide", points[1:-1]), "e1"]
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, holder.quat)
+    names = ["e0", *(f"guide_{k}" for k in range(FEW)), "e1"]
+    for name, point in zip(names[1:-1], points[1:-1], strict=True):
+        holder.add_site(name=name, pos=(point - holder.pos) @ turn.reshape(3, 3))
     add_tendon(spec, "t", names)
     add_friction(spec, "t", friction=0.1, axial_stiffness=1e4, pretension=10.0)
     length, bends = path_of(spec.compile(), "t")
