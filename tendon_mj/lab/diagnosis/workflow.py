@@ -128,8 +128,10 @@ def diagnose(
 
     def select_and_judge(context: SelectionContext) -> Diagnosis:
         selection = select_effects(context, calibrated)
-        data = with_more_guides(own, selection.final.fit.parameters(context.base))
-        context, selection, in_steps = _select_on(context, selection, data, step)
+        data, in_steps = own, step
+        if selection.final.excess > SMALLEST_EXCESS:  # of which lumping may be a part
+            data = with_more_guides(own, selection.final.fit.parameters(context.base))
+            context, selection, in_steps = _select_on(context, selection, data, step)
         judged = data
         if held_out:  # and training recordings with an event, which no held-out one can show
             names = {s.candidate.recording for s in selection.effects} - {r.name for r in held_out}
