@@ -100,8 +100,8 @@ def warn_of_guides(sheaths: Sequence[LumpedSheath]) -> list[str]:
     """Warn of the error that lumping may leave, with the number of guides that would do."""
     return [
         f"That {sheath.name!r} has only {sheath.guides} guides may leave up to"
-        f" {sheath.error:.2g} times the noise, where a smooth sheath leaves none; {sheath.enough}"
-        " guides would do."
+        f" {sheath.error:.2g} times the noise in a replay, where a smooth sheath leaves none;"
+        f" {sheath.enough} guides would do."
         for sheath in sheaths
     ]
 

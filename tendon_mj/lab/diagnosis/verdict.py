@@ -42,7 +42,8 @@ _CERTAIN = 0.99  # probability with which rests of a right model leave less
 STANDARD_ERRORS = 2.0  # of a gain in χ²: less may be chance
 CLOSED = 0.985  # of the rms error above noise: a model that closes less does not explain it
 PART = 2.0 / 3.0  # of the error that could be removed: an effect that removes less may imitate
-_DISCRETISATION = 0.0025  # of a signal's range: error of lumping and stepping
+# of a signal's range: error of lumping and stepping, where it is not measured
+_DISCRETISATION = 0.0025
 _TWICE = 2.0
 _SHARE = 0.05, 0.1  # of the remaining excess, that an effect has to gain; across recordings
 
@@ -112,7 +113,7 @@ def discretisation_error(
     powers = np.array(
         [
             (
-                _DISCRETISATION
+                problem.lumping.get(column, _DISCRETISATION)
                 * float(np.ptp(problem.recordings[k].columns[column]))
                 / (problem.noise[k][column] * float(bars[rows.start]))
             )

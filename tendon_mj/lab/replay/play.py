@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final
+from typing import Final, Protocol
 from xml.etree.ElementTree import SubElement
 
 import mujoco
@@ -38,6 +38,12 @@ _WIDTH = 1e-3  # in the text until it is set: MuJoCo refuses 0
 _LOADED = 1e-6  # torque or force in the reference pose, of which less is rounding [N m or N]
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value
 _MASS, _OWN_INERTIA = "1e-6", "1e-9 1e-9 1e-9"  # a body needs some
+
+
+class MakeModel(Protocol):
+    """Loads a model by its name or file, as `load_model` does."""
+
+    def __call__(self, name: str, *, beside: Path | None = None) -> mujoco.MjModel: ...  # noqa: D102
 
 
 def joints_with_pulleys(model: mujoco.MjModel) -> dict[str, dict[str, NDArray[np.void]]]:
@@ -126,9 +132,12 @@ def _side(model: mujoco.MjModel, joint: str) -> int:
 
 
 def load_with_plays(
-    name: str, parameters: Iterable[str], beside: Path | None = None
+    name: str,
+    parameters: Iterable[str],
+    beside: Path | None = None,
+    make: MakeModel = load_model,
 ) -> mujoco.MjModel:
-    """A model, as `load_model` finds it, with the plays that it lacks of those parameters.
+    """A model, as ``make`` loads it, with the plays that it lacks of those parameters.
 
     Raises:
         TendonError: a joint or a sheath on it is not in the model's text.
@@ -136,7 +145,7 @@ def load_with_plays(
     model, source = load_model(name, beside=beside), model_path(name, beside=beside)
     missing = plays(model).keys() & {*parameters}
     if not missing:
-        return model
+        return model if make is load_model else make(name, beside=beside)
     text = Mjcf(source)
     add_plays(text, model, missing)
     with TemporaryDirectory() as folder:
@@ -144,12 +153,14 @@ def load_with_plays(
         made = Path(folder) / source.with_suffix(".xml").name
         text.write(made)
         try:
-            return load_model(str(made))
+            return make(str(made))
         except TendonError as error:
             raise TendonError(str(error).replace(str(made), f"{source} with play")) from error
 
 
-def load_recorded(recording: Recording, parameters: Iterable[str] = ()) -> mujoco.MjModel:
+def load_recorded(
+    recording: Recording, parameters: Iterable[str] = (), make: MakeModel = load_model
+) -> mujoco.MjModel:
     """The model of a recording, with the plays that its description or the parameters name."""
     named = {*recording.known, *recording.uncertain, *recording.session, *parameters}
-    return load_with_plays(recording.model, named, recording.beside)
+    return load_with_plays(recording.model, named, recording.beside, make)

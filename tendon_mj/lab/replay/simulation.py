@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from itertools import chain, pairwise
+from pathlib import Path
 from types import MappingProxyType
 from typing import Final, NamedTuple, Protocol
 
@@ -29,6 +30,7 @@ from tendon_mj.errors import (
     unknown,
 )
 from tendon_mj.lab.recordings import Measured, Recording, is_same_model
+from tendon_mj.lab.replay.finer_guides import split_guides
 from tendon_mj.lab.replay.motion import FrameRecorder
 from tendon_mj.lab.replay.parameters import (
     Adjustable,
@@ -38,9 +40,10 @@ from tendon_mj.lab.replay.parameters import (
     recording_of,
     values_for,
 )
-from tendon_mj.lab.replay.play import load_recorded, plays
+from tendon_mj.lab.replay.play import MakeModel, load_recorded, plays
 from tendon_mj.lab.replay.schedule import Rests, Schedule, described_values, stated_values
 from tendon_mj.lab.replay.units import UNKNOWN, column_unit, rate
+from tendon_mj.models import load_model, load_spec
 from tendon_mj.plugin import sheaths, unsolved_evaluations
 from tendon_mj.typing import FloatArray
 
@@ -464,6 +467,7 @@ class Simulator:
             joint's place or rate does, unless the resulting motion was measured, and so does a
             column with the joint itself in [drive].
         steps: time steps of one simulation of all recordings.
+        pieces: in how many each guide of the model is split, see `split`.
         sessions: True: a set may hold ``<parameter> @ <recording>``, which acts on that one alone.
 
     Raises:
@@ -473,6 +477,7 @@ class Simulator:
     """
 
     sessions = True
+    pieces = 1
 
     def __init__(
         self,
@@ -499,6 +504,8 @@ class Simulator:
                 self._with_plays = load_recorded(self.recordings[0], plays(self.model))
                 self._plays = plays(self.model)
                 _skip_contacts(self._with_plays)
+        # in how many each guide is split → the models with these, see `split`
+        self._models = {1: (self.model, self._with_plays)} if model is None else None
         self._schedules = [Schedule(r, self.model, settle, timestep) for r in self.recordings]
         self._settle = settle
         names = Adjustable(copy.copy(self.model)).names()
@@ -572,6 +579,38 @@ class Simulator:
             for s, step in zip(self._schedules, longest, strict=True)
         )
 
+    def split(self, pieces: int) -> Simulator:
+        """This simulator of a model with each guide in ``pieces``, see `split_guides`.
+
+        Itself where the model was given, and not named by the recordings; with the guides that it
+        has where MuJoCo refuses to compile it with others.
+        """
+        if self._models is None:
+            return self
+        if pieces not in self._models:
+            self._models[pieces] = self._split_models(pieces)
+        other = copy.copy(self)
+        other.pieces, (other.model, other._with_plays) = pieces, self._models[pieces]
+        return other._with(
+            Schedule(s.recording, other.model, self._settle, s.clock.timestep).up_to(s.samples)
+            for s in self._schedules
+        )
+
+    def _split_models(self, pieces: int) -> tuple[mujoco.MjModel, mujoco.MjModel]:
+        """The model and that with plays, with each guide in ``pieces``."""
+
+        def split(name: str, *, beside: Path | None = None) -> mujoco.MjModel:
+            return split_guides(load_spec(name, beside=beside), pieces)
+
+        try:
+            model = self._load_model(split)
+            with_plays = load_recorded(self.recordings[0], self._plays, split)
+        except ValueError:
+            model, with_plays = copy.copy(self.model), copy.copy(self._with_plays)
+        model.opt.disableflags = self.model.opt.disableflags
+        with_plays.opt.disableflags = self._with_plays.opt.disableflags
+        return model, with_plays
+
     def up_to(self, samples: Sequence[int]) -> Simulator:
         """This simulator for the first ``samples`` ≥ 1 of each recording; later ones mean nothing.
 
@@ -614,7 +653,7 @@ class Simulator:
             )
         return answers
 
-    def _load_model(self) -> mujoco.MjModel:
+    def _load_model(self, make: MakeModel = load_model) -> mujoco.MjModel:
         names = list(dict.fromkeys(recording.model for recording in self.recordings))
         if not names or not all(is_same_model(names[0], other) for other in names):
             raise RecordingError(
@@ -622,7 +661,7 @@ class Simulator:
                 f" {', '.join(map(repr, names)) or 'none'}"
             )
         tables = (t for r in self.recordings for t in (r.known, r.uncertain, r.session))
-        return load_recorded(self.recordings[0], chain.from_iterable(tables))
+        return load_recorded(self.recordings[0], chain.from_iterable(tables), make)
 
     def _described_parameters(self) -> dict[str, Parameter]:
         parameters = self._plays | Adjustable(copy.copy(self.model)).parameters()
