@@ -17,7 +17,12 @@ from rich.progress import track
 from tendon_mj.cli.options import OutFile, Recordings, Repeated, flat, given_files
 from tendon_mj.cli.output import Output, console, print_table, print_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonWarning
-from tendon_mj.lab.data_check import Checked, check_recording, timing_warnings
+from tendon_mj.lab.data_check import (
+    Checked,
+    check_recording,
+    doubt_of_signals,
+    timing_warnings,
+)
 from tendon_mj.lab.recordings import (
     Recording,
     noise_levels,
@@ -124,6 +129,8 @@ def check(
             output.figure(one.recording.name, figure)
         _print_errors(one.recording, _misfits(one))
         print_warnings(one.warnings)
+    if doubt := doubt_of_signals(read):
+        console.print(doubt)
     result: dict[str, object] = {
         "recordings": [_checked(one) for one in checked],
         "table_warnings": of_tables,
