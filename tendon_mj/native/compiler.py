@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import operator
 import re
 from collections.abc import Callable, Iterator, Mapping
 from types import FunctionType
@@ -24,11 +25,13 @@ from numba.core import cgutils, codegen, cpu
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.imputils import lower_constant
 from numba.core.registry import cpu_target
-from numba.core.typing.templates import AttributeTemplate
+from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_global
 from numba.extending import (
     infer_getattr,
     intrinsic,
+    lower_builtin,
     lower_getattr_generic,
+    lower_setattr_generic,
     models,
     register_model,
     typeof_impl,
@@ -54,7 +57,11 @@ def _signature(written: str) -> Any:
     match = re.fullmatch(r"(\w+)\((.*)\)", written)
     assert match is not None, written
     names = [name.strip() for name in match[2].split(",") if name.strip()]
-    return _C_TYPES[match[1]](*(_C_TYPES[name] for name in names))
+    returned, *given = (
+        _Struct(marks.STRUCTS[name]) if name in marks.STRUCTS else _C_TYPES[name]
+        for name in (match[1], *names)
+    )
+    return returned(*given)
 
 
 @functools.cache
@@ -97,7 +104,9 @@ def _meaning_of(kind: type) -> Callable[[Callable[[Any], Any]], None]:
 
 
 def _at(builder: Any, address: Any, kind: Any, index: Any = None) -> Any:
-    pointer = builder.inttoptr(address, kind.as_pointer())
+    is_pointer = isinstance(address.type, ir.PointerType)
+    cast = builder.bitcast if is_pointer else builder.inttoptr
+    pointer = cast(address, kind.as_pointer())
     return pointer if index is None else builder.gep(pointer, [index])
 
 
@@ -249,7 +258,9 @@ def _call(context: Any, builder: Any, wanted: Any, address: Any, values: Any, ki
     c_types = [context.get_value_type(kind) for kind in wanted.args]
     function = builder.inttoptr(address, ir.FunctionType(c_result, c_types).as_pointer())
     given = [
-        context.cast(builder, value, kind, want)
+        _as_address(builder, value)
+        if isinstance(kind, _Struct | _Rows | types.CPointer)
+        else context.cast(builder, value, kind, want)
         for value, kind, want in zip(values, kinds, wanted.args, strict=True)
     ]
     result = builder.call(function, given)
@@ -339,13 +350,231 @@ class _ConstantsAttribute(AttributeTemplate):  # type: ignore[misc]
 
 @lower_getattr_generic(_Constants)
 def _lower_constant(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
-    numbers = _shared(builder.module, kind.mark.symbol, len(kind.mark.names))
-    index = kind.mark.names.index(name)
+    return _constant(builder, kind.mark, name)
+
+
+def _constant(builder: Any, constants: marks.Constants, name: str) -> Any:
+    """A number that is written before any function runs."""
+    numbers = _shared(builder.module, constants.symbol, len(constants.names))
+    index = constants.names.index(name)
     place = builder.gep(numbers, [ir.IntType(32)(0), ir.IntType(32)(index)], inbounds=True)
     number = builder.load(place)
-    # written before any function runs, so that it may be read once for many uses
+    # so that it may be read once for many uses
     number.set_metadata("invariant.load", builder.module.add_metadata([]))
     return number
+
+
+class _Struct(types.Type):  # type: ignore[misc]
+    """A C struct, by its address."""
+
+    def __init__(self, mark: marks.Struct) -> None:
+        self.mark = mark
+        super().__init__(mark.symbol)
+
+
+class _Rows(types.Type):  # type: ignore[misc]
+    """An array that is not a `CPointer` of mjtNum, by its address."""
+
+    def __init__(self, offsets: marks.Constants, field: marks.Field) -> None:
+        self.offsets = offsets
+        self.field = field
+        super().__init__(f"{offsets.symbol} {field}")
+
+
+class _AddressModel(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _WORD)
+
+
+register_model(_Struct)(_AddressModel)
+register_model(_Rows)(_AddressModel)
+
+
+def _type_of(offsets: marks.Constants, field: marks.Field, dimensions: int) -> Any:
+    """Type of a field, or of a part of one that has fewer dimensions."""
+    if dimensions == 0 and field.kind in marks.STRUCTS:
+        return _Struct(marks.STRUCTS[field.kind])
+    if dimensions == 0:
+        return types.float64 if field.kind.startswith("float") else types.int64
+    if dimensions == 1 and field.kind == "float64":
+        return types.CPointer(types.float64)
+    return _Rows(offsets, field if dimensions == field.dimensions else marks.row_of(field))
+
+
+def _as_address(builder: Any, value: Any) -> Any:
+    is_pointer = isinstance(value.type, ir.PointerType)
+    return builder.ptrtoint(value, _WORD) if is_pointer else value
+
+
+def _as_type(context: Any, builder: Any, address: Any, kind: Any) -> Any:
+    """What an address is as a value of the type of an array or struct."""
+    value_type = context.get_value_type(kind)
+    if isinstance(value_type, ir.PointerType):
+        return _at(builder, address, value_type.pointee)
+    return _as_address(builder, address)
+
+
+def _read(context: Any, builder: Any, place: Any, field: marks.Field, result: Any) -> Any:
+    stored = numba.from_dtype(np.dtype(field.kind))
+    number = builder.load(_at(builder, place, context.get_data_type(stored)))
+    return context.cast(builder, number, stored, result)
+
+
+def _write(
+    context: Any, builder: Any, place: Any, field: marks.Field, value: Any, given: Any
+) -> None:
+    stored = numba.from_dtype(np.dtype(field.kind))
+    number = context.cast(builder, value, given, stored)
+    builder.store(number, _at(builder, place, context.get_data_type(stored)))
+
+
+@_meaning_of(marks.Struct)
+def _struct(mark: marks.Struct) -> Any:
+    @intrinsic
+    def struct(typing_context: Any, address: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return arguments[0]
+
+        return _Struct(mark)(types.intp), build
+
+    return struct
+
+
+@_meaning_of(marks.Address)
+def _address(mark: marks.Address) -> Any:
+    @intrinsic
+    def address(typing_context: Any, held: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return _as_address(builder, arguments[0])
+
+        return types.intp(held), build
+
+    return address
+
+
+@infer_getattr
+class _StructAttribute(AttributeTemplate):  # type: ignore[misc]
+    key = _Struct
+
+    def generic_resolve(self, kind: Any, name: str) -> Any:
+        field = kind.mark.field(name)
+        return None if field is None else _type_of(kind.mark.offsets, field, field.dimensions)
+
+
+def _place(builder: Any, kind: Any, address: Any, name: str) -> Any:
+    """Address of a field of a struct."""
+    entry = f"{kind.mark.prefix}_{name}"
+    return builder.add(address, _constant(builder, kind.mark.offsets, entry))
+
+
+@lower_getattr_generic(_Struct)
+def _lower_field(context: Any, builder: Any, kind: Any, address: Any, name: str) -> Any:
+    field = kind.mark.field(name)
+    result = _type_of(kind.mark.offsets, field, field.dimensions)
+    if isinstance(result, _Struct):
+        return address
+    place = _place(builder, kind, address, name)
+    if field.dimensions == 0:
+        return _read(context, builder, place, field, result)
+    array = place if field.is_inline else builder.load(_at(builder, place, _WORD))
+    return _as_type(context, builder, array, result)
+
+
+@lower_setattr_generic(_Struct)
+def _lower_set_field(context: Any, builder: Any, signature: Any, arguments: Any, name: str) -> None:
+    kind, given = signature.args
+    place = _place(builder, kind, arguments[0], name)
+    _write(context, builder, place, kind.mark.field(name), arguments[1], given)
+
+
+@infer_getattr
+class _RowsAttribute(AttributeTemplate):  # type: ignore[misc]
+    key = _Rows
+
+    def generic_resolve(self, kind: Any, name: str) -> Any:
+        is_flat = name == "flat" and kind.field.dimensions == 2
+        return _type_of(kind.offsets, kind.field, 1) if is_flat else None
+
+
+@lower_getattr_generic(_Rows)
+def _lower_flat(context: Any, builder: Any, kind: Any, address: Any, name: str) -> Any:
+    return _as_type(context, builder, address, _type_of(kind.offsets, kind.field, 1))
+
+
+def _index_of(kind: Any, index: Any) -> tuple[Any, int] | None:
+    """Type of an index into an array, and the dimensions that it leaves."""
+    if not isinstance(kind, _Rows):
+        return None
+    if isinstance(index, types.Integer):
+        return types.int64, kind.field.dimensions - 1
+    if isinstance(index, types.BaseTuple) and len(index) == kind.field.dimensions:
+        return types.UniTuple(types.int64, len(index)), 0
+    return None
+
+
+@infer_global(operator.getitem)
+class _GetItem(AbstractTemplate):  # type: ignore[misc]
+    def generic(self, args: Any, kws: Any) -> Any:
+        asked = _index_of(*args)
+        if asked is None:
+            return None
+        return _type_of(args[0].offsets, args[0].field, asked[1])(args[0], asked[0])
+
+
+@infer_global(operator.setitem)
+class _SetItem(AbstractTemplate):  # type: ignore[misc]
+    def generic(self, args: Any, kws: Any) -> Any:
+        asked = _index_of(*args[:2])
+        if asked is None:
+            return None
+        return types.none(args[0], asked[0], _type_of(args[0].offsets, args[0].field, 0))
+
+
+def _item(builder: Any, kind: Any, address: Any, index: Any) -> Any:
+    """Address of what an index into an array means."""
+    row, *column = cgutils.unpack_tuple(builder, index) if _is_tuple(index) else (index,)
+    size = kind.field.row
+    size = _constant(builder, kind.offsets, size) if isinstance(size, str) else _WORD(size)
+    place = _at(builder, address, ir.IntType(8), builder.mul(size, row))
+    for k in column:
+        size = _WORD(np.dtype(kind.field.kind).itemsize)
+        place = builder.gep(place, [builder.mul(size, k)])
+    return place
+
+
+def _is_tuple(value: Any) -> bool:
+    return not isinstance(value.type, ir.IntType)
+
+
+@lower_builtin(operator.getitem, _Rows, types.Integer)
+@lower_builtin(operator.getitem, _Rows, types.UniTuple)
+def _lower_getitem(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    kind, result = signature.args[0], signature.return_type
+    place = _item(builder, kind, *arguments)
+    if isinstance(result, types.Number):
+        return _read(context, builder, place, kind.field, result)
+    return _as_type(context, builder, place, result)
+
+
+@lower_builtin(operator.setitem, _Rows, types.Integer, types.Any)
+@lower_builtin(operator.setitem, _Rows, types.UniTuple, types.Any)
+def _lower_setitem(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    kind, _, given = signature.args
+    place = _item(builder, kind, *arguments[:2])
+    _write(context, builder, place, kind.field, arguments[2], given)
+    return context.get_dummy_value()
+
+
+@infer_global(operator.add)
+class _Bridge(AbstractTemplate):
+    def generic(self, args: Any, kws: Any) -> Any:
+        if isinstance(args[0], _Struct) and isinstance(args[1], types.Integer):
+            return types.int64(args[0], types.int64)
+
+
+@lower_builtin(operator.add, _Struct, types.Integer)
+def _bridge(context, builder, signature, arguments):
+    return builder.add(*arguments)
 
 
 @contextlib.contextmanager

@@ -54,8 +54,8 @@ def entry(symbol: str, signature: str) -> Callable[[_F], _F]:
 
     Args:
         symbol: name in the library.
-        signature: result and arguments, each ``void``, ``i32``, ``i64``, ``f64``, ``bool`` or
-            ``ptr``, such as ``"i32(ptr, i32)"``.
+        signature: result and arguments, each ``void``, ``i32``, ``i64``, ``f64``, ``bool``,
+            ``ptr``, or the symbol of a struct by its address, such as ``"i32(mjModel, i32)"``.
     """
 
     def mark(function: _F) -> _F:
@@ -184,6 +184,10 @@ class Shared(_Mark):
         self.count = ARRAYS[symbol] = count
 
 
+class Address(_Mark):
+    """Function of a struct, or of an array that is a field of one: its address."""
+
+
 class Constants:
     """Numbers that a loader writes once, before any function runs: read as attributes.
 
@@ -201,3 +205,43 @@ class Constants:
         if name in self.names:
             raise TypeError(f"{name} is known in machine code only")
         raise AttributeError(name)
+
+
+class Field(NamedTuple):
+    """A field of a C struct: a number, another struct, or an array of either."""
+
+    kind: str  # of NumPy, or the symbol of a struct
+    dimensions: int = 0  # of an array
+    row: int | str = 0  # bytes from one of its rows to the next, or the constant that has them
+    is_inline: bool = False  # whether the struct holds the array itself, not its address
+
+
+class Struct(_Mark):
+    """Function of an address: the C struct there, of which compiled code uses fields by name.
+
+    Arrays are indexed as NumPy's in Python: ``m.tendon_range[tendon, 1]``, ``d.xpos[body]`` for a
+    row, ``d.wrap_xpos.flat[k]``; but an index below 0 does not wrap around, and they have no length.
+
+    Args:
+        symbol: name, also in signatures.
+        offsets: bytes from its address to each field, or, of a struct within it, to each of those.
+        prefix: of its fields' names in ``offsets``.
+        field: description of each field, None if it has no such field.
+    """
+
+    def __init__(
+        self, symbol: str, offsets: Constants, prefix: str, field: Callable[[str], Field | None]
+    ) -> None:
+        self.symbol = symbol
+        self.offsets = offsets
+        self.prefix = prefix
+        self.field = field
+        STRUCTS[symbol] = self
+
+
+STRUCTS: Final[dict[str, Struct]] = {}  # by symbol
+
+
+def row_of(field: Field) -> Field:
+    """A row of a field of two dimensions."""
+    return Field(field.kind, 1, np.dtype(field.kind).itemsize)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.native import LocalDoubles, Text, apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.layout import LAYOUT, data_at
 from tendon_mj.plugin.abi.library import (
     append,
     mj_deleteData,
@@ -24,12 +24,12 @@ from tendon_mj.plugin.abi.library import (
     read_number,
 )
 from tendon_mj.plugin.abi.memory import (
+    address_of,
     byte,
     double,
     integer,
     pointer,
     set_byte,
-    set_integer,
     size,
     word,
 )
@@ -136,7 +136,7 @@ def _refuse(m: int, d: int, instance: int, attribute: int, value: int, reason: i
     used = append(message, used, reason, _SIZE - 1)
     set_byte(message + used, 0)
     if d != 0:
-        set_integer(d + LAYOUT.d_nplugin, instance)  # only those before it have begun
+        data_at(d).nplugin = instance  # only those before it have begun
         mj_deleteData(d)
     mju_error(message)
 
@@ -291,10 +291,10 @@ def check_bound(m: int, d: int, instance: int, bound: Bound) -> None:
     tendon = resolve(m, instance, at.TENDON, _TENDON)
     first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
     if integer(pointer(m + LAYOUT.m_wrap_type), first) == _FIXED:
-        _refuse_of_sheath(m, instance, at.TENDON, _not_spatial(), d)
+        _refuse_of_sheath(m, instance, at.TENDON, _not_spatial(), address_of(d))
     for other in range(instance):
         if at.is_sheath(m, other, instance) and resolve(m, other, at.TENDON, _TENDON) == tendon:
-            _refuse_of_sheath(m, instance, at.TENDON, _second(), d)
+            _refuse_of_sheath(m, instance, at.TENDON, _second(), address_of(d))
     _check_path(m, d, instance, bound)
     _check_pull(m, d, instance, bound, tendon)
 
@@ -303,14 +303,14 @@ def check_bound(m: int, d: int, instance: int, bound: Bound) -> None:
 def _check_path(m: int, d: int, instance: int, bound: Bound) -> None:
     """Refuse counts that are not those of the path, and branches where they cannot be."""
     if bound.tendon < 0.0 or not fits(bound, state_size_of(m, instance)):
-        _refuse_of_sheath(m, instance, at.GUIDES, _other_count(), d)
+        _refuse_of_sheath(m, instance, at.GUIDES, _other_count(), address_of(d))
     if at.is_given(m, instance, at.GUIDES):
         if bound.guides != _count(m, instance, at.GUIDES, 0):
-            _refuse_of_sheath(m, instance, at.GUIDES, _other_count(), d)
+            _refuse_of_sheath(m, instance, at.GUIDES, _other_count(), address_of(d))
         if bound.arcs > 0.0 and not at.is_given(m, instance, at.ARC_GUIDES):
-            _refuse_of_sheath(m, instance, at.ARC_GUIDES, _missing(), d)
+            _refuse_of_sheath(m, instance, at.ARC_GUIDES, _missing(), address_of(d))
     if bound.pulleys > 0.0 and (bound.driven == 0.0 or bound.input_at_last != 0.0):
-        _refuse_of_sheath(m, instance, at.TENDON, _branches(), d)
+        _refuse_of_sheath(m, instance, at.TENDON, _branches(), address_of(d))
 
 
 @apart
@@ -318,17 +318,17 @@ def _check_pull(m: int, d: int, instance: int, bound: Bound, tendon: int) -> Non
     """Refuse a tendon that is pulled in two ways, or in none without a stiffness."""
     is_cable, sprung = bound.own_spring != 0.0, has_spring(m, tendon)
     if is_cable and not sprung:
-        _refuse_of_sheath(m, instance, at.SPRING, _no_spring(), d)
+        _refuse_of_sheath(m, instance, at.SPRING, _no_spring(), address_of(d))
     if is_wound(bound) and sprung and not is_cable:
-        _refuse_of_sheath(m, instance, at.TENDON, _pulled_twice(), d)
+        _refuse_of_sheath(m, instance, at.TENDON, _pulled_twice(), address_of(d))
     for actuator in range(size(m + LAYOUT.m_nactuator)):
         owner = integer(pointer(m + LAYOUT.m_actuator_plugin), actuator)
         pulls = acts_on(m, actuator, tendon) and owner != instance
         if pulls and (is_wound(bound) or is_cable):
-            _refuse_of_sheath(m, instance, at.TENDON, _pulled_twice(), d)
+            _refuse_of_sheath(m, instance, at.TENDON, _pulled_twice(), address_of(d))
     has_stiffness = is_cable or at.is_given(m, instance, at.AXIAL_STIFFNESS)
     if bound.driven == 0.0 and not has_stiffness:
-        _refuse_of_sheath(m, instance, at.AXIAL_STIFFNESS, _no_stiffness(), d)
+        _refuse_of_sheath(m, instance, at.AXIAL_STIFFNESS, _no_stiffness(), address_of(d))
 
 
 @apart

@@ -39,7 +39,7 @@ from tendon_mj.plugin.abi.library import (
     mjp_registerPlugin,
     mju_warning,
 )
-from tendon_mj.plugin.abi.memory import doubles, pointer, set_integer, set_pointer
+from tendon_mj.plugin.abi.memory import address_of, doubles, pointer, set_integer, set_pointer
 from tendon_mj.plugin.compiled_checks import refuse_slot
 from tendon_mj.plugin.servo_plugin import callbacks as _servo_callbacks  # noqa: F401, entries
 from tendon_mj.plugin.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
@@ -167,17 +167,17 @@ def _begin(name: int, attributes: int, count: int, capabilities: int) -> int:
     return struct
 
 
-@entry("tendon_mj_placeholder_nsensordata", "i32(ptr, i32, i32)")
+@entry("tendon_mj_placeholder_nsensordata", "i32(mjModel, i32, i32)")
 def placeholder_nsensordata(m: int, instance: int, sensor: int) -> int:
     """`nsensordata` of a placeholder, which `mj_loadModel` asks."""
     refuse_slot(m, 0, instance)
     return 0
 
 
-@entry("tendon_mj_placeholder_init", "i32(ptr, ptr, i32)")
+@entry("tendon_mj_placeholder_init", "i32(mjModel, mjData, i32)")
 def placeholder_init(m: int, d: int, instance: int) -> int:
     """`init` of a placeholder, which `mj_makeData` asks."""
-    refuse_slot(m, d, instance)
+    refuse_slot(m, address_of(d), instance)
     return 0
 
 

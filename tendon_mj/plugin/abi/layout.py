@@ -9,15 +9,15 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from collections.abc import Mapping
-from typing import Any, Final
+from collections.abc import Callable, Mapping
+from typing import Any, Final, TypeAlias
 
 import mujoco
 import numpy as np
 from mujoco.introspect import ast_nodes, structs
 
 from tendon_mj.errors import EngineError
-from tendon_mj.native import Constants
+from tendon_mj.native import Constants, Field, Struct
 
 _SCALARS: dict[str, Any] = {
     "char": ctypes.c_char,
@@ -85,6 +85,14 @@ _OWNER = {
 }
 
 
+# What compiled functions take; in Python, a `mujoco.MjModel` and so on.
+Model: TypeAlias = Any
+Data: TypeAlias = Any
+Option: TypeAlias = Any  # `mujoco.MjvOption`
+Scene: TypeAlias = Any
+Geom: TypeAlias = Any  # `mujoco.MjvGeom`
+
+
 def _ctype(declared: Any) -> Any:
     """The ctypes type that has the size and alignment of a declared C type."""
     if isinstance(declared, ast_nodes.PointerType):
@@ -116,6 +124,43 @@ def _structure(fields: Any) -> Any:
 def mirror(struct: str) -> Any:
     """A ctypes structure with the fields of one of MuJoCo's structs."""
     return _structure(structs.STRUCTS[struct].fields)
+
+
+@functools.cache
+def field(struct: str, name: str) -> Field | None:
+    """Description of a field of one of MuJoCo's structs, None if it has no such field."""
+    declared = {f.name: f for f in structs.STRUCTS[struct].fields}.get(name)
+    if declared is None:
+        return None
+    if isinstance(declared.type, ast_nodes.ValueType):
+        return Field(_kind(declared.type))
+    kind = _kind(declared.type.inner_type)
+    if kind in structs.STRUCTS:
+        return Field(kind, 1, "geom_bytes")
+    row = np.dtype(kind).itemsize
+    if isinstance(declared.type, ast_nodes.ArrayType):
+        return Field(kind, 1, row, is_inline=True)
+    extents = declared.array_extent
+    for extent in extents[1:]:
+        row *= extent if isinstance(extent, int) else getattr(mujoco, extent)
+    return Field(kind, len(extents), "equality_bytes" if name == "eq_data" else row)
+
+
+def _kind(declared: Any) -> str:
+    """Kind of a number as NumPy has it, bytes for flags and letters; or symbol of a struct."""
+    if declared.name in structs.STRUCTS:
+        return str(declared.name)
+    dtype = np.dtype(_ctype(declared))
+    return "uint8" if dtype.itemsize == 1 else dtype.name
+
+
+_STRUCTS = {
+    symbol: Struct(
+        symbol, SCENE if prefix in "sgv" else LAYOUT, prefix, functools.partial(field, symbol)
+    )
+    for prefix, symbol in _OWNER.items()
+}
+data_at: Callable[[int], Data] = _STRUCTS["mjData"]
 
 
 def offset(entry: str) -> int:

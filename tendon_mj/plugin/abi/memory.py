@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
-from tendon_mj.native import Array, Load, Pointer, Store, Word, Wrapping, compiled
+from tendon_mj.native import Address, Array, Load, Pointer, Store, Word, Wrapping, compiled
 from tendon_mj.typing import FloatArray
 
+# address of a struct, or of an array in it: address_of(m.plugin_attr)
+address_of: Callable[[Any], int] = Address()
 # number ``index`` of an array of mjtNum, float, int or bytes: double(address, index)
 double: Callable[[int, int], float] = Load("float64")
 single: Callable[[int, int], float] = Load("float32")

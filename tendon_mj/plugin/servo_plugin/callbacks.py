@@ -152,7 +152,7 @@ def _rebind(m: int, d: int, instance: int) -> None:
         _reset(m, address, binding, instance)
 
 
-@entry("tendon_mj_servo_nstate", "i32(ptr, i32)")
+@entry("tendon_mj_servo_nstate", "i32(mjModel, i32)")
 def nstate(m: int, instance: int) -> int:
     """`nstate` of `mjpPlugin`."""
     if asks(SERVO_NSTATE):
@@ -160,7 +160,7 @@ def nstate(m: int, instance: int) -> int:
     return servo_state(m, instance)
 
 
-@entry("tendon_mj_servo_init", "i32(ptr, ptr, i32)")
+@entry("tendon_mj_servo_init", "i32(mjModel, mjData, i32)")
 def init(m: int, d: int, instance: int) -> int:
     """`init` of `mjpPlugin`."""
     if asks(SERVO_INIT):
@@ -171,20 +171,20 @@ def init(m: int, d: int, instance: int) -> int:
     return 0
 
 
-@entry("tendon_mj_servo_destroy", "void(ptr, i32)")
+@entry("tendon_mj_servo_destroy", "void(mjData, i32)")
 def destroy(d: int, instance: int) -> None:
     """`destroy` of `mjpPlugin`."""
     release(d, instance)
 
 
-@entry("tendon_mj_servo_reset", "void(ptr, ptr, ptr, i32)")
+@entry("tendon_mj_servo_reset", "void(mjModel, ptr, ptr, i32)")
 def reset(m: int, state: int, block: int, instance: int) -> None:
     """`reset` of `mjpPlugin`."""
     binding = block + 8 if block != 0 and pointer(block) == SERVO else 0
     _reset(m, state, binding, instance)
 
 
-@entry("tendon_mj_servo_compute", "void(ptr, ptr, i32, i32)")
+@entry("tendon_mj_servo_compute", "void(mjModel, mjData, i32, i32)")
 def compute(m: int, d: int, instance: int, capability: int) -> None:
     """`compute` of `mjpPlugin`."""
     if not _is_bound(m, d, instance):
@@ -198,7 +198,7 @@ def compute(m: int, d: int, instance: int, capability: int) -> None:
         state.has_trial = 0.0
 
 
-@entry("tendon_mj_servo_advance", "void(ptr, ptr, i32)")
+@entry("tendon_mj_servo_advance", "void(mjModel, mjData, i32)")
 def advance(m: int, d: int, instance: int) -> None:
     """`advance` of `mjpPlugin`."""
     address = state_of(m, d, instance)

@@ -289,7 +289,7 @@ def _meet_actuators(m: int, d: int, last: int) -> None:
     free(kept)
 
 
-@entry("tendon_mj_sheath_advance", "void(ptr, ptr, i32)")
+@entry("tendon_mj_sheath_advance", "void(mjModel, mjData, i32)")
 def advance(m: int, d: int, instance: int) -> None:
     """`advance` of `mjpPlugin`."""
     if is_sensor(m, instance):
@@ -304,7 +304,7 @@ def advance(m: int, d: int, instance: int) -> None:
         follow_constraint(m, d, state)
 
 
-@entry("tendon_mj_sheath_reset", "void(ptr, ptr, ptr, i32)")
+@entry("tendon_mj_sheath_reset", "void(mjModel, ptr, ptr, i32)")
 def reset(m: int, state: int, block: int, instance: int) -> None:
     """`reset` of `mjpPlugin`."""
     binding = block + 8 if block != 0 and pointer(block) == SHEATH else 0
@@ -314,7 +314,7 @@ def reset(m: int, state: int, block: int, instance: int) -> None:
         reset_sheath(m, state, binding, instance)
 
 
-@entry("tendon_mj_sheath_nstate", "i32(ptr, i32)")
+@entry("tendon_mj_sheath_nstate", "i32(mjModel, i32)")
 def nstate(m: int, instance: int) -> int:
     """`nstate` of `mjpPlugin`."""
     if asks(SHEATH_NSTATE):
@@ -322,7 +322,7 @@ def nstate(m: int, instance: int) -> int:
     return sheath_state(m, instance)
 
 
-@entry("tendon_mj_sheath_nsensordata", "i32(ptr, i32, i32)")
+@entry("tendon_mj_sheath_nsensordata", "i32(mjModel, i32, i32)")
 def nsensordata(m: int, instance: int, sensor: int) -> int:
     """`nsensordata` of `mjpPlugin`."""
     if asks(SHEATH_NSENSORDATA):
@@ -330,7 +330,7 @@ def nsensordata(m: int, instance: int, sensor: int) -> int:
     return sensor_width(m, instance)
 
 
-@entry("tendon_mj_sheath_init", "i32(ptr, ptr, i32)")
+@entry("tendon_mj_sheath_init", "i32(mjModel, mjData, i32)")
 def init(m: int, d: int, instance: int) -> int:
     """`init` of `mjpPlugin`."""
     if asks(SHEATH_INIT):
@@ -343,13 +343,13 @@ def init(m: int, d: int, instance: int) -> int:
     return 0
 
 
-@entry("tendon_mj_sheath_destroy", "void(ptr, i32)")
+@entry("tendon_mj_sheath_destroy", "void(mjData, i32)")
 def destroy(d: int, instance: int) -> None:
     """`destroy` of `mjpPlugin`."""
     release(d, instance)
 
 
-@entry("tendon_mj_sheath_compute", "void(ptr, ptr, i32, i32)")
+@entry("tendon_mj_sheath_compute", "void(mjModel, mjData, i32, i32)")
 def compute(m: int, d: int, instance: int, capability: int) -> None:
     """`compute` of `mjpPlugin`."""
     if is_sensor(m, instance):

@@ -10,7 +10,17 @@ from __future__ import annotations
 
 from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.memory import byte, double, integer, plus, pointer, size, times, word
+from tendon_mj.plugin.abi.memory import (
+    address_of,
+    byte,
+    double,
+    integer,
+    plus,
+    pointer,
+    size,
+    times,
+    word,
+)
 from tendon_mj.plugin.sheath_plugin.input_force import has_spring
 
 _FACTOR = -7046029254386353131  # 2⁶⁴ divided by the golden ratio, as an int64
@@ -116,7 +126,7 @@ def model_signature(m: int) -> float:
     actuators = size(m + LAYOUT.m_nactuator)
     names = pointer(m + LAYOUT.m_names)
     first = integer(pointer(m + LAYOUT.m_name_tendonadr), 0)
-    h = mixed(m, hashed(names + first, size(m + LAYOUT.m_nnames) - first))
+    h = mixed(address_of(m), hashed(names + first, size(m + LAYOUT.m_nnames) - first))
     if size(m + LAYOUT.m_njnt) > 0:
         first = integer(pointer(m + LAYOUT.m_name_jntadr), 0)
         last = integer(pointer(m + LAYOUT.m_name_jntadr), size(m + LAYOUT.m_njnt) - 1)

@@ -266,7 +266,7 @@ def _draw_sheath(
         _draw_span(scene, tendon, begin, end, radius, colour)
 
 
-@entry("tendon_mj_sheath_visualize", "void(ptr, ptr, ptr, ptr, i32)")
+@entry("tendon_mj_sheath_visualize", "void(mjModel, mjData, mjvOption, mjvScene, i32)")
 def visualize(m: int, d: int, option: int, scene: int, instance: int) -> None:
     """`visualize` of `mjpPlugin`."""
     low, high = tension_scale(m)
