@@ -62,6 +62,12 @@ def set_pointer(address: int, value: int) -> None:
 
 
 @compiled
+def set_word(address: int, value: int) -> None:
+    """Write the eight bytes at ``address``."""
+    _set_int64(address, 0, value)
+
+
+@compiled
 def copy_doubles(target: int, source: int, count: int) -> None:
     """Copy ``count`` mjtNum from one address to another."""
     copied, kept = doubles(target, count), doubles(source, count)
