@@ -15,24 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.native import LocalDoubles, Text, apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT, data_at
+from tendon_mj.plugin.abi.layout import Data, Model, data_at
 from tendon_mj.plugin.abi.library import (
     append,
     mj_deleteData,
-    mjp_getPluginAtSlot,
     mju_error,
+    plugin_name,
     read_number,
 )
-from tendon_mj.plugin.abi.memory import (
-    address_of,
-    byte,
-    double,
-    integer,
-    pointer,
-    set_byte,
-    size,
-    word,
-)
+from tendon_mj.plugin.abi.memory import address_of, byte, set_byte, word
 from tendon_mj.plugin.servo_plugin import state as sv
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.input_force import acts_on, has_spring
@@ -115,13 +106,13 @@ _other_slots = Text(
 
 
 @apart
-def _refuse(m: int, d: int, instance: int, attribute: int, value: int, reason: int) -> None:
+def _refuse(m: Model, d: int, instance: int, attribute: int, value: int, reason: int) -> None:
     """Raise ``plugin instance 'name': attribute = 'value' reason``, each at an address.
 
-    The data ``d`` of `init`, if not 0, is deleted: MuJoCo does not free it.
+    The data at ``d`` of `init`, if not 0, is deleted: MuJoCo does not free it.
     """
     message, used = _buffer(), 0
-    plugin = pointer(mjp_getPluginAtSlot(integer(pointer(m + LAYOUT.m_plugin), instance)))
+    plugin = plugin_name(m, instance)
     used = append(message, used, plugin, _SIZE // 4)
     used = append(message, used, _space(), _SIZE // 4)
     name = own_name(m, instance)
@@ -142,8 +133,8 @@ def _refuse(m: int, d: int, instance: int, attribute: int, value: int, reason: i
 
 
 @apart
-def refuse_slot(m: int, d: int, instance: int) -> None:
-    """Refuse an instance in the slot of a placeholder, with the data of `init` if not 0."""
+def refuse_slot(m: Model, d: int, instance: int) -> None:
+    """Refuse an instance in the slot of a placeholder; ``d`` as in `_refuse`."""
     _refuse(m, d, instance, _binary(), _nothing_given(), _other_slots())
 
 
@@ -154,13 +145,13 @@ def _row(rows: NDArray[np.uint8], k: int) -> int:
 
 
 @compiled
-def _refuse_of_sheath(m: int, instance: int, attribute: int, reason: int, d: int = 0) -> None:
+def _refuse_of_sheath(m: Model, instance: int, attribute: int, reason: int, d: int = 0) -> None:
     value = at.text_at(m, instance, attribute)
     _refuse(m, d, instance, _row(_SHEATH_NAMES, attribute), value, reason)
 
 
 @compiled
-def _refuse_of_servo(m: int, instance: int, attribute: int, reason: int) -> None:
+def _refuse_of_servo(m: Model, instance: int, attribute: int, reason: int) -> None:
     value = at.text_at(m, instance, attribute)
     _refuse(m, 0, instance, _row(_SERVO_NAMES, attribute), value, reason)
 
@@ -183,7 +174,7 @@ def _is_admitted(bounds: FloatArray, k: int, value: float) -> bool:
 
 
 @apart
-def _count(m: int, instance: int, attribute: int, otherwise: int) -> int:
+def _count(m: Model, instance: int, attribute: int, otherwise: int) -> int:
     """A count that is given as an attribute of a sheath."""
     text, count, digits = at.text_at(m, instance, attribute), 0, 0
     while 48 <= byte(text, digits) <= 57 and digits < 7:
@@ -197,7 +188,7 @@ def _count(m: int, instance: int, attribute: int, otherwise: int) -> int:
 
 
 @apart
-def _check_spool(m: int, instance: int, joint: int, radius: int) -> None:
+def _check_spool(m: Model, instance: int, joint: int, radius: int) -> None:
     """Refuse a joint of a spool that is none, or has no radius."""
     if at.is_given(m, instance, radius) and not at.is_given(m, instance, joint):
         _refuse_of_sheath(m, instance, joint, _missing())
@@ -207,19 +198,19 @@ def _check_spool(m: int, instance: int, joint: int, radius: int) -> None:
         _refuse_of_sheath(m, instance, radius, _nothing())
     if at.is_given(m, instance, joint):
         index = resolve(m, instance, joint, _JOINT)
-        if index < 0 or integer(pointer(m + LAYOUT.m_jnt_type), index) < _SLIDE:
+        if index < 0 or m.jnt_type[index] < _SLIDE:
             _refuse_of_sheath(m, instance, joint, _no_joint())
 
 
 @apart
-def _check_word(m: int, instance: int, attribute: int, known: NDArray[np.uint8]) -> None:
+def _check_word(m: Model, instance: int, attribute: int, known: NDArray[np.uint8]) -> None:
     given = at.is_given(m, instance, attribute)
     if given and at.index_of(at.text_at(m, instance, attribute), known) < 0:
         _refuse_of_sheath(m, instance, attribute, _unknown_word())
 
 
 @apart
-def sheath_state(m: int, instance: int) -> int:
+def sheath_state(m: Model, instance: int) -> int:
     """Check the attributes of a sheath or sensor; numbers of its state."""
     _check_word(m, instance, at.SENSOR, at.KIND_NAMES)
     is_named = at.is_given(m, instance, at.TENDON) or not at.is_sensor(m, instance)
@@ -240,7 +231,7 @@ def sheath_state(m: int, instance: int) -> int:
 
 
 @apart
-def _check_parameter(m: int, instance: int, k: int) -> None:
+def _check_parameter(m: Model, instance: int, k: int) -> None:
     """Refuse a number of a sheath that is missing, none, out of range, or without its scale."""
     attribute = at.FIRST_PARAMETER + k
     text = at.text_at(m, instance, attribute)
@@ -258,20 +249,20 @@ def _check_parameter(m: int, instance: int, k: int) -> None:
 
 
 @compiled
-def _most_points(m: int) -> int:
+def _most_points(m: Model) -> int:
     """Points that the path of one tendon can have between its ends."""
-    return max(0, size(m + LAYOUT.m_nwrap) - size(m + LAYOUT.m_ntendon) - 1)
+    return max(0, m.nwrap - m.ntendon - 1)
 
 
 @apart
-def _guides(m: int, instance: int) -> int:
+def _guides(m: Model, instance: int) -> int:
     """Guides of a sheath, as given or the most that its path can have."""
     each, inner = _count(m, instance, at.ARC_GUIDES, 1), _count(m, instance, at.INNER_GUIDES, 0)
     return _count(m, instance, at.GUIDES, _most_points(m) * each + inner)
 
 
 @apart
-def _state_size(m: int, instance: int) -> int:
+def _state_size(m: Model, instance: int) -> int:
     """Numbers of state of a sheath, before MuJoCo has the paths of its tendons."""
     each = _count(m, instance, at.ARC_GUIDES, 1)
     if each < 1:
@@ -286,11 +277,10 @@ def _state_size(m: int, instance: int) -> int:
 
 
 @apart
-def check_bound(m: int, d: int, instance: int, bound: Bound) -> None:
+def check_bound(m: Model, d: Data, instance: int, bound: Bound) -> None:
     """Refuse a sheath that cannot act on its tendon; the model is complete."""
     tendon = resolve(m, instance, at.TENDON, _TENDON)
-    first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
-    if integer(pointer(m + LAYOUT.m_wrap_type), first) == _FIXED:
+    if m.wrap_type[m.tendon_adr[tendon]] == _FIXED:
         _refuse_of_sheath(m, instance, at.TENDON, _not_spatial(), address_of(d))
     for other in range(instance):
         if at.is_sheath(m, other, instance) and resolve(m, other, at.TENDON, _TENDON) == tendon:
@@ -300,7 +290,7 @@ def check_bound(m: int, d: int, instance: int, bound: Bound) -> None:
 
 
 @apart
-def _check_path(m: int, d: int, instance: int, bound: Bound) -> None:
+def _check_path(m: Model, d: Data, instance: int, bound: Bound) -> None:
     """Refuse counts that are not those of the path, and branches where they cannot be."""
     if bound.tendon < 0.0 or not fits(bound, state_size_of(m, instance)):
         _refuse_of_sheath(m, instance, at.GUIDES, _other_count(), address_of(d))
@@ -314,16 +304,15 @@ def _check_path(m: int, d: int, instance: int, bound: Bound) -> None:
 
 
 @apart
-def _check_pull(m: int, d: int, instance: int, bound: Bound, tendon: int) -> None:
+def _check_pull(m: Model, d: Data, instance: int, bound: Bound, tendon: int) -> None:
     """Refuse a tendon that is pulled in two ways, or in none without a stiffness."""
     is_cable, sprung = bound.own_spring != 0.0, has_spring(m, tendon)
     if is_cable and not sprung:
         _refuse_of_sheath(m, instance, at.SPRING, _no_spring(), address_of(d))
     if is_wound(bound) and sprung and not is_cable:
         _refuse_of_sheath(m, instance, at.TENDON, _pulled_twice(), address_of(d))
-    for actuator in range(size(m + LAYOUT.m_nactuator)):
-        owner = integer(pointer(m + LAYOUT.m_actuator_plugin), actuator)
-        pulls = acts_on(m, actuator, tendon) and owner != instance
+    for actuator in range(m.nactuator):
+        pulls = acts_on(m, actuator, tendon) and m.actuator_plugin[actuator] != instance
         if pulls and (is_wound(bound) or is_cable):
             _refuse_of_sheath(m, instance, at.TENDON, _pulled_twice(), address_of(d))
     has_stiffness = is_cable or at.is_given(m, instance, at.AXIAL_STIFFNESS)
@@ -332,19 +321,19 @@ def _check_pull(m: int, d: int, instance: int, bound: Bound, tendon: int) -> Non
 
 
 @apart
-def sensor_width(m: int, instance: int) -> int:
+def sensor_width(m: Model, instance: int) -> int:
     """Numbers of a sensor on an instance."""
     if not at.is_sensor(m, instance):
         return at.ENDS
     kind, tendon = at.sensor_kind(m, instance), resolve(m, instance, at.TENDON, _TENDON)
-    for other in range(size(m + LAYOUT.m_nplugin)):
+    for other in range(m.nplugin):
         if at.is_sheath(m, other, instance) and resolve(m, other, at.TENDON, _TENDON) == tendon:
             return at.numbers_of(kind, _guides(m, other))
     return 1
 
 
 @apart
-def servo_state(m: int, instance: int) -> int:
+def servo_state(m: Model, instance: int) -> int:
     """Check the attributes of a servo; numbers of its state."""
     for k in range(len(_SERVO_BOUNDS)):
         text = at.text_at(m, instance, k)
@@ -371,19 +360,17 @@ def servo_state(m: int, instance: int) -> int:
     period, delay = at.number(m, instance, _PERIOD), at.number(m, instance, _DELAY)
     if period == 0.0 and delay == 0.0:
         return sv.size_of(0)
-    samples = delay / max(period, double(m + LAYOUT.o_timestep, 0))
+    samples = delay / max(period, m.opt.timestep)
     if not samples < _MOST_SAMPLES:
         _refuse_of_servo(m, instance, _DELAY, _too_large())
     return sv.size_of(math.ceil(samples - 1e-9) + 2)
 
 
 @apart
-def _has_motor(m: int, tendon: int) -> bool:
+def _has_motor(m: Model, tendon: int) -> bool:
     """Whether a tendon has a sheath whose input a joint winds."""
-    slots = pointer(m + LAYOUT.m_plugin)
-    for other in range(size(m + LAYOUT.m_nplugin)):
-        name = pointer(mjp_getPluginAtSlot(integer(slots, other)))
-        if at.index_of(name, _SHEATH_PLUGIN) != 0 or at.is_sensor(m, other):
+    for other in range(m.nplugin):
+        if at.index_of(plugin_name(m, other), _SHEATH_PLUGIN) != 0 or at.is_sensor(m, other):
             continue
         if resolve(m, other, at.TENDON, _TENDON) == tendon:
             return resolve(m, other, at.REEL_JOINT, _JOINT) >= 0

@@ -31,7 +31,7 @@ from tendon_mj.native import (
     entry,
 )
 from tendon_mj.plugin.abi import releases
-from tendon_mj.plugin.abi.layout import LAYOUT, SCENE
+from tendon_mj.plugin.abi.layout import LAYOUT, SCENE, Data, Model
 from tendon_mj.plugin.abi.library import (
     mj_version,
     mjp_getPlugin,
@@ -39,7 +39,7 @@ from tendon_mj.plugin.abi.library import (
     mjp_registerPlugin,
     mju_warning,
 )
-from tendon_mj.plugin.abi.memory import address_of, doubles, pointer, set_integer, set_pointer
+from tendon_mj.plugin.abi.memory import address_of, doubles, set_integer, set_word, word
 from tendon_mj.plugin.compiled_checks import refuse_slot
 from tendon_mj.plugin.servo_plugin import callbacks as _servo_callbacks  # noqa: F401, entries
 from tendon_mj.plugin.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
@@ -114,7 +114,7 @@ def _set_offsets() -> bool:
                 numbers = (
                     _layout() + 8 * entry if entry < _COUNT else _scene() + 8 * (entry - _COUNT)
                 )
-                set_pointer(numbers, _OFFSETS[k, entry])
+                set_word(numbers, _OFFSETS[k, entry])
             return True
     return False
 
@@ -124,26 +124,26 @@ def _find_functions() -> bool:
     """Find MuJoCo's functions in the process; return whether all are there."""
     engine, found = _ANYWHERE, _found()
     if _dlsym(engine, _ENGINE_NAMES.ctypes.data) == 0 and _IS_LINUX:
-        set_pointer(found, 0)
+        set_word(found, 0)
         _dl_iterate_phdr(_find_engine(), found)
-        engine = pointer(found)
+        engine = word(found)
         if engine == 0:
             return False
     for k in range(len(_ENGINE_NAMES)):
         function = _dlsym(engine, _ENGINE_NAMES.ctypes.data + _WIDTH * k)
         if function == 0:
             return False
-        set_pointer(_functions() + 8 * k, function)
+        set_word(_functions() + 8 * k, function)
     return True
 
 
 @entry("tendon_mj_find_engine", "i32(ptr, i64, ptr)")
 def find_engine(info: int, size: int, found: int) -> int:
     """Open MuJoCo's library once more where it is what `dl_iterate_phdr` shows; 1 ends that."""
-    name = pointer(info + 8)
+    name = word(info + 8)
     if _strstr(name, _library()) == 0:
         return 0
-    set_pointer(found, _dlopen(name, _LOADED_ALREADY))
+    set_word(found, _dlopen(name, _LOADED_ALREADY))
     return 1
 
 
@@ -158,24 +158,24 @@ def _begin(name: int, attributes: int, count: int, capabilities: int) -> int:
     struct, names = _struct(), _names()
     doubles(struct, 19)[:] = 0.0
     for k in range(count):
-        set_pointer(names + 8 * k, attributes + _WIDTH * k)
-    set_pointer(struct + _NAME, name)
+        set_word(names + 8 * k, attributes + _WIDTH * k)
+    set_word(struct + _NAME, name)
     set_integer(struct + _ATTRIBUTE_COUNT, count)
-    set_pointer(struct + _ATTRIBUTES, names)
+    set_word(struct + _ATTRIBUTES, names)
     set_integer(struct + _CAPABILITIES, capabilities)
     set_integer(struct + _NEEDSTAGE, _STAGE)
     return struct
 
 
 @entry("tendon_mj_placeholder_nsensordata", "i32(mjModel, i32, i32)")
-def placeholder_nsensordata(m: int, instance: int, sensor: int) -> int:
+def placeholder_nsensordata(m: Model, instance: int, sensor: int) -> int:
     """`nsensordata` of a placeholder, which `mj_loadModel` asks."""
     refuse_slot(m, 0, instance)
     return 0
 
 
 @entry("tendon_mj_placeholder_init", "i32(mjModel, mjData, i32)")
-def placeholder_init(m: int, d: int, instance: int) -> int:
+def placeholder_init(m: Model, d: Data, instance: int) -> int:
     """`init` of a placeholder, which `mj_makeData` asks."""
     refuse_slot(m, address_of(d), instance)
     return 0
@@ -187,8 +187,8 @@ def _reserve() -> None:
     while mjp_pluginCount() < _SLOT:
         name = _PLACEHOLDERS.ctypes.data + _WIDTH * mjp_pluginCount()
         struct = _begin(name, 0, 0, _ACTUATOR | _SENSOR | _PASSIVE)
-        set_pointer(struct + _NSENSORDATA, _placeholder_nsensordata())
-        set_pointer(struct + _INIT, _placeholder_init())
+        set_word(struct + _NSENSORDATA, _placeholder_nsensordata())
+        set_word(struct + _INIT, _placeholder_init())
         mjp_registerPlugin(struct)
 
 
@@ -199,23 +199,23 @@ def register() -> None:
         _reserve()
         names, count = _SHEATH_NAMES.ctypes.data, len(_SHEATH_NAMES)
         struct = _begin(_sheath(), names, count, _ACTUATOR | _SENSOR | _PASSIVE)
-        set_pointer(struct + NSTATE, _sheath_nstate())
-        set_pointer(struct + _NSENSORDATA, _sheath_nsensordata())
-        set_pointer(struct + _INIT, _sheath_init())
-        set_pointer(struct + _DESTROY, _sheath_destroy())
-        set_pointer(struct + _RESET, _sheath_reset())
-        set_pointer(struct + _COMPUTE, _sheath_compute())
-        set_pointer(struct + _ADVANCE, _sheath_advance())
-        set_pointer(struct + _VISUALIZE, _sheath_visualize())
+        set_word(struct + NSTATE, _sheath_nstate())
+        set_word(struct + _NSENSORDATA, _sheath_nsensordata())
+        set_word(struct + _INIT, _sheath_init())
+        set_word(struct + _DESTROY, _sheath_destroy())
+        set_word(struct + _RESET, _sheath_reset())
+        set_word(struct + _COMPUTE, _sheath_compute())
+        set_word(struct + _ADVANCE, _sheath_advance())
+        set_word(struct + _VISUALIZE, _sheath_visualize())
         mjp_registerPlugin(struct)
     if not _is_registered(_servo()):
         struct = _begin(_servo(), _SERVO_NAMES.ctypes.data, len(_SERVO_NAMES), _ACTUATOR)
-        set_pointer(struct + NSTATE, _servo_nstate())
-        set_pointer(struct + _INIT, _servo_init())
-        set_pointer(struct + _DESTROY, _servo_destroy())
-        set_pointer(struct + _RESET, _servo_reset())
-        set_pointer(struct + _COMPUTE, _servo_compute())
-        set_pointer(struct + _ADVANCE, _servo_advance())
+        set_word(struct + NSTATE, _servo_nstate())
+        set_word(struct + _INIT, _servo_init())
+        set_word(struct + _DESTROY, _servo_destroy())
+        set_word(struct + _RESET, _servo_reset())
+        set_word(struct + _COMPUTE, _servo_compute())
+        set_word(struct + _ADVANCE, _servo_advance())
         mjp_registerPlugin(struct)
 
 

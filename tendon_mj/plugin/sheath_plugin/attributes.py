@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.native import LocalDoubles, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.layout import Model
 from tendon_mj.plugin.abi.library import read_number
-from tendon_mj.plugin.abi.memory import byte, integer, pointer
+from tendon_mj.plugin.abi.memory import address_of, byte
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS
 
 # kind -> (quantity, unit, whether one number per "segment" or "guide" or one in all)
@@ -125,10 +125,9 @@ SPRING_NAMES = as_rows(SPRINGS)
 
 
 @compiled
-def text_at(m: int, instance: int, attribute: int) -> int:
+def text_at(m: Model, instance: int, attribute: int) -> int:
     """Address of an attribute's value, a zero-terminated string."""
-    start = integer(pointer(m + LAYOUT.m_plugin_attradr), instance)
-    address = pointer(m + LAYOUT.m_plugin_attr) + start
+    address = address_of(m.plugin_attr) + m.plugin_attradr[instance]
     for _ in range(attribute):
         while byte(address, 0) != 0:
             address += 1
@@ -137,22 +136,21 @@ def text_at(m: int, instance: int, attribute: int) -> int:
 
 
 @compiled
-def is_given(m: int, instance: int, attribute: int) -> bool:
+def is_given(m: Model, instance: int, attribute: int) -> bool:
     """Whether an attribute is written."""
     return byte(text_at(m, instance, attribute), 0) != 0
 
 
 @compiled
-def is_sensor(m: int, instance: int) -> bool:
+def is_sensor(m: Model, instance: int) -> bool:
     """Whether an instance has sensors of sheaths, and is not a sheath itself."""
     return is_given(m, instance, SENSOR)
 
 
 @compiled
-def is_sheath(m: int, other: int, instance: int) -> bool:
+def is_sheath(m: Model, other: int, instance: int) -> bool:
     """Whether an instance is a sheath, of the plugin of ``instance``."""
-    slots = pointer(m + LAYOUT.m_plugin)
-    return integer(slots, other) == integer(slots, instance) and not is_sensor(m, other)
+    return m.plugin[other] == m.plugin[instance] and not is_sensor(m, other)
 
 
 @compiled
@@ -174,30 +172,30 @@ def index_of(address: int, known: NDArray[np.uint8]) -> int:
 
 
 @compiled
-def sensor_kind(m: int, instance: int) -> int:
+def sensor_kind(m: Model, instance: int) -> int:
     """Index of an instance's kind of sensor, −1 for none."""
     return index_of(text_at(m, instance, SENSOR), KIND_NAMES)
 
 
 @compiled
-def is_input_at_last(m: int, instance: int) -> bool:
+def is_input_at_last(m: Model, instance: int) -> bool:
     """Whether the input end is the last site of the path."""
     return index_of(text_at(m, instance, INPUT_END), END_NAMES) == 1
 
 
 @compiled
-def is_cable_spring(m: int, instance: int) -> bool:
+def is_cable_spring(m: Model, instance: int) -> bool:
     """Whether the tendon's own spring is the cable's elasticity."""
     return index_of(text_at(m, instance, SPRING), SPRING_NAMES) == 1
 
 
 @compiled
-def has_length(m: int, instance: int) -> bool:
+def has_length(m: Model, instance: int) -> bool:
     """Whether a sheath's pretension or slack is written, so that its tendon has a length."""
     return is_given(m, instance, PRETENSION) or is_given(m, instance, SLACK)
 
 
 @compiled
-def number(m: int, instance: int, attribute: int) -> float:
+def number(m: Model, instance: int, attribute: int) -> float:
     """An attribute's number, 0 where it is not written."""
     return number_at(text_at(m, instance, attribute))

@@ -23,9 +23,9 @@ import numpy as np
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.native import apart
 from tendon_mj.plugin.abi.checks import Draft
-from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.layout import Model
 from tendon_mj.plugin.abi.library import C, free, malloc, mj_id2name, mj_name2id
-from tendon_mj.plugin.abi.memory import byte, integer, pointer, set_byte, size
+from tendon_mj.plugin.abi.memory import byte, set_byte
 from tendon_mj.plugin.sheath_plugin import attributes as at
 
 _OBJ = mujoco.mjtObj
@@ -89,18 +89,16 @@ def prefix_and_suffix(
 
 
 @apart
-def own_name(m: int, instance: int) -> int:
+def own_name(m: Model, instance: int) -> int:
     """Address of an instance's name, or of its sensor's or actuator's; 0 without any."""
     name = mj_id2name(m, _PLUGIN, instance)
     if name != 0 and byte(name, 0) != 0:
         return name
-    owners = pointer(m + LAYOUT.m_sensor_plugin)
-    for k in range(size(m + LAYOUT.m_nsensor)):
-        if integer(owners, k) == instance:
+    for k in range(m.nsensor):
+        if m.sensor_plugin[k] == instance:
             return mj_id2name(m, _SENSOR, k)
-    owners = pointer(m + LAYOUT.m_actuator_plugin)
-    for k in range(size(m + LAYOUT.m_nactuator)):
-        if integer(owners, k) == instance:
+    for k in range(m.nactuator):
+        if m.actuator_plugin[k] == instance:
             return mj_id2name(m, _ACTUATOR, k)
     return 0
 
@@ -115,7 +113,7 @@ def _length(text: int) -> int:
 
 
 @apart
-def _index(m: int, kind: int, own: int, end: int, start: int, text: int) -> int:
+def _index(m: Model, kind: int, own: int, end: int, start: int, text: int) -> int:
     """Index of the element called own[:end] + text + own[start:], −1 for none."""
     count, last = _length(text), _length(own) - start
     name = malloc(end + count + last + 1)
@@ -134,7 +132,7 @@ def _index(m: int, kind: int, own: int, end: int, start: int, text: int) -> int:
 
 
 @apart
-def _affixes(m: int, own: int, written: int, tendon: int) -> tuple[int, int]:
+def _affixes(m: Model, own: int, written: int, tendon: int) -> tuple[int, int]:
     """Where the prefix of a name ends and its suffix starts, as `prefix_and_suffix` has it."""
     last, inner = _length(own), _length(written)
     exists, first, prefix_end, suffix_start = False, True, 0, last
@@ -153,11 +151,11 @@ def _affixes(m: int, own: int, written: int, tendon: int) -> tuple[int, int]:
 
 
 @apart
-def _shared(m: int, own: int, tendon: int) -> tuple[int, int]:
+def _shared(m: Model, own: int, tendon: int) -> tuple[int, int]:
     """As `_affixes`, by the first that `around_tendon` gives."""
     last, inner = _length(own), _length(tendon)
     prefix_end, suffix_start = last, last
-    for index in range(size(m + LAYOUT.m_ntendon) if inner > 0 else 0):
+    for index in range(m.ntendon if inner > 0 else 0):
         name = mj_id2name(m, _TENDON, index)
         count = _length(name)
         for end in range(min(last, count - inner + 1)):
@@ -185,7 +183,7 @@ def _same(text: int, at: int, other: int, other_at: int, count: int) -> bool:
 
 @apart
 def resolve_from(
-    m: int, instance: int, tendon: int, written: int, attribute: int, kind: int
+    m: Model, instance: int, tendon: int, written: int, attribute: int, kind: int
 ) -> int:
     """As ``resolve``, of a plugin whose attributes `tendon` and `instance` are these."""
     own = own_name(m, instance)
@@ -199,7 +197,7 @@ def resolve_from(
 
 
 @apart
-def resolve(m: int, instance: int, attribute: int, kind: int) -> int:
+def resolve(m: Model, instance: int, attribute: int, kind: int) -> int:
     """Index of the element, an `mjtObj`, that an attribute of a sheath names, −1 for none."""
     return resolve_from(m, instance, at.TENDON, at.INSTANCE, attribute, kind)
 
