@@ -16,12 +16,10 @@ from tendon_mj.native.marks import Constants as Constants
 from tendon_mj.native.marks import EngineFunction as EngineFunction
 from tendon_mj.native.marks import External as External
 from tendon_mj.native.marks import Field as Field
-from tendon_mj.native.marks import Load as Load
 from tendon_mj.native.marks import LocalDoubles as LocalDoubles
 from tendon_mj.native.marks import Pointer as Pointer
 from tendon_mj.native.marks import Record as Record
 from tendon_mj.native.marks import Shared as Shared
-from tendon_mj.native.marks import Store as Store
 from tendon_mj.native.marks import Struct as Struct
 from tendon_mj.native.marks import Text as Text
 from tendon_mj.native.marks import Word as Word

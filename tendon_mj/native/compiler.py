@@ -103,45 +103,35 @@ def _meaning_of(kind: type) -> Callable[[Callable[[Any], Any]], None]:
     return register
 
 
-def _at(builder: Any, address: Any, kind: Any, index: Any = None) -> Any:
+def _at(builder: Any, address: Any, kind: Any) -> Any:
+    """Pointer to a type at an address, which is an integer or a pointer itself."""
     is_pointer = isinstance(address.type, ir.PointerType)
     cast = builder.bitcast if is_pointer else builder.inttoptr
-    pointer = cast(address, kind.as_pointer())
-    return pointer if index is None else builder.gep(pointer, [index])
+    return cast(address, kind.as_pointer())
 
 
-@_meaning_of(marks.Load)
-def _load(mark: marks.Load) -> Any:
-    stored = numba.from_dtype(np.dtype(mark.kind))
-    result = types.float64 if isinstance(stored, types.Float) else types.int64
+def _as_integer(builder: Any, address: Any) -> Any:
+    is_pointer = isinstance(address.type, ir.PointerType)
+    return builder.ptrtoint(address, _WORD) if is_pointer else address
 
+
+def _as_type(context: Any, builder: Any, address: Any, kind: Any) -> Any:
+    """An address as a value of a type that stands for what is there."""
+    value_type = context.get_value_type(kind)
+    if isinstance(value_type, ir.PointerType):
+        return _at(builder, address, value_type.pointee)
+    return _as_integer(builder, address)
+
+
+def _cast_to(kind: Any) -> Any:
     @intrinsic
-    def load(typing_context: Any, address: Any, index: Any) -> Any:
+    def cast(typing_context: Any, address: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            place = _at(builder, arguments[0], context.get_data_type(stored), arguments[1])
-            number = builder.load(place)
-            return context.cast(builder, number, stored, result)
+            return _as_type(context, builder, arguments[0], kind)
 
-        return result(types.intp, types.intp), build
+        return kind(types.intp), build
 
-    return load
-
-
-@_meaning_of(marks.Store)
-def _store(mark: marks.Store) -> Any:
-    stored = numba.from_dtype(np.dtype(mark.kind))
-
-    @intrinsic
-    def store(typing_context: Any, address: Any, index: Any, value: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            number = context.cast(builder, arguments[2], value, stored)
-            kind = context.get_data_type(stored)
-            builder.store(number, _at(builder, arguments[0], kind, arguments[1]))
-            return context.get_dummy_value()
-
-        return types.void(types.intp, types.intp, value), build
-
-    return store
+    return cast
 
 
 @_meaning_of(marks.Word)
@@ -210,25 +200,14 @@ def _address_of(mark: marks.AddressOf) -> Any:
     return address
 
 
-def _pointer_to(kind: Any) -> Any:
-    @intrinsic
-    def cast(typing_context: Any, address: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
-
-        return types.CPointer(kind)(types.intp), build
-
-    return cast
-
-
 @_meaning_of(marks.Pointer)
 def _pointer(mark: marks.Pointer) -> Any:
-    return _pointer_to(numba.from_dtype(np.dtype(mark.kind)))
+    return _cast_to(_type_of(None, marks.array_of(mark.kind), 1))
 
 
 @_meaning_of(marks.Array)
 def _array(mark: marks.Array) -> Any:
-    cast = _pointer_to(numba.from_dtype(mark.dtype))
+    cast = _cast_to(types.CPointer(numba.from_dtype(mark.dtype)))
 
     def array(address: int, count: int) -> Any:
         return carray(cast(address), (count,))
@@ -238,17 +217,13 @@ def _array(mark: marks.Array) -> Any:
 
 @_meaning_of(marks.Record)
 def _record(mark: marks.Record) -> Any:
-    kind = numba.from_dtype(mark.dtype)
+    # a compiled function would return a copy of the record
+    return _cast_to(numba.from_dtype(mark.dtype))
 
-    @intrinsic
-    def record(typing_context: Any, address: Any) -> Any:
-        # a compiled function would return a copy of the record
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.inttoptr(arguments[0], context.get_value_type(kind))
 
-        return kind(types.intp), build
-
-    return record
+@_meaning_of(marks.Struct)
+def _struct(mark: marks.Struct) -> Any:
+    return _cast_to(_Struct(mark))
 
 
 def _call(context: Any, builder: Any, wanted: Any, address: Any, values: Any, kinds: Any) -> Any:
@@ -258,7 +233,7 @@ def _call(context: Any, builder: Any, wanted: Any, address: Any, values: Any, ki
     c_types = [context.get_value_type(kind) for kind in wanted.args]
     function = builder.inttoptr(address, ir.FunctionType(c_result, c_types).as_pointer())
     given = [
-        _as_address(builder, value)
+        _as_integer(builder, value)
         if isinstance(kind, _Struct | _Rows | types.CPointer)
         else context.cast(builder, value, kind, want)
         for value, kind, want in zip(values, kinds, wanted.args, strict=True)
@@ -375,10 +350,10 @@ class _Struct(types.Type):  # type: ignore[misc]
 class _Rows(types.Type):  # type: ignore[misc]
     """An array that is not a `CPointer` of mjtNum, by its address."""
 
-    def __init__(self, offsets: marks.Constants, field: marks.Field) -> None:
+    def __init__(self, offsets: marks.Constants | None, field: marks.Field) -> None:
         self.offsets = offsets
         self.field = field
-        super().__init__(f"{offsets.symbol} {field}")
+        super().__init__(f"{field}")
 
 
 class _AddressModel(models.PrimitiveModel):  # type: ignore[misc]
@@ -390,7 +365,7 @@ register_model(_Struct)(_AddressModel)
 register_model(_Rows)(_AddressModel)
 
 
-def _type_of(offsets: marks.Constants, field: marks.Field, dimensions: int) -> Any:
+def _type_of(offsets: marks.Constants | None, field: marks.Field, dimensions: int) -> Any:
     """Type of a field, or of a part of one that has fewer dimensions."""
     if dimensions == 0 and field.kind in marks.STRUCTS:
         return _Struct(marks.STRUCTS[field.kind])
@@ -398,20 +373,7 @@ def _type_of(offsets: marks.Constants, field: marks.Field, dimensions: int) -> A
         return types.float64 if field.kind.startswith("float") else types.int64
     if dimensions == 1 and field.kind == "float64":
         return types.CPointer(types.float64)
-    return _Rows(offsets, field if dimensions == field.dimensions else marks.row_of(field))
-
-
-def _as_address(builder: Any, value: Any) -> Any:
-    is_pointer = isinstance(value.type, ir.PointerType)
-    return builder.ptrtoint(value, _WORD) if is_pointer else value
-
-
-def _as_type(context: Any, builder: Any, address: Any, kind: Any) -> Any:
-    """What an address is as a value of the type of an array or struct."""
-    value_type = context.get_value_type(kind)
-    if isinstance(value_type, ir.PointerType):
-        return _at(builder, address, value_type.pointee)
-    return _as_address(builder, address)
+    return _Rows(offsets, field if dimensions == field.dimensions else marks.array_of(field.kind))
 
 
 def _read(context: Any, builder: Any, place: Any, field: marks.Field, result: Any) -> Any:
@@ -428,24 +390,12 @@ def _write(
     builder.store(number, _at(builder, place, context.get_data_type(stored)))
 
 
-@_meaning_of(marks.Struct)
-def _struct(mark: marks.Struct) -> Any:
-    @intrinsic
-    def struct(typing_context: Any, address: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return arguments[0]
-
-        return _Struct(mark)(types.intp), build
-
-    return struct
-
-
 @_meaning_of(marks.Address)
 def _address(mark: marks.Address) -> Any:
     @intrinsic
     def address(typing_context: Any, held: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return _as_address(builder, arguments[0])
+            return _as_integer(builder, arguments[0])
 
         return types.intp(held), build
 
@@ -531,19 +481,16 @@ class _SetItem(AbstractTemplate):  # type: ignore[misc]
 
 
 def _item(builder: Any, kind: Any, address: Any, index: Any) -> Any:
-    """Address of what an index into an array means."""
-    row, *column = cgutils.unpack_tuple(builder, index) if _is_tuple(index) else (index,)
+    """Pointer to what an index into an array means."""
+    is_one = isinstance(index.type, ir.IntType)
+    row, *columns = [index] if is_one else cgutils.unpack_tuple(builder, index)
     size = kind.field.row
     size = _constant(builder, kind.offsets, size) if isinstance(size, str) else _WORD(size)
-    place = _at(builder, address, ir.IntType(8), builder.mul(size, row))
-    for k in column:
+    place = builder.gep(_at(builder, address, ir.IntType(8)), [builder.mul(size, row)])
+    for column in columns:
         size = _WORD(np.dtype(kind.field.kind).itemsize)
-        place = builder.gep(place, [builder.mul(size, k)])
+        place = builder.gep(place, [builder.mul(size, column)])
     return place
-
-
-def _is_tuple(value: Any) -> bool:
-    return not isinstance(value.type, ir.IntType)
 
 
 @lower_builtin(operator.getitem, _Rows, types.Integer)

@@ -91,20 +91,6 @@ class EngineFunction(External):
         ENGINE.append(symbol)
 
 
-class Load(_Mark):
-    """Function of an address and an index: the number there, as int64 or float64."""
-
-    def __init__(self, kind: str) -> None:
-        self.kind = kind  # of NumPy
-
-
-class Store(_Mark):
-    """Procedure of an address, an index and a number that is written there."""
-
-    def __init__(self, kind: str) -> None:
-        self.kind = kind
-
-
 class Word(_Mark):
     """Function of an address: the eight bytes there as int64; they may begin anywhere."""
 
@@ -137,7 +123,7 @@ class LocalDoubles(_Mark):
 
 
 class Pointer(_Mark):
-    """Function of an address: a C pointer to numbers, whose indices do not wrap around."""
+    """Function of an address: the numbers there, however many, as a field of a struct has them."""
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
@@ -216,11 +202,16 @@ class Field(NamedTuple):
     is_inline: bool = False  # whether the struct holds the array itself, not its address
 
 
+def array_of(kind: str) -> Field:
+    """Numbers one behind the other."""
+    return Field(kind, 1, np.dtype(kind).itemsize)
+
+
 class Struct(_Mark):
     """Function of an address: the C struct there, of which compiled code uses fields by name.
 
     Arrays are indexed as NumPy's in Python: ``m.tendon_range[tendon, 1]``, ``d.xpos[body]`` for a
-    row, ``d.wrap_xpos.flat[k]``; but an index below 0 does not wrap around, and they have no length.
+    row, ``d.wrap_xpos.flat[k]``. They have no length, and no index below 0.
 
     Args:
         symbol: name, also in signatures.
@@ -240,8 +231,3 @@ class Struct(_Mark):
 
 
 STRUCTS: Final[dict[str, Struct]] = {}  # by symbol
-
-
-def row_of(field: Field) -> Field:
-    """A row of a field of two dimensions."""
-    return Field(field.kind, 1, np.dtype(field.kind).itemsize)

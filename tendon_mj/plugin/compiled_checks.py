@@ -23,7 +23,7 @@ from tendon_mj.plugin.abi.library import (
     plugin_name,
     read_number,
 )
-from tendon_mj.plugin.abi.memory import address_of, byte, set_byte, word
+from tendon_mj.plugin.abi.memory import address_of, letters, word
 from tendon_mj.plugin.servo_plugin import state as sv
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.input_force import acts_on, has_spring
@@ -120,12 +120,12 @@ def _refuse(m: Model, d: int, instance: int, attribute: int, value: int, reason:
         used = append(message, used, name, _SIZE // 2)
     used = append(message, used, _instance(), _SIZE - 1)
     used = append(message, used, attribute, _SIZE - 1)
-    if byte(value, 0) != 0:
+    if letters(value)[0] != 0:
         used = append(message, used, _equals(), _SIZE - 1)
         used = append(message, used, value, _SIZE - _SIZE // 4)
         used = append(message, used, _quote(), _SIZE - 1)
     used = append(message, used, reason, _SIZE - 1)
-    set_byte(message + used, 0)
+    letters(message)[used] = 0
     if d != 0:
         data_at(d).nplugin = instance  # only those before it have begun
         mj_deleteData(d)
@@ -162,7 +162,7 @@ def _is_number(text: int) -> bool:
     end = _end()
     read_number(text, end)
     after = word(end)
-    return after != text and byte(after, 0) == 0
+    return after != text and letters(after)[0] == 0
 
 
 @apart
@@ -177,12 +177,12 @@ def _is_admitted(bounds: FloatArray, k: int, value: float) -> bool:
 def _count(m: Model, instance: int, attribute: int, otherwise: int) -> int:
     """A count that is given as an attribute of a sheath."""
     text, count, digits = at.text_at(m, instance, attribute), 0, 0
-    while 48 <= byte(text, digits) <= 57 and digits < 7:
-        count = 10 * count + byte(text, digits) - 48
+    while 48 <= letters(text)[digits] <= 57 and digits < 7:
+        count = 10 * count + letters(text)[digits] - 48
         digits += 1
-    if byte(text, 0) == 0:
+    if letters(text)[0] == 0:
         return otherwise
-    if digits > 6 or byte(text, digits) != 0:
+    if digits > 6 or letters(text)[digits] != 0:
         _refuse_of_sheath(m, instance, attribute, _no_count())
     return count
 
@@ -235,7 +235,7 @@ def _check_parameter(m: Model, instance: int, k: int) -> None:
     """Refuse a number of a sheath that is missing, none, out of range, or without its scale."""
     attribute = at.FIRST_PARAMETER + k
     text = at.text_at(m, instance, attribute)
-    if byte(text, 0) == 0:
+    if letters(text)[0] == 0:
         if _SHEATH_BOUNDS[k, 3] != 0.0 and attribute != at.AXIAL_STIFFNESS:
             _refuse_of_sheath(m, instance, attribute, _missing())
         return
@@ -337,7 +337,7 @@ def servo_state(m: Model, instance: int) -> int:
     """Check the attributes of a servo; numbers of its state."""
     for k in range(len(_SERVO_BOUNDS)):
         text = at.text_at(m, instance, k)
-        if byte(text, 0) == 0:
+        if letters(text)[0] == 0:
             if _SERVO_BOUNDS[k, 3] != 0.0:
                 _refuse_of_servo(m, instance, k, _missing())
         elif not _is_number(text):
@@ -348,9 +348,9 @@ def servo_state(m: Model, instance: int) -> int:
         at.text_at(m, instance, sv.FEEDBACK),
         at.text_at(m, instance, sv.BACKDRIVE),
     )
-    if byte(feedback, 0) != 0 and at.index_of(feedback, _FEEDBACKS) < 0:
+    if letters(feedback)[0] != 0 and at.index_of(feedback, _FEEDBACKS) < 0:
         _refuse_of_servo(m, instance, sv.FEEDBACK, _unknown_word())
-    if byte(backdrive, 0) != 0 and at.index_of(backdrive, _SWITCH) < 0:
+    if letters(backdrive)[0] != 0 and at.index_of(backdrive, _SWITCH) < 0:
         _refuse_of_servo(m, instance, sv.BACKDRIVE, _unknown_word())
     tendon = resolve_from(m, instance, sv.TENDON, sv.INSTANCE, sv.TENDON, _TENDON)
     if tendon < 0:

@@ -157,7 +157,7 @@ def _verify_registered(library: Library) -> None:
         EngineError: the program has loaded one before.
     """
     struct = C.mjp_getPlugin(NAMES[0].encode(), ctypes.byref(ctypes.c_int()))
-    nstate = ctypes.c_void_p.from_address(struct + registration.NSTATE).value
+    nstate = ctypes.c_void_p.from_address(struct + 8 * registration.NSTATE).value
     if nstate != library.address("tendon_mj_sheath_nstate"):
         raise EngineError(
             f"another copy of the library has registered the plugin {NAMES[0]}: import tendon_mj "

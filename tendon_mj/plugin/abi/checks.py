@@ -25,7 +25,7 @@ from tendon_mj.errors import INTERRUPTED, InvalidValueError, TendonError, Unknow
 from tendon_mj.native import Called, LocalDoubles, Shared, Text, compiled
 from tendon_mj.plugin.abi.layout import mirror
 from tendon_mj.plugin.abi.library import C, mju_error
-from tendon_mj.plugin.abi.memory import integer, set_integer, word
+from tendon_mj.plugin.abi.memory import integers, word
 
 _TENDON = mujoco.mjtObj.mjOBJ_TENDON
 # Text that Python and the C library read alike as a number.
@@ -207,7 +207,7 @@ def _with_data(function: Callable[[int, int], int]) -> Callable[[int, int, int],
 @compiled
 def _count_at(reply: int) -> int:
     """The count in a reply; raises its message in MuJoCo where there is none."""
-    count = integer(reply, 0)
+    count = integers(reply)[0]
     if count == _SILENT:
         mju_error(_interrupted())
     if count < 0:
@@ -229,16 +229,16 @@ def asks(which: int) -> bool:
 def ask_size(which: int, m: int, instance: int) -> int:
     """Numbers of state of an instance, 0 where it was refused."""
     reply = _reply()
-    set_integer(reply, _SILENT)
+    integers(reply)[0] = _SILENT
     _ask_of_instance(word(_checks() + 8 * which), reply, m, instance)
-    return 0 if integer(reply, 0) == _REFUSED else _count_at(reply)
+    return 0 if integers(reply)[0] == _REFUSED else _count_at(reply)
 
 
 @compiled
 def ask_complete(which: int, m: int, d: int, instance: int) -> None:
     """Raise what `init` refuses."""
     reply = _reply()
-    set_integer(reply, _SILENT)
+    integers(reply)[0] = _SILENT
     _ask_of_data(word(_checks() + 8 * which), reply, m, d, instance)
     _count_at(reply)
 
@@ -247,7 +247,7 @@ def ask_complete(which: int, m: int, d: int, instance: int) -> None:
 def ask_sensor_size(which: int, m: int, instance: int, sensor: int) -> int:
     """Numbers of a sensor."""
     reply = _reply()
-    set_integer(reply, _SILENT)
+    integers(reply)[0] = _SILENT
     _ask_of_sensor(word(_checks() + 8 * which), reply, m, instance, sensor)
     return _count_at(reply)
 

@@ -13,7 +13,7 @@ import mujoco
 from tendon_mj.errors import EngineError
 from tendon_mj.native import EngineFunction, External, LocalDoubles, apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
-from tendon_mj.plugin.abi.memory import byte, set_byte, set_word, word
+from tendon_mj.plugin.abi.memory import letters, word, words
 
 
 def _find() -> Path:
@@ -81,18 +81,18 @@ _copy = LocalDoubles(_LONGEST // 8 + 1)
 @apart
 def read_number(text: int, end: int) -> float:
     """Number at the beginning of a text, whatever the locale; ``end`` receives where it ends."""
-    point = byte(word(_localeconv()), 0)
+    point = letters(word(_localeconv()))[0]
     if point == _POINT:
         return _strtod(text, end)
     copy, count = _copy(), 0
-    letter = byte(text, 0)
+    letter = letters(text)[0]
     while letter != 0 and letter != point and count < _LONGEST:
-        set_byte(copy + count, point if letter == _POINT else letter)
+        letters(copy)[count] = point if letter == _POINT else letter
         count += 1
-        letter = byte(text, count)
-    set_byte(copy + count, 0)
+        letter = letters(text)[count]
+    letters(copy)[count] = 0
     value = _strtod(copy, end)
-    set_word(end, text + word(end) - copy)
+    words(end)[0] = text + word(end) - copy
     return value
 
 
@@ -155,17 +155,17 @@ def append(message: int, used: int, text: int, limit: int) -> int:
     `mju_warning` takes a format as `printf` does: a percent sign in a name is doubled.
     """
     index = 0
-    letter = byte(text, 0)
+    letter = letters(text)[0]
     while letter != 0 and used < limit - 1:
-        set_byte(message + used, letter)
+        letters(message)[used] = letter
         used += 1
         if letter == _PERCENT:
-            set_byte(message + used, letter)
+            letters(message)[used] = letter
             used += 1
         index += 1
-        letter = byte(text, index)
+        letter = letters(text)[index]
     if _INNER <= letter < _FIRST:  # no letter is cut in two, which no handler in Python survives
-        while used > 0 and _INNER <= byte(message, used - 1) < _FIRST:
+        while used > 0 and _INNER <= letters(message)[used - 1] < _FIRST:
             used -= 1
         used -= 1
     return used
@@ -178,5 +178,5 @@ def warn(before: int, name: int, after: int) -> None:
     used = append(message, 0, before, _SIZE // 4)
     used = append(message, used, name, _SIZE // 2)
     used = append(message, used, after, _SIZE - 1)
-    set_byte(message + used, 0)
+    letters(message)[used] = 0
     mju_warning(message)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tendon_mj.native import LocalDoubles, compiled
 from tendon_mj.plugin.abi.layout import Model
 from tendon_mj.plugin.abi.library import read_number
-from tendon_mj.plugin.abi.memory import address_of, byte
+from tendon_mj.plugin.abi.memory import address_of, letters
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS
 
 # kind -> (quantity, unit, whether one number per "segment" or "guide" or one in all)
@@ -129,7 +129,7 @@ def text_at(m: Model, instance: int, attribute: int) -> int:
     """Address of an attribute's value, a zero-terminated string."""
     address = address_of(m.plugin_attr) + m.plugin_attradr[instance]
     for _ in range(attribute):
-        while byte(address, 0) != 0:
+        while letters(address)[0] != 0:
             address += 1
         address += 1
     return address
@@ -138,7 +138,7 @@ def text_at(m: Model, instance: int, attribute: int) -> int:
 @compiled
 def is_given(m: Model, instance: int, attribute: int) -> bool:
     """Whether an attribute is written."""
-    return byte(text_at(m, instance, attribute), 0) != 0
+    return letters(text_at(m, instance, attribute))[0] != 0
 
 
 @compiled
@@ -156,7 +156,7 @@ def is_sheath(m: Model, other: int, instance: int) -> bool:
 @compiled
 def number_at(address: int) -> float:
     """Number that a string holds, 0 for an empty one."""
-    return 0.0 if byte(address, 0) == 0 else read_number(address, _end())
+    return 0.0 if letters(address)[0] == 0 else read_number(address, _end())
 
 
 @compiled
@@ -164,7 +164,7 @@ def index_of(address: int, known: NDArray[np.uint8]) -> int:
     """Index of a string among the known words, −1 for none."""
     for word in range(known.shape[0]):
         k = 0
-        while k < 31 and byte(address, k) == known[word, k]:
+        while k < 31 and letters(address)[k] == known[word, k]:
             if known[word, k] == 0:
                 return word
             k += 1

@@ -18,7 +18,7 @@ import mujoco
 from tendon_mj.native import LocalDoubles, apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import free, malloc, plugin_name
-from tendon_mj.plugin.abi.memory import address_of, doubles, set_word, word
+from tendon_mj.plugin.abi.memory import address_of, doubles, word, words
 from tendon_mj.plugin.compiled_checks import check_bound
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.input_force import (
@@ -191,7 +191,7 @@ def new_binding(d: Data, instance: int, kind: int, count: int) -> int:
     """Memory for so many numbers, all 0, in `mjData.plugin_data`; its address."""
     release(d, instance)
     block = malloc(8 * (count + 1))
-    set_word(block, kind)
+    words(block)[0] = kind
     doubles(block + 8, count)[:] = 0.0
     d.plugin_data[instance] = block
     return block + 8

@@ -25,7 +25,7 @@ from tendon_mj.native import apart
 from tendon_mj.plugin.abi.checks import Draft
 from tendon_mj.plugin.abi.layout import Model
 from tendon_mj.plugin.abi.library import C, free, malloc, mj_id2name, mj_name2id
-from tendon_mj.plugin.abi.memory import byte, set_byte
+from tendon_mj.plugin.abi.memory import letters
 from tendon_mj.plugin.sheath_plugin import attributes as at
 
 _OBJ = mujoco.mjtObj
@@ -92,7 +92,7 @@ def prefix_and_suffix(
 def own_name(m: Model, instance: int) -> int:
     """Address of an instance's name, or of its sensor's or actuator's; 0 without any."""
     name = mj_id2name(m, _PLUGIN, instance)
-    if name != 0 and byte(name, 0) != 0:
+    if name != 0 and letters(name)[0] != 0:
         return name
     for k in range(m.nsensor):
         if m.sensor_plugin[k] == instance:
@@ -107,7 +107,7 @@ def own_name(m: Model, instance: int) -> int:
 def _length(text: int) -> int:
     """Bytes of a zero-terminated string; 0 at address 0."""
     count = 0
-    while text != 0 and byte(text, count) != 0:
+    while text != 0 and letters(text)[count] != 0:
         count += 1
     return count
 
@@ -121,11 +121,11 @@ def _index(m: Model, kind: int, own: int, end: int, start: int, text: int) -> in
         free(name)
         return -1
     for k in range(end):
-        set_byte(name + k, byte(own, k))
+        letters(name)[k] = letters(own)[k]
     for k in range(count):
-        set_byte(name + end + k, byte(text, k))
+        letters(name)[end + k] = letters(text)[k]
     for k in range(last + 1):
-        set_byte(name + end + count + k, byte(own, start + k) if k < last else 0)
+        letters(name)[end + count + k] = letters(own)[start + k] if k < last else 0
     index = mj_name2id(m, kind, name)
     free(name)
     return index
@@ -167,7 +167,7 @@ def _shared(m: Model, own: int, tendon: int) -> tuple[int, int]:
                 and _same(name, end + inner, own, start, last - start)
             ):
                 prefix_end, suffix_start = end, start
-            if byte(own, end) != byte(name, end):
+            if letters(own)[end] != letters(name)[end]:
                 break
     return (0, last) if prefix_end == last else (prefix_end, suffix_start)
 
@@ -176,7 +176,7 @@ def _shared(m: Model, own: int, tendon: int) -> tuple[int, int]:
 def _same(text: int, at: int, other: int, other_at: int, count: int) -> bool:
     """Whether ``count`` bytes of two strings are the same, each from its own place on."""
     k = 0
-    while k < count and byte(text, at + k) == byte(other, other_at + k):
+    while k < count and letters(text)[at + k] == letters(other)[other_at + k]:
         k += 1
     return k == count
 

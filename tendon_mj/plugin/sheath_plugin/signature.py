@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from tendon_mj.native import LocalDoubles, apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
-from tendon_mj.plugin.abi.memory import address_of, byte, coordinates, plus, times, word
+from tendon_mj.plugin.abi.memory import address_of, coordinates, letters, plus, times, word
 from tendon_mj.plugin.sheath_plugin.input_force import has_spring
 from tendon_mj.typing import FloatArray
 
@@ -65,7 +65,7 @@ def hashed(text: int, count: int) -> int:
         return plus(total, _weighed(text + count - 8, power, _FACTOR))
     for k in range(start, count):
         power = times(power, _FACTOR)
-        total = plus(total, times(byte(text, k), power))
+        total = plus(total, times(letters(text)[k], power))
     return total
 
 
