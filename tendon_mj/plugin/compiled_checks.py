@@ -28,6 +28,7 @@ from tendon_mj.plugin.servo_plugin import state as sv
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.input_force import acts_on, has_spring
 from tendon_mj.plugin.sheath_plugin.names import own_name, resolve, resolve_from
+from tendon_mj.plugin.sheath_plugin.path import NOT_GIVEN, capacity
 from tendon_mj.plugin.sheath_plugin.state import (
     PARAMETERS,
     Bound,
@@ -248,28 +249,20 @@ def _check_parameter(m: Model, instance: int, k: int) -> None:
         _refuse_of_sheath(m, instance, attribute, _no_scale())
 
 
-@compiled
-def _most_points(m: Model) -> int:
-    """Points that the path of one tendon can have between its ends."""
-    return max(0, m.nwrap - m.ntendon - 1)
-
-
 @apart
-def _guides(m: Model, instance: int) -> int:
-    """Guides of a sheath, as given or the most that its path can have."""
-    each, inner = _count(m, instance, at.ARC_GUIDES, 1), _count(m, instance, at.INNER_GUIDES, 0)
-    return _count(m, instance, at.GUIDES, _most_points(m) * each + inner)
+def _capacity(m: Model, instance: int) -> tuple[int, int]:
+    """Guides and arcs of a sheath to allocate memory for."""
+    each = _count(m, instance, at.ARC_GUIDES, NOT_GIVEN)
+    if each == 0:
+        _refuse_of_sheath(m, instance, at.ARC_GUIDES, _no_count())
+    guides = _count(m, instance, at.GUIDES, NOT_GIVEN)
+    return capacity(m, guides, each, _count(m, instance, at.INNER_GUIDES, 0))
 
 
 @apart
 def _state_size(m: Model, instance: int) -> int:
-    """Numbers of state of a sheath, before MuJoCo has the paths of its tendons."""
-    each = _count(m, instance, at.ARC_GUIDES, 1)
-    if each < 1:
-        _refuse_of_sheath(m, instance, at.ARC_GUIDES, _no_count())
-    guides, arcs = _guides(m, instance), _most_points(m)
-    if at.is_given(m, instance, at.GUIDES):
-        arcs = guides // each if at.is_given(m, instance, at.ARC_GUIDES) else 0
+    """Numbers of state of a sheath."""
+    guides, arcs = _capacity(m, instance)
     numbers = size_of(guides, arcs)
     if numbers > _MOST_STATE:
         _refuse_of_sheath(m, instance, at.GUIDES, _too_large())
@@ -328,7 +321,7 @@ def sensor_width(m: Model, instance: int) -> int:
     kind, tendon = at.sensor_kind(m, instance), resolve(m, instance, at.TENDON, _TENDON)
     for other in range(m.nplugin):
         if at.is_sheath(m, other, instance) and resolve(m, other, at.TENDON, _TENDON) == tendon:
-            return at.numbers_of(kind, _guides(m, other))
+            return at.numbers_of(kind, _capacity(m, other)[0])
     return 1
 
 

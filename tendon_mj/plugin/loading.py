@@ -108,9 +108,9 @@ _SMALLEST = f"""
 
 def _raise_refusals(model: Draft) -> None:
     """Raise the first refusal of those that were a state of size 0."""
-    for k in filter(model.is_refused, range(model.fields.nplugin)):
-        if model.plugin(k) in _CHECKS:
-            _CHECKS[model.plugin(k)].state_size(model.address, k)
+    for k in filter(model.is_refused, range(model.nplugin)):
+        if model.plugin_name(k) in _CHECKS:
+            _CHECKS[model.plugin_name(k)].state_size(model.address, k)
             raise EngineError(f"{model.where(k)}: refused at first, and then not")
 
 

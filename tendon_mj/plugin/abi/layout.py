@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import math
 from collections.abc import Callable, Mapping
+from types import SimpleNamespace
 from typing import Any, Final, TypeAlias
 
 import mujoco
@@ -137,13 +139,38 @@ def field(struct: str, name: str) -> Field | None:
     kind = _kind(declared.type.inner_type)
     if kind in structs.STRUCTS:
         return Field(kind, 1, "geom_bytes")
-    row = np.dtype(kind).itemsize
+    row: int | str = np.dtype(kind).itemsize
     if isinstance(declared.type, ast_nodes.ArrayType):
         return Field(kind, 1, row, is_inline=True)
-    extents = declared.array_extent
-    for extent in extents[1:]:
-        row *= extent if isinstance(extent, int) else getattr(mujoco, extent)
-    return Field(kind, len(extents), "equality_bytes" if name == "eq_data" else row)
+    columns = _columns(declared)
+    row = "equality_bytes" if name == "eq_data" else row * math.prod(columns)
+    return Field(kind, 1 + len(columns), row)
+
+
+def bound(struct: str, address: int, name: str) -> Any:
+    """A field of the struct at an address, as the Python bindings have it.
+
+    Raises:
+        AttributeError: there is no such field.
+    """
+    held = mirror(struct).from_address(address)
+    value, described = getattr(held, name), field(struct, name)
+    if described is None or described.dimensions == 0:
+        return value
+    declared = {f.name: f for f in structs.STRUCTS[struct].fields}[name]
+    shape = (getattr(held, declared.array_extent[0]), *_columns(declared))
+    dtype = np.dtype(_ctype(declared.type.inner_type))
+    if not value or 0 in shape:
+        return np.empty(shape, dtype)
+    # an array type of ctypes, one for each length, would leave some memory behind
+    shown = {"data": (value, False), "shape": shape, "typestr": dtype.str, "version": 3}
+    return np.asarray(SimpleNamespace(__array_interface__=shown))
+
+
+def _columns(declared: Any) -> list[int]:
+    """Extents of an array behind the first."""
+    extents = declared.array_extent[1:]
+    return [extent if isinstance(extent, int) else getattr(mujoco, extent) for extent in extents]
 
 
 def _kind(declared: Any) -> str:

@@ -29,7 +29,7 @@ from tendon_mj.plugin.sheath_plugin.input_force import (
     note_spring,
 )
 from tendon_mj.plugin.sheath_plugin.names import resolve
-from tendon_mj.plugin.sheath_plugin.path import count_wraps, mark_branches
+from tendon_mj.plugin.sheath_plugin.path import count_guides, mark_branches
 from tendon_mj.plugin.sheath_plugin.signature import (
     as_number,
     config_signature,
@@ -111,13 +111,12 @@ def _count_guides(m: Model, instance: int, bound: Binding) -> None:
     bound.inner_guides = at.number(m, instance, at.INNER_GUIDES)
     bound.arc_guides = max(1.0, at.number(m, instance, at.ARC_GUIDES))
     bound.input_at_last = at.is_input_at_last(m, instance)
-    bound.arcs, bound.pulleys = count_wraps(m, tendon)
-    elements = m.tendon_num[tendon]
-    sites = elements - bound.arcs - bound.pulleys - 2 * (1 + bound.pulleys)  # within branches
-    bound.guides = bound.inner_guides + sites + bound.arcs * bound.arc_guides + bound.pulleys
+    bound.guides, bound.arcs, bound.pulleys = count_guides(
+        m, tendon, bound.arc_guides, bound.inner_guides
+    )
     bound.branches = 0.0
     if bound.pulleys > 0.0:
-        first = 4 * m.tendon_adr[tendon]
+        first, elements = 4 * m.tendon_adr[tendon], m.tendon_num[tendon]
         h = hashed(address_of(m.wrap_type) + first, 4 * elements)
         ends = hashed(address_of(m.wrap_objid) + first, 4 * elements)
         bound.branches = as_number(mixed(h, ends))

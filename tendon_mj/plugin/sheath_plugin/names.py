@@ -276,25 +276,22 @@ def _own_name(model: Draft, instance: int) -> str:
     name = model.name(_OBJ.mjOBJ_PLUGIN, instance)
     if name:
         return name
-    for kind, field, count in (
-        (_OBJ.mjOBJ_SENSOR, "sensor_plugin", int(model.fields.nsensor)),
-        (_OBJ.mjOBJ_ACTUATOR, "actuator_plugin", int(model.fields.nactuator)),
+    for kind, owners in (
+        (_OBJ.mjOBJ_SENSOR, model.sensor_plugin),
+        (_OBJ.mjOBJ_ACTUATOR, model.actuator_plugin),
     ):
-        if count:
-            owners = np.ctypeslib.as_array(model.ints(field), (count,))
-            for first in np.flatnonzero(owners == instance)[:1]:
-                return model.name(kind, int(first))
+        for first in np.flatnonzero(owners == instance)[:1]:
+            return model.name(kind, first)
     return ""
 
 
 def _carries(model: Draft, tendon: int, affixes: Affixes) -> bool:
     """Whether all that is named on a tendon's path has a prefix and a suffix."""
-    start, count = model.ints("tendon_adr")[tendon], model.ints("tendon_num")[tendon]
-    names = []
-    for k in range(start, start + count):
-        kind = _ON_PATH.get(model.ints("wrap_type")[k])
+    start, names = model.tendon_adr[tendon], []
+    for k in range(start, start + model.tendon_num[tendon]):
+        kind = _ON_PATH.get(model.wrap_type[k])
         if kind is not None:
-            names.append(model.name(kind, model.ints("wrap_objid")[k]))
+            names.append(model.name(kind, model.wrap_objid[k]))
     return all(n.startswith(affixes.prefix) and n.endswith(affixes.suffix) for n in names if n)
 
 
@@ -320,7 +317,7 @@ def by_tendon(configs: Mapping[int, Mapping[str, str]]) -> dict[str, list[int]]:
 def sheaths_of(model: Draft, plugin: str) -> dict[str, list[int]]:
     """Instances of the sheaths on each tendon; ``plugin`` is the sheaths' name."""
     reader = Draft(model.address, ("tendon", "sensor"))
-    instances = (k for k in range(int(reader.fields.nplugin)) if reader.plugin(k) == plugin)
+    instances = (k for k in range(reader.nplugin) if reader.plugin_name(k) == plugin)
     return by_tendon({k: own_config(reader, k) for k in instances})
 
 
@@ -332,7 +329,7 @@ def sheath_on(model: Draft, tendon: str, plugin: str) -> int | None:
     """
     reader = Draft(model.address, ("tendon", "sensor"))
     for instance in _last_seen.sheaths.get(tendon, ()):
-        if instance < int(reader.fields.nplugin) and reader.plugin(instance) == plugin:
+        if instance < reader.nplugin and reader.plugin_name(instance) == plugin:
             config = own_config(reader, instance)
             if config["tendon"] == tendon and not config["sensor"]:
                 return instance

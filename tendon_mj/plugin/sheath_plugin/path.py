@@ -196,6 +196,32 @@ def count_wraps(m: Model, tendon: int) -> tuple[int, int]:
     return geoms, pulleys
 
 
+@compiled
+def count_guides(
+    m: Model, tendon: int, arc_guides: float, inner_guides: float
+) -> tuple[float, int, int]:
+    """How many guides a tendon's path has, and how many geoms and pulleys are on it."""
+    arcs, pulleys = count_wraps(m, tendon)
+    sites = m.tendon_num[tendon] - arcs - pulleys - 2 * (1 + pulleys)  # within branches
+    return inner_guides + sites + arcs * arc_guides + pulleys, arcs, pulleys
+
+
+NOT_GIVEN = -1  # a count
+
+
+@compiled
+def capacity(m: Model, guides: int, arc_guides: int, inner_guides: int) -> tuple[int, int]:
+    """Guides and arcs to allocate memory for, by counts that may be `NOT_GIVEN`.
+
+    MuJoCo asks before the model has the paths of its tendons, so without ``guides`` all points of
+    the model that other tendons need not have are counted.
+    """
+    points = max(0, m.nwrap - m.ntendon - 1)
+    if guides != NOT_GIVEN:
+        return guides, guides // arc_guides if arc_guides != NOT_GIVEN else 0
+    return points * max(1, arc_guides) + inner_guides, points
+
+
 @apart
 def mark_branches(m: Model, address: int) -> None:
     """Mark the ends of branches, the divisor of each segment, and which branch feeds which.

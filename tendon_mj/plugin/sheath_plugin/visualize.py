@@ -90,8 +90,8 @@ def check_tension_scale(model: Draft) -> None:
     numeric = C.mj_name2id(model.address, _NUMERIC, TENSION_SCALE.encode())
     if numeric < 0:
         return
-    start, count = model.ints("numeric_adr")[numeric], model.ints("numeric_size")[numeric]
-    check_limits(*model.doubles("numeric_data")[start : start + count])
+    start, count = model.numeric_adr[numeric], model.numeric_size[numeric]
+    check_limits(*model.numeric_data[start : start + count])
 
 
 def check_limits(*limits: float) -> None:
