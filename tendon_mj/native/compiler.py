@@ -58,7 +58,7 @@ def _signature(written: str) -> Any:
     assert match is not None, written
     names = [name.strip() for name in match[2].split(",") if name.strip()]
     returned, *given = (
-        _Struct(marks.STRUCTS[name]) if name in marks.STRUCTS else _C_TYPES[name]
+        _Place(marks.Field(name)) if name in marks.STRUCTS else _C_TYPES[name]
         for name in (match[1], *names)
     )
     return returned(*given)
@@ -202,7 +202,7 @@ def _address_of(mark: marks.AddressOf) -> Any:
 
 @_meaning_of(marks.Pointer)
 def _pointer(mark: marks.Pointer) -> Any:
-    return _cast_to(_type_of(None, marks.array_of(mark.kind), 1))
+    return _cast_to(_type_of(marks.Field(mark.kind).part(1)))
 
 
 @_meaning_of(marks.Array)
@@ -223,7 +223,7 @@ def _record(mark: marks.Record) -> Any:
 
 @_meaning_of(marks.Struct)
 def _struct(mark: marks.Struct) -> Any:
-    return _cast_to(_Struct(mark))
+    return _cast_to(_Place(marks.Field(mark.symbol)))
 
 
 def _call(context: Any, builder: Any, wanted: Any, address: Any, values: Any, kinds: Any) -> Any:
@@ -234,7 +234,7 @@ def _call(context: Any, builder: Any, wanted: Any, address: Any, values: Any, ki
     function = builder.inttoptr(address, ir.FunctionType(c_result, c_types).as_pointer())
     given = [
         _as_integer(builder, value)
-        if isinstance(kind, _Struct | _Rows | types.CPointer)
+        if isinstance(kind, _Place | types.CPointer)
         else context.cast(builder, value, kind, want)
         for value, kind, want in zip(values, kinds, wanted.args, strict=True)
     ]
@@ -325,11 +325,12 @@ class _ConstantsAttribute(AttributeTemplate):  # type: ignore[misc]
 
 @lower_getattr_generic(_Constants)
 def _lower_constant(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
-    return _constant(builder, kind.mark, name)
+    return _constant(builder, name)
 
 
-def _constant(builder: Any, constants: marks.Constants, name: str) -> Any:
+def _constant(builder: Any, name: str) -> Any:
     """A number that is written before any function runs."""
+    constants = next(known for known in marks.CONSTANTS if name in known.names)
     numbers = _shared(builder.module, constants.symbol, len(constants.names))
     index = constants.names.index(name)
     place = builder.gep(numbers, [ir.IntType(32)(0), ir.IntType(32)(index)], inbounds=True)
@@ -339,55 +340,50 @@ def _constant(builder: Any, constants: marks.Constants, name: str) -> Any:
     return number
 
 
-class _Struct(types.Type):  # type: ignore[misc]
-    """A C struct, by its address."""
+class _Place(types.Type):  # type: ignore[misc]
+    """A struct or an array, by its address."""
 
-    def __init__(self, mark: marks.Struct) -> None:
-        self.mark = mark
-        super().__init__(mark.symbol)
-
-
-class _Rows(types.Type):  # type: ignore[misc]
-    """An array that is not a `CPointer` of mjtNum, by its address."""
-
-    def __init__(self, offsets: marks.Constants | None, field: marks.Field) -> None:
-        self.offsets = offsets
+    def __init__(self, field: marks.Field) -> None:
         self.field = field
         super().__init__(f"{field}")
 
+    def attribute(self, name: str) -> marks.Field | None:
+        """A field of a struct; an array of two dimensions in one."""
+        if self.field.dimensions == 0:
+            return marks.STRUCTS[self.field.kind].field(name)
+        return self.field.part(1) if name == "flat" and self.field.dimensions == 2 else None
 
-class _AddressModel(models.PrimitiveModel):  # type: ignore[misc]
+
+@register_model(_Place)
+class _PlaceModel(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: Any) -> None:
         super().__init__(manager, kind, _WORD)
 
 
-register_model(_Struct)(_AddressModel)
-register_model(_Rows)(_AddressModel)
-
-
-def _type_of(offsets: marks.Constants | None, field: marks.Field, dimensions: int) -> Any:
-    """Type of a field, or of a part of one that has fewer dimensions."""
-    if dimensions == 0 and field.kind in marks.STRUCTS:
-        return _Struct(marks.STRUCTS[field.kind])
-    if dimensions == 0:
+def _type_of(field: marks.Field) -> Any:
+    if field.dimensions == 0 and field.kind not in marks.STRUCTS:
         return types.float64 if field.kind.startswith("float") else types.int64
-    if dimensions == 1 and field.kind == "float64":
-        return types.CPointer(types.float64)
-    return _Rows(offsets, field if dimensions == field.dimensions else marks.array_of(field.kind))
+    is_pointer = field.dimensions == 1 and field.kind == "float64"
+    return types.CPointer(types.float64) if is_pointer else _Place(field)
 
 
-def _read(context: Any, builder: Any, place: Any, field: marks.Field, result: Any) -> Any:
+def _read(context: Any, builder: Any, place: Any, field: marks.Field) -> Any:
+    """A number at a place; of an array or struct, the place."""
+    kind = _type_of(field)
+    if not isinstance(kind, types.Number):
+        return _as_type(context, builder, place, kind)
     stored = numba.from_dtype(np.dtype(field.kind))
     number = builder.load(_at(builder, place, context.get_data_type(stored)))
-    return context.cast(builder, number, stored, result)
+    return context.cast(builder, number, stored, kind)
 
 
 def _write(
-    context: Any, builder: Any, place: Any, field: marks.Field, value: Any, given: Any
-) -> None:
+    context: Any, builder: Any, place: Any, field: marks.Field, value: Any, kind: Any
+) -> Any:
     stored = numba.from_dtype(np.dtype(field.kind))
-    number = context.cast(builder, value, given, stored)
+    number = context.cast(builder, value, kind, stored)
     builder.store(number, _at(builder, place, context.get_data_type(stored)))
+    return context.get_dummy_value()
 
 
 @_meaning_of(marks.Address)
@@ -403,123 +399,92 @@ def _address(mark: marks.Address) -> Any:
 
 
 @infer_getattr
-class _StructAttribute(AttributeTemplate):  # type: ignore[misc]
-    key = _Struct
+class _Attribute(AttributeTemplate):  # type: ignore[misc]
+    key = _Place
 
     def generic_resolve(self, kind: Any, name: str) -> Any:
-        field = kind.mark.field(name)
-        return None if field is None else _type_of(kind.mark.offsets, field, field.dimensions)
+        field = kind.attribute(name)
+        return None if field is None else _type_of(field)
 
 
-def _place(builder: Any, kind: Any, address: Any, name: str) -> Any:
-    """Address of a field of a struct."""
-    entry = f"{kind.mark.prefix}_{name}"
-    return builder.add(address, _constant(builder, kind.mark.offsets, entry))
+def _in_struct(builder: Any, kind: Any, address: Any, name: str) -> Any:
+    """Address of a field, or of the pointer to it."""
+    entry = f"{marks.STRUCTS[kind.field.kind].prefix}_{name}"
+    return builder.add(address, _constant(builder, entry))
 
 
-@lower_getattr_generic(_Struct)
-def _lower_field(context: Any, builder: Any, kind: Any, address: Any, name: str) -> Any:
-    field = kind.mark.field(name)
-    result = _type_of(kind.mark.offsets, field, field.dimensions)
-    if isinstance(result, _Struct):
-        return address
-    place = _place(builder, kind, address, name)
-    if field.dimensions == 0:
-        return _read(context, builder, place, field, result)
-    array = place if field.is_inline else builder.load(_at(builder, place, _WORD))
-    return _as_type(context, builder, array, result)
+@lower_getattr_generic(_Place)
+def _lower_getattr(context: Any, builder: Any, kind: Any, address: Any, name: str) -> Any:
+    field = kind.attribute(name)
+    is_struct = field.dimensions == 0 and field.kind in marks.STRUCTS  # its offsets count from here
+    if kind.field.dimensions == 0 and not is_struct:
+        address = _in_struct(builder, kind, address, name)
+        if field.dimensions > 0 and not field.is_inline:
+            address = builder.load(_at(builder, address, _WORD))
+    return _read(context, builder, address, field)
 
 
-@lower_setattr_generic(_Struct)
-def _lower_set_field(context: Any, builder: Any, signature: Any, arguments: Any, name: str) -> None:
+@lower_setattr_generic(_Place)
+def _lower_setattr(context: Any, builder: Any, signature: Any, arguments: Any, name: str) -> None:
     kind, given = signature.args
-    place = _place(builder, kind, arguments[0], name)
-    _write(context, builder, place, kind.mark.field(name), arguments[1], given)
+    place = _in_struct(builder, kind, arguments[0], name)
+    _write(context, builder, place, kind.attribute(name), arguments[1], given)
 
 
-@infer_getattr
-class _RowsAttribute(AttributeTemplate):  # type: ignore[misc]
-    key = _Rows
+class _Item(AbstractTemplate):  # type: ignore[misc]
+    """An index into an array: a number, or as many as there are dimensions."""
 
-    def generic_resolve(self, kind: Any, name: str) -> Any:
-        is_flat = name == "flat" and kind.field.dimensions == 2
-        return _type_of(kind.offsets, kind.field, 1) if is_flat else None
-
-
-@lower_getattr_generic(_Rows)
-def _lower_flat(context: Any, builder: Any, kind: Any, address: Any, name: str) -> Any:
-    return _as_type(context, builder, address, _type_of(kind.offsets, kind.field, 1))
-
-
-def _index_of(kind: Any, index: Any) -> tuple[Any, int] | None:
-    """Type of an index into an array, and the dimensions that it leaves."""
-    if not isinstance(kind, _Rows):
-        return None
-    if isinstance(index, types.Integer):
-        return types.int64, kind.field.dimensions - 1
-    if isinstance(index, types.BaseTuple) and len(index) == kind.field.dimensions:
-        return types.UniTuple(types.int64, len(index)), 0
-    return None
+    def generic(self, args: Any, kws: Any) -> Any:
+        array, index, *value = args
+        if not isinstance(array, _Place):
+            return None
+        given = len(index) if isinstance(index, types.BaseTuple) else 1
+        kind = types.UniTuple(types.int64, given) if given > 1 else types.int64
+        part = _type_of(array.field.part(array.field.dimensions - given))
+        return types.none(array, kind, part) if value else part(array, kind)
 
 
 @infer_global(operator.getitem)
-class _GetItem(AbstractTemplate):  # type: ignore[misc]
-    def generic(self, args: Any, kws: Any) -> Any:
-        asked = _index_of(*args)
-        if asked is None:
-            return None
-        return _type_of(args[0].offsets, args[0].field, asked[1])(args[0], asked[0])
+class _GetItem(_Item):
+    pass
 
 
 @infer_global(operator.setitem)
-class _SetItem(AbstractTemplate):  # type: ignore[misc]
-    def generic(self, args: Any, kws: Any) -> Any:
-        asked = _index_of(*args[:2])
-        if asked is None:
-            return None
-        return types.none(args[0], asked[0], _type_of(args[0].offsets, args[0].field, 0))
+class _SetItem(_Item):
+    pass
 
 
-def _item(builder: Any, kind: Any, address: Any, index: Any) -> Any:
-    """Pointer to what an index into an array means."""
+def _in_array(builder: Any, field: marks.Field, address: Any, index: Any) -> tuple[Any, Any]:
+    """Pointer to what an index means, and what that is."""
     is_one = isinstance(index.type, ir.IntType)
     row, *columns = [index] if is_one else cgutils.unpack_tuple(builder, index)
-    size = kind.field.row
-    size = _constant(builder, kind.offsets, size) if isinstance(size, str) else _WORD(size)
+    size = _constant(builder, field.row) if isinstance(field.row, str) else _WORD(field.row)
     place = builder.gep(_at(builder, address, ir.IntType(8)), [builder.mul(size, row)])
     for column in columns:
-        size = _WORD(np.dtype(kind.field.kind).itemsize)
+        size = _WORD(np.dtype(field.kind).itemsize)
         place = builder.gep(place, [builder.mul(size, column)])
-    return place
+    return place, field.part(field.dimensions - 1 - len(columns))
 
 
-@lower_builtin(operator.getitem, _Rows, types.Integer)
-@lower_builtin(operator.getitem, _Rows, types.UniTuple)
+@lower_builtin(operator.getitem, _Place, types.Any)
 def _lower_getitem(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    kind, result = signature.args[0], signature.return_type
-    place = _item(builder, kind, *arguments)
-    if isinstance(result, types.Number):
-        return _read(context, builder, place, kind.field, result)
-    return _as_type(context, builder, place, result)
+    return _read(context, builder, *_in_array(builder, signature.args[0].field, *arguments))
 
 
-@lower_builtin(operator.setitem, _Rows, types.Integer, types.Any)
-@lower_builtin(operator.setitem, _Rows, types.UniTuple, types.Any)
+@lower_builtin(operator.setitem, _Place, types.Any, types.Any)
 def _lower_setitem(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    kind, _, given = signature.args
-    place = _item(builder, kind, *arguments[:2])
-    _write(context, builder, place, kind.field, arguments[2], given)
-    return context.get_dummy_value()
+    place = _in_array(builder, signature.args[0].field, *arguments[:2])
+    return _write(context, builder, *place, arguments[2], signature.args[2])
 
 
 @infer_global(operator.add)
 class _Bridge(AbstractTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
-        if isinstance(args[0], _Struct) and isinstance(args[1], types.Integer):
+        if isinstance(args[0], _Place) and isinstance(args[1], types.Integer):
             return types.int64(args[0], types.int64)
 
 
-@lower_builtin(operator.add, _Struct, types.Integer)
+@lower_builtin(operator.add, _Place, types.Integer)
 def _bridge(context, builder, signature, arguments):
     return builder.add(*arguments)
 

@@ -186,11 +186,15 @@ class Constants:
         self.symbol = symbol
         self.names = names.split()
         ARRAYS[symbol] = len(self.names)
+        CONSTANTS.append(self)
 
     def __getattr__(self, name: str) -> int:
         if name in self.names:
             raise TypeError(f"{name} is known in machine code only")
         raise AttributeError(name)
+
+
+CONSTANTS: Final[list[Constants]] = []
 
 
 class Field(NamedTuple):
@@ -201,10 +205,11 @@ class Field(NamedTuple):
     row: int | str = 0  # bytes from one of its rows to the next, or the constant that has them
     is_inline: bool = False  # whether the struct holds the array itself, not its address
 
-
-def array_of(kind: str) -> Field:
-    """Numbers one behind the other."""
-    return Field(kind, 1, np.dtype(kind).itemsize)
+    def part(self, dimensions: int) -> Field:
+        """What one finds in it with so many dimensions: a number, a struct, or numbers in a row."""
+        if dimensions == self.dimensions:
+            return self
+        return Field(self.kind, dimensions, np.dtype(self.kind).itemsize if dimensions else 0)
 
 
 class Struct(_Mark):
@@ -215,16 +220,13 @@ class Struct(_Mark):
 
     Args:
         symbol: name, also in signatures.
-        offsets: bytes from its address to each field, or, of a struct within it, to each of those.
-        prefix: of its fields' names in ``offsets``.
+        prefix: of the constants that have the bytes from its address to each field; of a struct
+            within it, to each of that one's fields.
         field: description of each field, None if it has no such field.
     """
 
-    def __init__(
-        self, symbol: str, offsets: Constants, prefix: str, field: Callable[[str], Field | None]
-    ) -> None:
+    def __init__(self, symbol: str, prefix: str, field: Callable[[str], Field | None]) -> None:
         self.symbol = symbol
-        self.offsets = offsets
         self.prefix = prefix
         self.field = field
         STRUCTS[symbol] = self

@@ -182,9 +182,7 @@ def _kind(declared: Any) -> str:
 
 
 _STRUCTS = {
-    symbol: Struct(
-        symbol, SCENE if prefix in "sgv" else LAYOUT, prefix, functools.partial(field, symbol)
-    )
+    symbol: Struct(symbol, prefix, functools.partial(field, symbol))
     for prefix, symbol in _OWNER.items()
 }
 data_at: Callable[[int], Data] = _STRUCTS["mjData"]
