@@ -56,15 +56,14 @@ LAYOUT: Final = Constants(
     m_sensor_historyadr m_sensor_delay m_sensor_interval m_plugin m_plugin_stateadr
     m_plugin_statenum m_plugin_attr m_plugin_attradr m_names m_name_jntadr m_name_tendonadr
     m_nnames m_numeric_adr m_numeric_size m_numeric_data m_nwrap m_ntendon m_njnt m_npluginattr
-    d_nplugin d_time d_qpos d_qvel d_act d_ctrl d_plugin_state d_plugin_data d_geom_xpos
+    d_nplugin d_time d_qpos d_qvel d_ctrl d_plugin_state d_plugin_data d_geom_xpos
     d_geom_xmat d_ten_length d_ten_velocity d_ten_wrapadr d_ten_wrapnum d_wrap_obj d_wrap_xpos
     d_subtree_com d_cdof d_moment_rownnz d_moment_rowadr d_moment_colind d_actuator_moment d_M
     d_qfrc_applied d_qfrc_bias d_qfrc_passive d_actuator_force d_sensordata d_site_xpos
     d_site_xmat d_cfrc_int d_cfrc_ext d_ne d_nf d_nefc d_efc_type d_efc_id d_efc_force d_history
-    m_tendon_springyield equality_bytes
+    equality_bytes
     """,
 )
-_SINCE_4 = ("m_tendon_springyield",)  # offset 0 on older releases
 
 
 # Byte offsets in `mjvScene` (s_), `mjvGeom` (g_) and `mjvOption` (v_); `geom_bytes` of each geom.
@@ -92,7 +91,6 @@ Model: TypeAlias = Any
 Data: TypeAlias = Any
 Option: TypeAlias = Any  # `mujoco.MjvOption`
 Scene: TypeAlias = Any
-Geom: TypeAlias = Any  # `mujoco.MjvGeom`
 
 
 def _ctype(declared: Any) -> Any:
@@ -196,8 +194,6 @@ def offset(entry: str) -> int:
         return ctypes.sizeof(ctypes.c_double) * mujoco.mjNEQDATA
     owner, name = entry.split("_", 1)
     member = getattr(mirror(_OWNER[owner]), name, None)
-    if member is None and entry in _SINCE_4:
-        return 0
     if member is None:
         raise EngineError(
             f"mujoco {mujoco.__version__} has no {_OWNER[owner]}.{name}, which tendon-mj uses; "
@@ -251,8 +247,6 @@ def verify(layout: Mapping[str, int]) -> None:
     owners = {"m": (model, model), "o": (model, model.opt), "d": (data, data)}
     for entry, offset in layout.items():
         owner, name = entry.split("_", 1)
-        if entry in _SINCE_4 and offset == 0:
-            continue
         if entry == "equality_bytes":
             _require(model.eq_data.itemsize * model.eq_data.shape[1] == offset, "mjModel.eq_data")
             continue
