@@ -23,7 +23,6 @@ from llvmlite import ir
 from numba import carray, types
 from numba.core import cgutils, codegen, cpu
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.imputils import lower_constant
 from numba.core.registry import cpu_target
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_global
 from numba.extending import (
@@ -295,39 +294,6 @@ def _shared_numbers(mark: marks.Shared) -> Any:
     return address
 
 
-class _Constants(types.Opaque):  # type: ignore[misc]
-    def __init__(self, mark: marks.Constants) -> None:
-        self.mark = mark
-        super().__init__(mark.symbol)
-
-
-register_model(_Constants)(models.OpaqueModel)
-_constants: dict[str, _Constants] = {}
-
-
-@typeof_impl.register(marks.Constants)
-def _typeof_constants(value: marks.Constants, context: Any) -> Any:
-    return _constants.setdefault(value.symbol, _Constants(value))
-
-
-@lower_constant(_Constants)
-def _lower_constants(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-    return context.get_dummy_value()
-
-
-@infer_getattr
-class _ConstantsAttribute(AttributeTemplate):  # type: ignore[misc]
-    key = _Constants
-
-    def generic_resolve(self, kind: Any, name: str) -> Any:
-        return types.int64 if name in kind.mark.names else None
-
-
-@lower_getattr_generic(_Constants)
-def _lower_constant(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
-    return _constant(builder, name)
-
-
 def _constant(builder: Any, name: str) -> Any:
     """A number that is written before any function runs."""
     constants = next(known for known in marks.CONSTANTS if name in known.names)
@@ -475,18 +441,6 @@ def _lower_getitem(context: Any, builder: Any, signature: Any, arguments: Any) -
 def _lower_setitem(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     place = _in_array(builder, signature.args[0].field, *arguments[:2])
     return _write(context, builder, *place, arguments[2], signature.args[2])
-
-
-@infer_global(operator.add)
-class _Bridge(AbstractTemplate):
-    def generic(self, args: Any, kws: Any) -> Any:
-        if isinstance(args[0], _Place) and isinstance(args[1], types.Integer):
-            return types.int64(args[0], types.int64)
-
-
-@lower_builtin(operator.add, _Place, types.Integer)
-def _bridge(context, builder, signature, arguments):
-    return builder.add(*arguments)
 
 
 @contextlib.contextmanager

@@ -175,7 +175,7 @@ class Address(_Mark):
 
 
 class Constants:
-    """Numbers that a loader writes once, before any function runs: read as attributes.
+    """Numbers that a loader writes once, before any function runs, such as offsets of fields.
 
     Args:
         symbol: of their array in the library.
@@ -187,11 +187,6 @@ class Constants:
         self.names = names.split()
         ARRAYS[symbol] = len(self.names)
         CONSTANTS.append(self)
-
-    def __getattr__(self, name: str) -> int:
-        if name in self.names:
-            raise TypeError(f"{name} is known in machine code only")
-        raise AttributeError(name)
 
 
 CONSTANTS: Final[list[Constants]] = []

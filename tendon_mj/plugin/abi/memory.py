@@ -23,37 +23,6 @@ times: Callable[[int, int], int] = Wrapping("mul")
 plus: Callable[[int, int], int] = Wrapping("add")
 
 
-# TEMP
-@compiled
-def pointer(address: int) -> int:
-    return words(address)[0]
-
-
-@compiled
-def size(address: int) -> int:
-    return words(address)[0]
-
-
-@compiled
-def set_pointer(address: int, value: int) -> None:
-    words(address)[0] = value
-
-
-@compiled
-def integer(address: int, k: int) -> int:
-    return integers(address)[k]
-
-
-@compiled
-def double(address: int, k: int) -> float:
-    return coordinates(address)[k]
-
-
-@compiled
-def byte(address: int, k: int) -> int:
-    return letters(address)[k]
-
-
 @compiled
 def copy_doubles(target: int, source: int, count: int) -> None:
     """Copy ``count`` mjtNum from one address to another."""
