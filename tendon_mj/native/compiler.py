@@ -296,7 +296,8 @@ def _shared_numbers(mark: marks.Shared) -> Any:
 
 def _constant(builder: Any, name: str) -> Any:
     """A number that is written before any function runs."""
-    constants = next(known for known in marks.CONSTANTS if name in known.names)
+    constants = next((known for known in marks.CONSTANTS if name in known.names), None)
+    assert constants is not None, f"no table of offsets has {name}"
     numbers = _shared(builder.module, constants.symbol, len(constants.names))
     index = constants.names.index(name)
     place = builder.gep(numbers, [ir.IntType(32)(0), ir.IntType(32)(index)], inbounds=True)
@@ -410,14 +411,8 @@ class _Item(AbstractTemplate):  # type: ignore[misc]
         return types.none(array, kind, part) if value else part(array, kind)
 
 
-@infer_global(operator.getitem)
-class _GetItem(_Item):
-    pass
-
-
-@infer_global(operator.setitem)
-class _SetItem(_Item):
-    pass
+infer_global(operator.getitem)(_Item)
+infer_global(operator.setitem)(_Item)
 
 
 def _in_array(builder: Any, field: marks.Field, address: Any, index: Any) -> tuple[Any, Any]:

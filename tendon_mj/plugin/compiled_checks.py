@@ -44,7 +44,6 @@ _JOINT, _TENDON = mujoco.mjtObj.mjOBJ_JOINT.value, mujoco.mjtObj.mjOBJ_TENDON.va
 _FIXED = mujoco.mjtWrap.mjWRAP_JOINT.value  # first on the path of a fixed tendon
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value  # before it come joints of several degrees of freedom
 _MOST_STATE = 2**24  # numbers of a sheath
-_MOST_SAMPLES = 100_000  # of a servo that are on their way
 _WIDTH = 96  # of a reason, in bytes
 
 
@@ -350,12 +349,10 @@ def servo_state(m: Model, instance: int) -> int:
     if not _has_motor(m, tendon):
         _refuse_of_servo(m, instance, sv.TENDON, _no_sheath())
     period, delay = at.number(m, instance, _PERIOD), at.number(m, instance, _DELAY)
-    if period == 0.0 and delay == 0.0:
-        return sv.size_of(0)
-    samples = delay / max(period, m.opt.timestep)
-    if not samples < _MOST_SAMPLES:
+    commands = sv.capacity(period, delay, m.opt.timestep)
+    if commands > sv.MOST_COMMANDS:
         _refuse_of_servo(m, instance, _DELAY, _too_large())
-    return sv.size_of(math.ceil(samples - 1e-9) + 2)
+    return sv.size_of(commands)
 
 
 @apart

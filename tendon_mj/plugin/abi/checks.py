@@ -24,7 +24,7 @@ import numpy as np
 
 from tendon_mj.errors import INTERRUPTED, InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.native import Called, LocalDoubles, Shared, Text, compiled
-from tendon_mj.plugin.abi.layout import bound, mirror
+from tendon_mj.plugin.abi.layout import field_at, mirror
 from tendon_mj.plugin.abi.library import C, mju_error
 from tendon_mj.plugin.abi.memory import integers, word
 
@@ -42,7 +42,7 @@ class Draft:
 
     def __getattr__(self, field: str) -> Any:
         """A field, as `mujoco.MjModel` has it."""
-        value = self.__dict__[field] = bound("mjModel", self.address, field)
+        value = self.__dict__[field] = field_at("mjModel", self.address, field)
         return value
 
     def name(self, kind: Any, index: SupportsIndex) -> str:

@@ -127,9 +127,14 @@ def mirror(struct: str) -> Any:
 
 
 @functools.cache
+def _declarations(struct: str) -> dict[str, Any]:
+    return {declared.name: declared for declared in structs.STRUCTS[struct].fields}
+
+
+@functools.cache
 def field(struct: str, name: str) -> Field | None:
     """Description of a field of one of MuJoCo's structs, None if it has no such field."""
-    declared = {f.name: f for f in structs.STRUCTS[struct].fields}.get(name)
+    declared = _declarations(struct).get(name)
     if declared is None:
         return None
     if isinstance(declared.type, ast_nodes.ValueType):
@@ -145,7 +150,7 @@ def field(struct: str, name: str) -> Field | None:
     return Field(kind, 1 + len(columns), row)
 
 
-def bound(struct: str, address: int, name: str) -> Any:
+def field_at(struct: str, address: int, name: str) -> Any:
     """A field of the struct at an address, as the Python bindings have it.
 
     Raises:
@@ -155,7 +160,7 @@ def bound(struct: str, address: int, name: str) -> Any:
     value, described = getattr(held, name), field(struct, name)
     if described is None or described.dimensions == 0:
         return value
-    declared = {f.name: f for f in structs.STRUCTS[struct].fields}[name]
+    declared = _declarations(struct)[name]
     shape = (getattr(held, declared.array_extent[0]), *_columns(declared))
     dtype = np.dtype(_ctype(declared.type.inner_type))
     if not value or 0 in shape:

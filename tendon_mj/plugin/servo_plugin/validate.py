@@ -61,7 +61,6 @@ def sampled_damping(held: float, delay: float) -> float:
 
 SERVO = "tendon_mj.servo"
 _OBJ = mujoco.mjtObj
-_MOST_SAMPLES = 100_000
 
 
 def _check_word(config: dict[str, str], name: str, known: Iterable[str], where: str) -> None:
@@ -101,14 +100,13 @@ def state_size(address: int, instance: int) -> int:
             f"{where}: the sheath on tendon {config['tendon']!r} has no reel_joint that a motor "
             "could turn; give it reel_joint and reel_radius"
         )
-    timestep = model.opt.timestep
-    samples = sv.capacity(values["period"] or 0.0, values["delay"] or 0.0, timestep)
-    if samples > _MOST_SAMPLES:
+    period, delay = values["period"] or 0.0, values["delay"] or 0.0
+    commands = sv.capacity(period, delay, model.opt.timestep)
+    if commands > sv.MOST_COMMANDS:
         raise InvalidValueError(
-            f"{where}: delay = {values['delay']:g} [s] is {samples} samples to remember, more than "
-            f"{_MOST_SAMPLES}"
+            f"{where}: delay = {delay:g} [s] is more than {sv.MOST_COMMANDS} samples to remember"
         )
-    return sv.size_of(samples)
+    return sv.size_of(commands)
 
 
 def check_joint(address: int, instance: int) -> int:

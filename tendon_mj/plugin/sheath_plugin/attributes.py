@@ -49,14 +49,9 @@ def is_one_number(kind: str) -> bool:
     return KINDS[kind][2] == "one"
 
 
-def width(kind: str, guides: int) -> int:
-    """How many numbers a sensor of this kind has on a sheath with so many guides."""
-    return {"one": 1, "segment": guides + 1, "guide": guides}[KINDS[kind][2]]
-
-
 @compiled
 def numbers_of(kind: int, guides: int) -> int:
-    """How many numbers ``measure`` writes."""
+    """How many numbers a sensor of a kind has on a sheath with so many guides."""
     if kind == TENSION:
         return guides + 1
     return guides if kind in (BEND_ANGLE, SLIP, FRICTION_WORK) else 1

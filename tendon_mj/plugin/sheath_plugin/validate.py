@@ -21,7 +21,7 @@ from tendon_mj.plugin.sheath_plugin.attributes import (
     KINDS,
     SPRINGS,
     is_one_number,
-    width,
+    numbers_of,
 )
 from tendon_mj.plugin.sheath_plugin.names import (
     by_tendon,
@@ -242,7 +242,8 @@ def reading_size(address: int, instance: int, sensor: int) -> int:
     sheath = None if is_one_number(config["sensor"]) else sheath_on(model, config["tendon"], NAME)
     if sheath is None:
         return 1
-    return width(config["sensor"], _capacity(model, model.config(sheath), model.where(sheath))[0])
+    guides, _ = _capacity(model, model.config(sheath), model.where(sheath))
+    return numbers_of(list(KINDS).index(config["sensor"]), guides)
 
 
 def check_tendon(address: int, instance: int) -> int:
