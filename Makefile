@@ -49,11 +49,12 @@ soak: test-long               ## long trials of what docs/guarantees.md promises
 	TENDON_MJ_EXAMPLES=20000 $(BIN)/pytest -n auto tests/guarantees/test_laws.py tests/guarantees/test_energy.py tests/guarantees/test_extremes.py tests/sheath
 	$(BIN)/python -m experiments.soak --out out/soak
 
-check: $(INSTALLED)           ## formatter, linter, strict types, layers
+check: $(INSTALLED)           ## formatter, linter, strict types, layers, budget of lines
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
+	$(BIN)/python -m experiments.budget
 
 format: $(STAMP)
 	$(BIN)/ruff format .

@@ -21,27 +21,6 @@ def test_symbols_and_misspelt_names_are_understood(name, meant):
     assert f"did you mean 'flexor_sheath.{meant}'?" in unknown("parameter", here, PARAMETERS)
 
 
-@pytest.mark.parametrize(
-    ("name", "valid"),
-    [
-        ("grasp", ["curl", "tap", "press", "hold"]),
-        ("mu", ["creep", "lag"]),
-        ("flexor_sheath.mass", ["flexor_sheath.lag", "flexor_sheath.creep"]),
-        ("hand", []),
-    ],
-)
-def test_nothing_is_suggested_that_is_not_alike(name, valid):
-    assert "did you mean" not in unknown("name", name, valid)
-
-
-def test_of_many_names_the_five_most_alike_are_listed_and_how_to_list_all():
-    message = unknown("parameter", "flexor_sheath.creap", PARAMETERS)
-    listed = message.partition("there are: ")[2]
-    assert listed.count("'") == 2 * 5
-    assert "'flexor_sheath.creep'" in listed
-    assert "tendon-mj parameters" in listed
-
-
 def test_a_name_that_begins_so_is_meant_before_one_that_sounds_alike():
     assert "did you mean 'biceps cable'?" in unknown(
         "tendon", "biceps", ["triceps", "biceps cable"]

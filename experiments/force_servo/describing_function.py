@@ -10,8 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from experiments.force_servo.servo_bench import Servo
+from experiments.sheath_bench import drive_sheath
 from tendon_mj.models import Bench
-from tendon_mj.sheath import Law, drive_displacement
+from tendon_mj.sheath import Law
 
 _SAMPLES = 240  # of a period
 _LARGEST, _SMALLEST, _FACTOR = 8.0, 0.3, 0.85  # amplitudes searched over ξ_B, and their ratio
@@ -25,7 +26,7 @@ def _harmonics(bench: Bench, amplitude: float, centre: float) -> tuple[float, fl
         pretension=bench.pretension,
     )
     phase = 2.0 * np.pi * np.arange(1, 2 * _SAMPLES + 1) / _SAMPLES
-    response = drive_displacement(
+    response = drive_sheath(
         np.concatenate([[centre], centre + amplitude * np.sin(phase)]),
         law,
         length=bench.length,

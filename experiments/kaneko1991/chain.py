@@ -25,7 +25,6 @@ import mujoco
 import numpy as np
 
 from tendon_mj import add_friction, add_sensor, add_sites, add_tendon, arc_points
-from tendon_mj.errors import InvalidValueError
 
 Drive = Literal["tension", "displacement"]
 _SENSED = {"input": "input_displacement", "output": "output_displacement"}
@@ -48,9 +47,6 @@ class Chain:
         damping: Σ c_i of the tendon, shared evenly [N s/m].
         output_stiffness: k_se of the output end [N/m]; inf: fixed.
         timestep: [s]; None takes half of ``longest_timestep``.
-
-    Raises:
-        InvalidValueError: n < 1, mass ≤ 0, damping < 0 or a timestep that would be unstable.
     """
 
     elements: int = 16
@@ -65,19 +61,6 @@ class Chain:
     damping: float = 20.0
     output_stiffness: float = math.inf
     timestep: float | None = None
-
-    def __post_init__(self) -> None:
-        if self.elements < 1:
-            raise InvalidValueError(f"elements = {self.elements} must be ≥ 1")
-        if not (math.isfinite(self.mass) and self.mass > 0.0):
-            raise InvalidValueError(f"mass = {self.mass:g} [kg] must be finite and > 0")
-        if not (math.isfinite(self.damping) and self.damping >= 0.0):
-            raise InvalidValueError(f"damping = {self.damping:g} [N s/m] must be finite and ≥ 0")
-        if self.timestep is not None and not 0.0 < self.timestep <= self.longest_timestep:
-            raise InvalidValueError(
-                f"timestep = {self.timestep:g} [s] must be > 0 and ≤ {self.longest_timestep:.3g}, "
-                "beyond which the beads' springs are unstable"
-            )
 
     @property
     def longest_timestep(self) -> float:

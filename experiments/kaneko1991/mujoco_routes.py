@@ -11,7 +11,6 @@ from experiments.kaneko1991.chain import Chain, build_chain
 from experiments.kaneko1991.paper_tendon import PaperTendon
 from experiments.kaneko1991.routes import Drive, Trace
 from tendon_mj import add_friction, add_sites, add_tendon, arc_points
-from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.replay import rollout_named_sensors
 from tendon_mj.typing import FloatArray
 
@@ -101,13 +100,7 @@ def mujoco_elements(
     mass: float,
     damping: float,
 ) -> Trace:
-    """Run the elements of Fig. 3 in MuJoCo (`experiments.kaneko1991.chain`) at their own step.
-
-    Raises:
-        InvalidValueError: T_in does not start at T_0.
-    """
-    if drive == "tension" and history[0] != tendon.pretension:
-        raise InvalidValueError(f"history[0] = {history[0]:g} [N] must be T_0 to start from rest")
+    """Run the elements of Fig. 3 in MuJoCo at their own step; a history of T_in starts at T_0."""
     chain = Chain(
         elements=n,
         friction=tendon.friction,

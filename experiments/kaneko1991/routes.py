@@ -11,9 +11,9 @@ from typing import Literal
 
 from experiments import references
 from experiments.kaneko1991.paper_tendon import PaperTendon
+from experiments.sheath_bench import drive_sheath
 from tendon_mj import theory
 from tendon_mj.errors import TendonError
-from tendon_mj.sheath import drive_displacement, drive_tension
 from tendon_mj.typing import FloatArray
 
 Drive = Literal["tension", "displacement"]  # the input that is prescribed: T_in or ξ_in
@@ -130,14 +130,14 @@ def sheath_alone(tendon: PaperTendon, history: FloatArray, drive: Drive, guides:
     Raises:
         TendonError: a flow was not solved.
     """
-    follow = drive_tension if drive == "tension" else drive_displacement
-    run = follow(
+    run = drive_sheath(
         history,
         tendon.law,
         length=tendon.length,
         bend=tendon.bend,
         guides=guides,
         output_stiffness=tendon.output_stiffness,
+        by_tension=drive == "tension",
     )
     if run.unsolved:
         raise TendonError(f"{run.unsolved} of {len(history)} flows of the sheath not solved")

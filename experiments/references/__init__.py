@@ -1,7 +1,7 @@
 """Independent references for the friction model: lumped elements and the continuum.
 
-They share no code with `tendon_mj.theory` and `tendon_mj.sheath`, and with each other the argument
-checks only. Equations: docs/theory.md, sections 2 and 5.
+They share no code with `tendon_mj.theory` and `tendon_mj.sheath`, and with each other only how
+arguments are read. Equations: docs/theory.md, sections 2 and 5.
 """
 
 from experiments.references.chain_run import ChainRun as ChainRun

@@ -18,12 +18,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from experiments.references.checks import History, number, step_counts, vector
+from experiments.references.checks import History, step_counts, vector
 from experiments.references.effect_integrator import (
     CARRIAGE,
     COLUMNS,
@@ -36,11 +36,9 @@ from experiments.references.effect_integrator import (
     march_effects,
 )
 from experiments.references.elements import ElementChain
-from tendon_mj.errors import InvalidValueError
 from tendon_mj.typing import FloatArray
 
 MEMORY = 0.02  # of the sliding speed that velocity weakening sees [s]
-_SIGNED = ("friction_gradient", "friction_drift", "extra_bend", "direction_asymmetry")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,9 +64,6 @@ class Effects:
             tendon that ends its own ringing where it has mass.
         axial_stiffness: EA [N], > 0: strain per tension, for finite strain and for
             stiffening. inf: strain is infinitesimal, nothing stiffens.
-
-    Raises:
-        InvalidValueError: a value out of its range.
     """
 
     stribeck_friction: float = 0.0
@@ -88,26 +83,6 @@ class Effects:
     retardation_time: float = 0.0
     axial_stiffness: float = math.inf
 
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name == "axial_stiffness":
-                number(field.name, value, above=0.0, infinite=True)
-            else:
-                number(field.name, value, least=-math.inf if field.name in _SIGNED else 0.0)
-        if not abs(self.direction_asymmetry) < 1.0:
-            raise InvalidValueError(
-                f"direction_asymmetry is {self.direction_asymmetry:g}; it must be > -1 and < 1"
-            )
-        for strength, scale in (
-            ("stribeck_friction", "stribeck_velocity"),
-            ("creep", "creep_time"),
-        ):
-            if getattr(self, strength) > 0.0 and not getattr(self, scale) > 0.0:
-                raise InvalidValueError(
-                    f"{scale} is {getattr(self, scale):g}; with {strength} > 0 it must be > 0"
-                )
-
 
 @dataclass(frozen=True, kw_only=True)
 class Carriage:
@@ -117,19 +92,11 @@ class Carriage:
         mass: [kg], ≥ 0.
         stiffness: of the spring behind it [N/m], > 0; it is unstrained under T_0.
         damping: of the damper beside that spring [N s/m], ≥ 0.
-
-    Raises:
-        InvalidValueError: a value out of its range.
     """
 
     mass: float
     stiffness: float
     damping: float
-
-    def __post_init__(self) -> None:
-        number("mass", self.mass, least=0.0)
-        number("stiffness", self.stiffness, above=0.0)
-        number("damping", self.damping, least=0.0)
 
 
 TIME_STEP = 1.25e-4  # s; figures of its convergence in tests/experiments/references/test_effects.py
@@ -175,7 +142,8 @@ def simulate_effects(
     ``effects.axial_stiffness``) that is no difference to `simulate_chain`.
 
     Args:
-        chain: the elements, of the exponential law; its friction_force joins constant_friction.
+        chain: the elements, of the exponential law, with a finite input_stiffness; its
+            friction_force joins constant_friction.
         effects: on top.
         time: instants of the input [s], rising; friction drifts from 0 on. Shape (samples,), at
             least 2.
@@ -185,21 +153,11 @@ def simulate_effects(
         preload: tension that the carriages' springs balance where they start [N]; None is T_0. If
             it is not, the tendon was mounted too tight or too loose, and settles first.
         time_step: longest step [s], > 0. Order 2, but for μ_s > μ_d.
-
-    Raises:
-        InvalidValueError: a history or a chain that does not fit.
     """
-    instants = vector("time", time)
-    counts = step_counts(instants, number("time_step", time_step, above=0.0))
-    history = History(
-        instants, vector("input_displacement", input_displacement, instants.size), counts
-    )
-    if np.isinf(chain.input_stiffness) or chain.law != "exponential":
-        raise InvalidValueError(
-            f"input_stiffness is {chain.input_stiffness:g} and law is {chain.law!r}; effects need "
-            "a finite input_stiffness and the exponential law"
-        )
-    balanced = chain.pretension if preload is None else number("preload", preload)
+    instants = vector(time)
+    driven = vector(input_displacement, instants.size)
+    history = History(instants, driven, step_counts(instants, time_step))
+    balanced = chain.pretension if preload is None else preload
     record = np.zeros((instants.size, COLUMNS))
     unsolved = march_effects(
         _chain_at_rest(chain, effects, carriages, float(balanced)), history, record

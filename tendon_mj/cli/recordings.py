@@ -31,6 +31,7 @@ from tendon_mj.lab.replay import (
     Parameter,
     column_unit,
     expand,
+    load_recorded,
     matching,
     plain,
     quantity,
@@ -107,7 +108,7 @@ def check(
         raise RecordingError("check needs at least one recording")
     read, of_tables = _read_all(recordings, description)
     shared = load_model(model) if model else None
-    compiled = [shared or load_model(one.model, beside=one.beside) for one in read]
+    compiled = [shared or load_recorded(one) for one in read]
     described = [_as_described(values_of, *pair) for pair in zip(read, compiled, strict=True)]
     for text in of_tables:
         console.print(f"warning: {text}")
@@ -171,7 +172,7 @@ def replay(
         raise RecordingError(f"{recording}: no column is [measured], so nothing can be compared")
     print_warnings(timing_warnings(measured))
     compiled = {name: load_model(name) for name in models}
-    own = {} if models else {measured.model: load_model(measured.model, beside=measured.beside)}
+    own = {} if models else {measured.model: load_recorded(measured)}
     variants, described = dict[str, _Variant](), dict[str, bool | None]()
     parameters = dict[str, Mapping[str, Parameter]]()  # of each model
     for name, one in (compiled or own).items():

@@ -4,3 +4,8 @@
 `experiment_design` and `fleet` draw conclusions; `sweep` varies parameters; `finger` has
 trajectories and motions; `verification` compares with theory; `tasks` distributes the work.
 """
+
+from collections.abc import Callable
+from typing import Any
+
+renderers: dict[str, Callable[[Any], str]] = {}  # HTML of results, by the packages above

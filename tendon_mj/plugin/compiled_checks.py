@@ -261,7 +261,8 @@ def _capacity(m: Model, instance: int) -> tuple[int, int]:
 def _state_size(m: Model, instance: int) -> int:
     """Numbers of state of a sheath."""
     guides, arcs = _capacity(m, instance)
-    numbers = size_of(guides, arcs)
+    leads = at.first_sheath(m, instance) == instance
+    numbers = size_of(guides, arcs, m.nv if leads else 0)
     if numbers > _MOST_STATE:
         _refuse_of_sheath(m, instance, at.GUIDES, _too_large())
     return numbers

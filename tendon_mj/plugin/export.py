@@ -7,11 +7,8 @@ from pathlib import Path
 
 from tendon_mj.errors import EngineError
 from tendon_mj.native import load
-from tendon_mj.plugin.servo_plugin.state import GAINS
-from tendon_mj.plugin.servo_plugin.validate import SERVO
-from tendon_mj.plugin.sheath_plugin.attributes import ATTACHMENT, KINDS
-from tendon_mj.plugin.sheath_plugin.state import PARAMETERS
-from tendon_mj.plugin.sheath_plugin.validate import NAME
+from tendon_mj.plugin.servo_plugin import GAINS, SERVO
+from tendon_mj.plugin.sheath_plugin import ATTACHMENT, KINDS, NAME, PARAMETERS
 from tendon_mj.sheath import Parameter
 from tendon_mj.whole_file import whole_file
 

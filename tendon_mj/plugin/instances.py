@@ -11,14 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.plugin.abi.checks import Draft
-from tendon_mj.plugin.abi.library import C
-from tendon_mj.plugin.servo_plugin.state import view as servo_view
-from tendon_mj.plugin.servo_plugin.validate import SERVO
-from tendon_mj.plugin.sheath_plugin.names import own_config
-from tendon_mj.plugin.sheath_plugin.state import STATE, View, size_of
-from tendon_mj.plugin.sheath_plugin.state import view as sheath_view
-from tendon_mj.plugin.sheath_plugin.validate import NAME
+from tendon_mj.plugin.abi import C, Draft
+from tendon_mj.plugin.servo_plugin import SERVO
+from tendon_mj.plugin.sheath_plugin import NAME, STATE, View, own_config, size_of
+from tendon_mj.plugin.sheath_plugin import view as sheath_view
 
 
 class Instance(NamedTuple):
@@ -93,18 +89,6 @@ def unsolved_evaluations(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str
         name: int(sheath_view(data.plugin_state, sheath.state).state.unsolved)
         for name, sheath in sheaths(model).items()
     }
-
-
-def servo_estimate(model: mujoco.MjModel, data: mujoco.MjData, servo: str) -> float:
-    """T̂_out [N], the output tension as a servo's observer computes it from T_in.
-
-    Raises:
-        UnknownNameError: no such servo.
-    """
-    known = servos(model)
-    if servo not in known:
-        raise UnknownNameError("servo", servo, known)
-    return float(servo_view(data.plugin_state, known[servo].state).trial.estimate)
 
 
 def segment_tensions(
@@ -211,7 +195,7 @@ def sheath_arrays(
     n = int(counts.flat[0]) if counts.size and np.isfinite(counts).all() else -1
     state_size = int(model.plugin_statenum[np.flatnonzero(model.plugin_stateadr == start)].max())
     bound = (scalars["config_signature"] != 0.0).all()  # as a reset leaves it
-    if not bound or n < 0 or (counts != n).any() or size_of(n, 0) > state_size:
+    if not bound or n < 0 or (counts != n).any() or size_of(n, 0, 0) > state_size:
         raise InvalidValueError(
             f"sheath {sheath!r}: these are no plugin states of this model, or none at all"
         )

@@ -13,19 +13,21 @@ import mujoco
 from tendon_mj.errors import EngineError
 from tendon_mj.native import ENGINE, ENGINE_ARRAY, Library, load
 from tendon_mj.plugin import registration  # with all that the library has
-from tendon_mj.plugin.abi.checks import Draft, asking
-from tendon_mj.plugin.abi.layout import (
+from tendon_mj.plugin.abi import (
     LAYOUT,
     SCENE,
+    C,
+    Draft,
+    asking,
     read,
     verify,
     verify_scene,
     verify_state,
 )
-from tendon_mj.plugin.abi.library import C
-from tendon_mj.plugin.elsewhere import guard_engines, register_pickles
-from tendon_mj.plugin.servo_plugin import validate as servo_validate
-from tendon_mj.plugin.sheath_plugin import validate
+from tendon_mj.plugin.pickles import register_pickles
+from tendon_mj.plugin.servo_plugin import SERVO, check_joint
+from tendon_mj.plugin.servo_plugin import state_size as servo_state_size
+from tendon_mj.plugin.sheath_plugin import NAME, check_tendon, reading_size, state_size
 
 _OLDEST = (3, 11)  # MuJoCo, the first with several outputs of an actuator
 
@@ -83,8 +85,8 @@ class _Checks(NamedTuple):
 
 
 _CHECKS = {
-    validate.NAME: _Checks(validate.state_size, validate.check_tendon),
-    servo_validate.SERVO: _Checks(servo_validate.state_size, servo_validate.check_joint),
+    NAME: _Checks(state_size, check_tendon),
+    SERVO: _Checks(servo_state_size, check_joint),
 }
 NAMES = tuple(_CHECKS)
 
@@ -92,7 +94,7 @@ NAMES = tuple(_CHECKS)
 _SMALLEST = f"""
 <mujoco>
   <extension>
-    <plugin plugin="{validate.NAME}">
+    <plugin plugin="{NAME}">
       <instance name="sheath">
         <config key="tendon" value="t"/>
         <config key="friction" value="0"/>
@@ -134,7 +136,7 @@ def _set_checks(library: Library) -> None:
     sheath, servo = _CHECKS
     _asked[:] = [
         asking(sheath, _CHECKS[sheath].state_size),
-        asking(sheath, validate.reading_size, 2),
+        asking(sheath, reading_size, 2),
         asking(sheath, _complete(sheath), data=True),
         asking(servo, _CHECKS[servo].state_size),
         asking(servo, _complete(servo), data=True),
@@ -194,6 +196,5 @@ def register() -> tuple[str, ...]:
         ctypes.CFUNCTYPE(None)(library.address("tendon_mj_register"))()
         _verify_registered(library)
         register_pickles(NAMES)
-        guard_engines(NAMES)
         verify_state(layout, mujoco.MjData(mujoco.MjModel.from_xml_string(_SMALLEST)))
     return NAMES

@@ -1,8 +1,5 @@
-"""The friction model alone: its law, the flow solver, a bench without MuJoCo."""
+"""The friction model alone: its law, the flow solver."""
 
-from tendon_mj.sheath.bench import Response as Response
-from tendon_mj.sheath.bench import drive_displacement as drive_displacement
-from tendon_mj.sheath.bench import drive_tension as drive_tension
 from tendon_mj.sheath.parameters import ANY as ANY
 from tendon_mj.sheath.parameters import LAW as LAW
 from tendon_mj.sheath.parameters import POSITIVE as POSITIVE
@@ -26,6 +23,8 @@ from tendon_mj.sheath.records import Guide as Guide
 from tendon_mj.sheath.records import Guides as Guides
 from tendon_mj.sheath.records import Segment as Segment
 from tendon_mj.sheath.records import Segments as Segments
+from tendon_mj.sheath.records import new_guides as new_guides
+from tendon_mj.sheath.records import new_segments as new_segments
 from tendon_mj.sheath.records import record_type as record_type
 from tendon_mj.sheath.segment_law import convected as convected
 from tendon_mj.sheath.segment_law import friction_work as friction_work

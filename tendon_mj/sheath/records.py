@@ -81,10 +81,7 @@ class Guide:
     is_on_arc: float  # 1 where it is on a geom, which the tendon may leave
     fed_by: float  # segment whose tension the branch behind a pulley takes over, −1: the input's
     # of an inextensible tendon
-    unknown: float  # acceleration of its slip that constraints cause [m/s²]
-    trial_unknown: float  # [m/s²]
-    expected: float  # speed of its slip, to the output, that the step before was to end with [m/s]
-    trial_expected: float  # [m/s]
+    ended: float  # speed of its slip after the step before, as in the pose before it [m/s]
     way: float  # length from the guide to the output end [m]
     trial_way: float  # [m]
 

@@ -1,16 +1,14 @@
 """Closed form of a tendon in a frictional sheath, NumPy only (Kaneko et al. 1991).
 
-First motion, outer branches: ``stiffness``, ``first_motion``; any history: ``history``. Equations:
+Outer branches: ``stiffness``; any history, a first motion too: ``history``. Equations:
 docs/theory.md. Arguments and results are in SI units, and broadcast:
 
 | argument | symbol | |
 |---|---|---|
-| lam | λ [–] | friction exponent, positive while pulling; of `stiffness`. A motion gives the |
-| | | direction: where its tension or displacement is an argument, the sign of λ is ignored |
+| lam | λ [–] | friction exponent, positive while pulling; of a history, its sign is ignored |
 | input_tension | T_in [N] | above T_0 it pulls, below it loosens |
 | pretension | T_0 [N] | uniform before any motion |
 | displacement | ξ_in [m] | of the input end, positive toward the actuator |
-| position | x [m] | from the input end, 0 to L |
 | axial_stiffness | EA [N] | force per unit strain |
 | length | L [m] | of the sheath |
 | output_stiffness | k_se [N/m] | of the spring at the output end; ``inf`` (default) holds it |
@@ -20,20 +18,11 @@ A history has time on axis 0, and is monotone between samples; results of it hav
 broadcast of the rest). An argument out of its range raises InvalidValueError, which names it.
 """
 
-from tendon_mj.theory.first_motion import elongation_profile as elongation_profile
-from tendon_mj.theory.first_motion import first_displacement as first_displacement
-from tendon_mj.theory.first_motion import first_input_tension as first_input_tension
-from tendon_mj.theory.first_motion import first_output_tension as first_output_tension
-from tendon_mj.theory.first_motion import sliding_length as sliding_length
-from tendon_mj.theory.first_motion import tension_profile as tension_profile
 from tendon_mj.theory.history import TensionMemory as TensionMemory
 from tendon_mj.theory.history import displacement as displacement
 from tendon_mj.theory.history import driven_tensions as driven_tensions
 from tendon_mj.theory.history import output_tension as output_tension
 from tendon_mj.theory.stiffness import apparent_stiffness as apparent_stiffness
 from tendon_mj.theory.stiffness import equivalent_backlash as equivalent_backlash
-from tendon_mj.theory.stiffness import friction_exponent as friction_exponent
 from tendon_mj.theory.stiffness import reversal_backlash as reversal_backlash
-from tendon_mj.theory.stiffness import series_stiffness as series_stiffness
-from tendon_mj.theory.stiffness import tendon_stiffness as tendon_stiffness
 from tendon_mj.theory.stiffness import transmission_stiffness as transmission_stiffness

@@ -13,19 +13,6 @@ from tendon_mj.theory._exponential import inverse_relative, relative_excess
 from tendon_mj.typing import FloatArray
 
 
-def friction_exponent(friction: ArrayLike, bend: ArrayLike, direction: ArrayLike) -> FloatArray:
-    """Signed total friction exponent of a sheath.
-
-    λ = μ φ sgn ξ̇ with φ = L/R. Positive while pulling; rest counts as pulling, as in eq. (4).
-
-    Source: Kaneko et al. 1991, eq. (12).
-    """
-    mu = _check.non_negative("friction", friction)
-    phi = _check.non_negative("bend", bend)
-    sgn = np.where(_check.finite("direction", direction) < 0, -1.0, 1.0)
-    return mu * phi * sgn
-
-
 def tendon_stiffness(axial_stiffness: ArrayLike, length: ArrayLike) -> FloatArray:
     """Stiffness of the tendon without friction, K_w = EA/L.
 
@@ -75,18 +62,6 @@ def reversal_backlash(
     with np.errstate(over="ignore"):
         ratio = np.sinh(half) / np.where(half == 0, 1.0, half)
         return free * 2.0 * np.sinh(half) * np.where(half == 0, 1.0, ratio)
-
-
-def series_stiffness(*stiffness: ArrayLike) -> FloatArray:
-    """Stiffness of springs in a row, 1/k = Σ 1/k_i.
-
-    Source: Kaneko et al. 1991, eq. (15).
-    """
-    compliance: FloatArray = np.asarray(0.0)
-    for number, value in enumerate(stiffness):
-        compliance = compliance + 1.0 / _check.stiffness(f"stiffness[{number}]", value)
-    with np.errstate(divide="ignore"):
-        return np.divide(1.0, compliance)
 
 
 def transmission_stiffness(

@@ -7,7 +7,6 @@ while the tendon is on one side of contact; cells that no span parts in the pose
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import mujoco
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.warp.groups import Groups
 from tendon_mj.warp.support import Rows, Simulated
+from tendon_mj.warp.transfer import inextensible_of
 
 _PULLEY, _SITE = mujoco.mjtWrap.mjWRAP_PULLEY.value, mujoco.mjtWrap.mjWRAP_SITE.value
 _TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
@@ -28,7 +28,7 @@ _SCALAR = (mujoco.mjtJoint.mjJNT_SLIDE.value, mujoco.mjtJoint.mjJNT_HINGE.value)
 # (rows, type, names) of arrays with a column for each world
 _BY_WORLD = (
     ("cells", wp.float64, "before tension way way_before friction"),
-    ("cells", wp.float32, "unknown trial_unknown expected trial_expected speed speed_before"),
+    ("cells", wp.float32, "speed speed_before"),
     ("cells", wp.float32, "mobility eases missing along answer"),
     ("cells", wp.float32, "upper_ratio upper_offset lower_ratio lower_offset"),
     ("cells", wp.int8, "slid slides set_for"),
@@ -40,7 +40,7 @@ _BY_WORLD = (
     ("entries", wp.float32, "input_row"),
     ("solved", wp.float32, "solved"),
     ("factor", wp.float64, "factor"),
-    ("dofs", wp.float64, "inverse acceleration gradient"),
+    ("dofs", wp.float64, "unknown known inverse acceleration gradient"),
     ("damper_rows", wp.float32, "damper_row"),
     ("dampers", wp.float64, "damper_scale"),
 )
@@ -150,7 +150,7 @@ def _dampers(model: mujoco.MjModel, tendons: list[int]) -> tuple[list[int], list
 
 def allocate_groups(
     model: mujoco.MjModel,
-    members: Mapping[int, Simulated],
+    simulated: dict[str, Simulated],
     at: Rows,
     nworld: int,
 ) -> Any:
@@ -158,10 +158,11 @@ def allocate_groups(
 
     Args:
         model: with sheaths.
-        members: index of each such sheath to the sheath.
+        simulated: each by name.
         at: rows of all sheaths.
         nworld: number of worlds.
     """
+    members = inextensible_of(simulated)
     y, indices = Groups(), list(members)
     of_member = [cells_of(model, sheath) for sheath in members.values()]
     starts = _starts([len(cells) for cells, _ in of_member])
@@ -219,8 +220,7 @@ def allocate_groups(
     for names, kind, each in _BY_WORLD:
         for name in each.split():
             setattr(y, name, wp.zeros((counts[names], nworld), dtype=kind))
-    y.speed_before.fill_(np.nan)
-    _fill_state(y, list(members.values()), of_member, nworld)
+    _fill_state(y, simulated, of_member, nworld)
     return y
 
 
@@ -234,17 +234,20 @@ def _range(model: mujoco.MjModel, dofs: NDArray[Any]) -> tuple[int, int]:
 
 
 _STATE = {
-    "unknown": "unknown",
     "slid": "previous_slip",
-    "expected": "expected",
     "way_before": "way",
+    "speed_before": "ended",
 }
 
 
 def _fill_state(
-    y: Any, sheaths: list[Simulated], of_member: list[tuple[list[Cell], list[int]]], nworld: int
+    y: Any,
+    simulated: dict[str, Simulated],
+    of_member: list[tuple[list[Cell], list[int]]],
+    nworld: int,
 ) -> None:
     """Give every world the committed state of the simulation."""
+    sheaths = inextensible_of(simulated).values()
     columns: dict[str, list[float]] = {name: [] for name in ("before", *_STATE)}
     for sheath, (cells, _) in zip(sheaths, of_member, strict=True):
         for cell in cells:
@@ -253,6 +256,7 @@ def _fill_state(
             for name, field in _STATE.items():
                 sign = -1.0 if name == "slid" else 1.0
                 columns[name].append(sign * sheath.guides[field][cell.end - 1])
+    columns["unknown"] = [force for s in simulated.values() for force in s.unknown]
     columns["input_before"] = [s.segments["previous_tension"][0] for s in sheaths]
     for name, values in columns.items():
         array = getattr(y, name)
@@ -261,10 +265,14 @@ def _fill_state(
             array.assign(columns_of.astype(wp.dtype_to_numpy(array.dtype)))
 
 
-def read_groups_back(model: mujoco.MjModel, members: list[Simulated], y: Any, world: int) -> None:
+def read_groups_back(
+    model: mujoco.MjModel, simulated: dict[str, Simulated], y: Any, world: int
+) -> None:
     """Write the committed state of a world, as `allocate_groups` takes it."""
-    names = ("before", "input_before", *_STATE)
+    names, members = ("before", "input_before", *_STATE), inextensible_of(simulated).values()
     column = {name: getattr(y, name).numpy()[:, world] for name in names}
+    for sheath in simulated.values() if members else ():
+        sheath.unknown[:] = y.unknown.numpy()[: len(sheath.unknown), world]
     c = 0
     for i, sheath in enumerate(members):
         cells, owners = cells_of(model, sheath)

@@ -44,16 +44,14 @@ class Groups:
     damper: wp.array[wp.int32]  # other actuators; −1 − member: the tendon's own
     # committed state
     before: wp.array2d[wp.float64]  # T behind the cell, times its divisor [N]
-    unknown: wp.array2d[wp.float32]  # b, acceleration of the slip by constraints [m/s²]
     slid: wp.array2d[wp.int8]  # direction of the slip: +1 to the output, −1, 0 at rest
-    expected: wp.array2d[wp.float32]  # speed of the slip that the step was to end with [m/s]
     way_before: wp.array2d[wp.float64]  # L, length to the output end [m]
     speed_before: wp.array2d[wp.float32]  # D q̇ with D of the step before [m/s]; NaN: none is known
     input_before: wp.array2d[wp.float64]  # (members, worlds), T_0 [N]
+    unknown: wp.array2d[wp.float64]  # (dofs, worlds), r, forces that friction did not know
     # of the step on trial
+    known: wp.array2d[wp.float64]  # (dofs, worlds), forces that it knows, and its own
     tension: wp.array2d[wp.float64]  # T behind the cell, times its divisor [N]
-    trial_unknown: wp.array2d[wp.float32]  # [m/s²]
-    trial_expected: wp.array2d[wp.float32]  # [m/s]
     slides: wp.array2d[wp.int8]  # +1 at the upper bound, −1 at the lower one, 0 where it holds
     flows: wp.array2d[wp.bool]  # whether tendon passes there in that direction
     input: wp.array2d[wp.float64]  # (members, worlds), T_0 [N]

@@ -21,6 +21,7 @@ wp.set_module_options({"enable_backward": False})
 _TENDON = wp.constant(3)  # mjtTrn
 _ZERO = wp.constant(wp.float64(0.0))
 _ONE = wp.constant(wp.float64(1.0))
+_HALF = wp.constant(wp.float64(0.5))
 _INF = wp.constant(wp.float64(wp.inf))
 _LEAST_ARM = wp.constant(1e-7)  # [m]; a moment arm below is one of rounding
 _UNEXPLAINED = wp.constant(wp.float64(1e-6))  # of a length: a change that is not of rounding
@@ -49,8 +50,6 @@ def commit_member(t: Tendons, y: Groups, qvel: wp.array2d[wp.float32], i: int, w
     y.input_before[i, w] = y.input[i, w]
     for c in range(y.first_cell[i], y.first_cell[i + 1]):
         y.before[c, w] = y.tension[c, w]
-        y.unknown[c, w] = y.trial_unknown[c, w]
-        y.expected[c, w] = y.trial_expected[c, w]
         y.slid[c, w] = wp.int8(wp.where(y.flows[c, w], int(y.slides[c, w]), 0))
         y.way_before[c, w] = y.way[c, w]
         y.speed_before[c, w] = wp.float32(_speed(y, y.head[c, w], qvel, w))
@@ -58,6 +57,22 @@ def commit_member(t: Tendons, y: Groups, qvel: wp.array2d[wp.float32], i: int, w
     t.constraint_force[k, w] = t.solved_force[k, w]
     t.started[k, w] = True
     t.has_trial[k, w] = False
+
+
+@wp.kernel
+def keep_unknown(
+    time: wp.array[wp.float32],
+    smooth: wp.array2d[wp.float32],
+    constraint: wp.array2d[wp.float32],
+    t: Tendons,
+    y: Groups,
+) -> None:
+    """Keep the forces of ended steps that friction did not know; threads (dofs, worlds)."""
+    dof, w = wp.tid()
+    k = y.sheath[0]
+    if t.has_trial[k, w] and time[w] > t.trial_time[k, w]:
+        force = wp.float64(smooth[w, dof]) + wp.float64(constraint[w, dof]) - y.known[dof, w]
+        y.unknown[dof, w] = wp.where(wp.isfinite(force), force, _ZERO)
 
 
 @wp.kernel
@@ -225,23 +240,22 @@ def fill_rows(b: Dynamics, t: Tendons, y: Groups) -> None:
 
 
 @wp.func
-def _drawn(
+def _beyond(
     t: Tendons, y: Groups, c: int, tail: int, speed: wp.float64, h: wp.float64, w: int
 ) -> wp.float64:
-    """Speed by which more passes than D q̇: in the mean of the step, and with moved bodies [m/s].
+    """Speed by which more passes in this step than D q̇: as D changes, and by moved bodies [m/s].
 
-    It is not known of guides on geoms, which move themselves, and where the stretch is spread.
+    What bodies move without a velocity is not known of guides on geoms, which move themselves, and
+    where the stretch is spread.
     """
+    curved = wp.float64(0.0)
+    if wp.isfinite(y.speed_before[tail, w]):
+        curved = speed - wp.float64(y.speed_before[tail, w])
     on_arc = t.is_on_arc[y.begin[c], w] or t.is_on_arc[y.end[tail] - 1, w]
     if on_arc or wp.isfinite(y.whole[y.member[c], w]):
-        return _ZERO
-    drawn = wp.float64(0.0)
-    if wp.isfinite(y.speed_before[tail, w]):
-        drawn = wp.float64(0.5) * (wp.float64(y.speed_before[tail, w]) - speed)
-    rest = (y.way[c, w] - y.way_before[tail, w]) / h - speed - drawn
-    if wp.abs(h * rest) > _UNEXPLAINED * y.way[c, w]:
-        drawn += rest
-    return drawn
+        return curved
+    drawn = (y.way[c, w] - y.way_before[tail, w]) / h - (speed - _HALF * curved)
+    return curved + wp.where(wp.abs(h * drawn) > _UNEXPLAINED * y.way[c, w], drawn, _ZERO)
 
 
 @wp.kernel
@@ -253,14 +267,11 @@ def answer(q: Motion, t: Tendons, y: Groups) -> None:
         return
     k, low, high = y.sheath[i], y.low[i], y.high[i]
     base, row, first = y.solved_row[c], y.row[c], y.first_dof[i]
-    h, speed, unknown = step_of(q, w), _speed(y, c, q.qvel, w), wp.float64(0.0)
+    h, speed = step_of(q, w), _speed(y, c, q.qvel, w)
     if t.started[k, w]:
         tail = _tail(y, c, y.first_cell[i + 1], w)
-        unknown = wp.float64(y.unknown[tail, w])
-        unknown += (speed - wp.float64(y.expected[tail, w])) / h
-        speed += _drawn(t, y, c, tail, speed, h, w)
+        speed += _beyond(t, y, c, tail, speed, h, w)
     y.speed[c, w] = wp.float32(speed)
-    y.trial_unknown[c, w] = wp.float32(unknown)
     if not y.is_rough[c, w]:
         return
     for n in range(base, base + high - low):
@@ -383,12 +394,6 @@ def _bounds(y: Groups, c: int, tension: wp.float64, w: int) -> tuple[wp.float64,
 
 
 @wp.func
-def _wanted(y: Groups, c: int, h: wp.float64, w: int) -> wp.float64:
-    """By how much the slip of a group has to be slowed in this step, with b [m/s²]."""
-    return wp.float64(y.trial_unknown[c, w]) + wp.float64(y.speed[c, w]) / h
-
-
-@wp.func
 def _mobility(y: Groups, c: int, w: int) -> wp.float64:
     return wp.float64(y.mobility[c, w])
 
@@ -398,7 +403,7 @@ def _missing(y: Groups, c: int, h: wp.float64, w: int) -> wp.float64:
     """By how much more the slip of a group has to be slowed, 0 where that is rounding [m/s²]."""
     i = y.member[c]
     first, row = y.first_dof[i], y.row[c]
-    missing = _wanted(y, c, h, w)
+    missing = wp.float64(y.speed[c, w]) / h
     sizes = wp.abs(missing) + _mobility(y, c, w) * wp.abs(y.friction[c, w])
     for e in range(first, y.first_dof[i + 1]):
         part = wp.float64(y.D[row + e - first, w]) * y.acceleration[y.dof[e], w]
@@ -578,8 +583,6 @@ def solve_groups(q: Motion, t: Tendons, y: Groups) -> None:
     for c in range(y.member.shape[0]):
         if y.head[c, w] == c:
             y.tension[c, w] = wp.max(_ZERO, _incoming(y, c, w) + y.friction[c, w])
-            ends = _wanted(y, c, h, w) + _along(y, c, y.acceleration, w)
-            y.trial_expected[c, w] = wp.float32(h * ends)
 
 
 @wp.func
@@ -604,7 +607,6 @@ def _publish_group(
         slides = wp.where(passed > _ZERO, 1, -1)
     flows = wp.abs(passed) > _STILL * y.way[c, w] and wp.float64(slides) * passed > _ZERO
     extreme = wp.float64(incoming)
-    unknown, expected = y.trial_unknown[c, w], y.trial_expected[c, w]
     tail = _tail(y, c, y.first_cell[i + 1], w)
     for n in range(c, tail + 1):
         for guide in range(y.begin[n], y.end[n]):
@@ -622,8 +624,6 @@ def _publish_group(
             y.tension[n, w] = tension
         y.slides[n, w] = wp.int8(slides)
         y.flows[n, w] = flows
-        y.trial_unknown[n, w] = unknown
-        y.trial_expected[n, w] = expected
 
 
 @wp.func
@@ -687,5 +687,6 @@ def add_friction(t: Tendons, y: Groups, qfrc: wp.array2d[wp.float32]) -> None:
             friction = y.friction[c, w]
             if friction != _ZERO:
                 total -= friction * wp.float64(y.D[y.row[c] + e - y.first_dof[i], w])
+    y.known[dof, w] = y.known[dof, w] + total
     if total != _ZERO:
         qfrc[w, dof] += wp.float32(total)

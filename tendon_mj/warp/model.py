@@ -36,6 +36,7 @@ from tendon_mj.warp.inextensible import (
     answer,
     commit_groups,
     fill_rows,
+    keep_unknown,
     publish,
     set_up,
     solve_groups,
@@ -63,7 +64,7 @@ from tendon_mj.warp.support import (
     simulated_sheaths,
 )
 from tendon_mj.warp.tendons import ELASTIC, INEXTENSIBLE, WOUND
-from tendon_mj.warp.transfer import inextensible_of, read_back
+from tendon_mj.warp.transfer import read_back
 
 _SPRING_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value
 _DAMPER_OFF = mujoco.mjtDisableBit.mjDSBL_DAMPER.value
@@ -178,9 +179,10 @@ def _evaluate_together(m: Any, d: Any, layout: SheathLayouts, actuates: bool) ->
     _launch(
         d,
         (
+            (keep_unknown, (m.nv,), [d.time, d.qfrc_smooth, d.qfrc_constraint, t, y]),
             (set_up, members, [_filled(Scene, m, d), motion, forces, t, y]),
             (fill_rows, y.dof.shape, [motion, t, y]),
-            (accelerate, (), [forces, y, t.tendon]),
+            (accelerate, (), [forces, t, y]),
             (answer, cells, [forces, t, y]),
             (solve_groups, (), [forces, t, y]),
             (publish, members, [forces, t, y]),
@@ -377,11 +379,16 @@ def get_data_into(
         (
             *((commit, rows, [data.time, t, kind]) for kind in (WOUND, ELASTIC)),
             (finish, (len(sheaths.names),), [data.time, t]),
+            (
+                keep_unknown,
+                y.unknown.shape[:1],
+                [data.time, data.qfrc_smooth, data.qfrc_constraint, t, y],
+            ),
             (commit_groups, y.sheath.shape, [data.time, data.qvel, t, y]),
         ),
     )
     read_back(simulated, t, world_id, result.time - model.opt.timestep)
-    read_groups_back(model, list(inextensible_of(simulated).values()), y, world_id)
+    read_groups_back(model, simulated, y, world_id)
 
 
 def reset_data(model: Any, data: Any, reset: Any = None) -> None:

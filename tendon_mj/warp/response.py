@@ -10,6 +10,7 @@ import mujoco_warp as mjw
 import warp as wp
 
 from tendon_mj.warp.groups import Groups
+from tendon_mj.warp.tendons import Tendons
 
 wp.set_module_options({"enable_backward": False})
 
@@ -209,15 +210,18 @@ def _add_damper(q: Motion, y: Groups, tendon: wp.array[wp.int32], n: int, w: int
 
 
 @wp.kernel(module="unique", module_options={"max_unroll": 0}, enable_backward=False)
-def accelerate(q: Motion, y: Groups, tendon: wp.array[wp.int32]) -> None:
-    """Set up M̂, and the acceleration without friction and constraints; threads (worlds,)."""
+def accelerate(q: Motion, t: Tendons, y: Groups) -> None:
+    """Set up M̂, and the acceleration without friction; threads (worlds,)."""
     w = wp.tid()
     _factor(q, y, w)
     for n in range(y.damper.shape[0]):
-        _add_damper(q, y, tendon, n, w)
+        _add_damper(q, y, t.tendon, n, w)
     for i in range(q.nv):
         force = wp.float64(q.qfrc_passive[w, i] + q.qfrc_applied[w, i] - q.qfrc_bias[w, i])
         if q.actuates:
             force += wp.float64(q.qfrc_actuator[w, i])
+        y.known[i, w] = force
+        if t.started[y.sheath[0], w]:
+            force += y.unknown[i, w]
         y.acceleration[i, w] = force
     respond(q, y, y.acceleration, 0, 0, q.nv, y.damper.shape[0], w)

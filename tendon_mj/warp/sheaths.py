@@ -14,7 +14,7 @@ from tendon_mj.errors import InvalidValueError, UnknownNameError, UnusedKeyError
 from tendon_mj.sheath import check_range
 from tendon_mj.warp.cells import allocate_groups
 from tendon_mj.warp.support import LIVE_PARAMETERS, Simulated, layout_of, rows_of
-from tendon_mj.warp.transfer import allocate, inextensible_of
+from tendon_mj.warp.transfer import allocate
 
 
 class Sheaths:
@@ -56,8 +56,7 @@ class Sheaths:
         self.nworld = nworld
         self.asks = False  # for the actuators' forces, within their computation
         self.tendons: Any = allocate(simulated, reels, beyond, nworld)
-        members = inextensible_of(simulated)
-        self.groups: Any = allocate_groups(model, members, rows_of(simulated), nworld)
+        self.groups: Any = allocate_groups(model, simulated, rows_of(simulated), nworld)
         self.written = [  # cfrc_ext and cfrc_int with the sheaths' reactions
             wp.full(
                 (nworld, model.nbody), wp.spatial_vector(*[np.nan] * 6), dtype=wp.spatial_vector

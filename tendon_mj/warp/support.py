@@ -48,6 +48,7 @@ class Simulated(NamedTuple):
     segments: Any  # (n+1,)
     guides: Any  # (n,)
     arcs: Any  # (arcs,)
+    unknown: Any  # (dofs,) of the first sheath of a model, forces that friction did not know
 
 
 def simulated_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, Simulated]:
@@ -59,8 +60,10 @@ def simulated_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, S
         state, segments, guides, path = sheath_arrays(model, plugin_state, name, instance.state)
         behind = (path.__array_interface__["data"][0] - begin) // 8 + path.size
         count = int(state["arcs"])
-        arcs = plugin_state[behind : behind + count * ARC.itemsize // 8].view(ARC)
-        simulated[name] = Simulated(state, segments, guides, arcs)
+        after = behind + count * ARC.itemsize // 8
+        arcs = plugin_state[behind:after].view(ARC)
+        unknown = plugin_state[after : after + int(state["dofs"])]
+        simulated[name] = Simulated(state, segments, guides, arcs, unknown)
     return simulated
 
 

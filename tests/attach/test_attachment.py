@@ -261,10 +261,3 @@ def test_a_motor_that_no_range_keeps_from_pushing_is_named_without_a_warning(tmp
     messages = square(tmp_path, name="m", ends=ends).said
     assert len(messages) == said
     assert not said or "forcerange keeps m on rope from pushing" in messages[0]
-
-
-def test_without_friction_nothing_is_said_to_be_lost(tmp_path):
-    (tmp_path / "m.xml").write_text(SQUARE.format(range=' range=".01 .1"', name="m", ends=""))
-    lines = printed(tmp_path / "m.xml", "rope", 0.0)
-    assert "friction = 0: none of them loses" in lines[-1]
-    assert not any("%" in line for line in lines)

@@ -30,13 +30,6 @@ def test_the_signature_has_every_parameter_with_its_default(function, known):
         )
 
 
-@pytest.mark.parametrize(("function", "known"), TAKERS)
-def test_the_help_says_what_every_parameter_is_and_its_unit(function, known):
-    for name, parameter in known.items():
-        assert f"\n    {name}: {parameter.line()}\n" in inspect.getdoc(function)
-    assert "<parameters>" not in function.__doc__
-
-
 def test_an_unknown_parameter_comes_with_the_nearest():
     spec = finger()
     with refusing(UnknownNameError, "'backlsh'; did you mean 'backlash'"):

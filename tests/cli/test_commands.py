@@ -12,7 +12,6 @@ from tendon_mj.cli.commands import COMMANDS
 from tendon_mj.lab.recordings import read_recording
 from tendon_mj.lab.replay import replay_recording
 from tendon_mj.models import example_recording
-from tendon_mj.show.live import RealTime
 from tests.lab.recorded import written
 from tests.rigs import lever, rope
 
@@ -143,23 +142,6 @@ def test_render_says_tensions_in_a_unit_that_has_few_digits(pull, unit, tmp_path
     assert 0.0 <= low < 1.0 < high < 30.0
 
 
-def test_a_view_of_a_model_without_actuators_says_what_moves_it(tmp_path, monkeypatch, capsys):
-    path = tmp_path / "arm.xml"
-    path.write_text(lever("", joint='name="elbow"', geom='size=".1" pos=".2 0 0"'))
-    monkeypatch.setattr("tendon_mj.cli.motion.serve", lambda *a, **b: RealTime(1.0, 1.0, 1))
-    assert main(["view", str(path), "--web"]) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert "the model has no actuator: only gravity and springs move it" in said
-    assert "does not move" not in said
-
-
-def test_simulate_points_to_the_commands_for_any_model(tmp_path, capsys):
-    assert main(["simulate", "elbow.xml", "--out", str(tmp_path)]) == 2
-    said = " ".join(capsys.readouterr().err.split())
-    for part in ("'finger', 'finger_spring'", "`tendon-mj view`", "`tendon-mj render`"):
-        assert part in said
-
-
 def test_times_in_the_wrong_unit_are_refused_before_they_cost_hours(tmp_path, capsys):
     path = written(tmp_path, "0,0,20\n1e-9,1e-4,21\n2e-9,2e-4,22\n")
     assert main(["replay", path, "--out", str(tmp_path)]) == 2
@@ -176,11 +158,6 @@ def test_a_column_that_never_moves_has_no_range(tmp_path, capsys):
     misfit = read(tmp_path)["rmse"]["as described"]["input_tension_N"]
     assert misfit["share_of_range"] is None
     assert misfit["rmse"] > 0.0
-
-
-def test_version(capsys):
-    assert main(["--version"]) == 0
-    assert capsys.readouterr().out.startswith("tendon-mj ")
 
 
 @pytest.mark.parametrize("motion", ["curl", "press"])

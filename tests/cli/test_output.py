@@ -141,14 +141,6 @@ def test_a_command_that_is_refused_leaves_no_result_of_an_earlier_run(arguments,
     assert not (tmp_path / "report.html").exists()
 
 
-def test_the_sentence_comes_after_the_files(tmp_path):
-    output = Output(tmp_path)
-    output.result({"force_N": 1.0})
-    with console.capture() as printed:
-        output.close("The force is 1 N.")
-    assert printed.get().splitlines()[-1] == "The force is 1 N."
-
-
 def test_names_in_brackets_are_printed_as_they_are():
     with console.capture() as printed:
         console.print("elbow[left] [/left] :smile: [measured]")

@@ -76,11 +76,11 @@ def test_friction_adds_no_energy_where_a_step_carries_what_it_magnifies(xml, mos
 
 
 @pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
-def test_beyond_that_a_link_may_gain_any_amount():
+def test_beyond_that_a_link_may_gain_energy():
     # the range of the promise is one: what `tendon-mj attach` warns of does happen
     values = {"high": 0.0355, "low": 0.024, "mass": 0.1564, "damping": 0.0, "rest": 0.1}
     xml = link(step=5e-3, integrator="Euler", stiffness=2000.0, **values)
     rough = with_friction(xml, friction=5.0)
     added, carried = max(gain(rough, angle, 5.0) for angle in np.linspace(-0.6, 0.6, 13))
     assert carried > 1.0
-    assert added > 1.0
+    assert added > 0.1

@@ -100,12 +100,15 @@ def test_a_load_within_the_band_rests_in_any_pose_beside_any_tendons(
         mujoco.mj_step(model, data)
     # what no tendon holds swings on its spring for a while
     assume(step * np.abs(data.qvel).max() < 1e-9)
-    outputs, work = [], sum(view.friction_work.sum() for view in views)
+    outputs, work, speed = [], sum(view.friction_work.sum() for view in views), 0.0
     for _ in range(200):
         mujoco.mj_step(model, data)
         outputs.append([float(view.output_tension) for view in views])
-    assert (np.ptp(outputs, axis=0) < 1e-6 * pulls).all()
+        speed = max(speed, np.abs(data.qvel).max())
     assert sum(view.friction_work.sum() for view in views) - work < 1e-12 * (1.0 + work)
+    # tendons tip a joint over that none of them holds, which no friction can stop
+    assume(step * speed < 1e-9)
+    assert (np.ptp(outputs, axis=0) < 1e-6 * pulls).all()
 
 
 HELD = rope(
@@ -174,6 +177,52 @@ def test_a_finger_that_presses_on_a_block_rests(cone, integrator, step):
         outputs.append(data.sensor("output_tension").data[0])
     assert data.ncon > 0
     assert np.ptp(outputs[-500:]) < 1e-4 * 8.0
+
+
+def limited_finger(integrator):
+    """Three joints, of which tendons on both sides press some against their limits."""
+    spec = mujoco.MjSpec()
+    spec.option.timestep, spec.option.integrator = 2e-3, integrator
+    parent = spec.worldbody
+    for k in range(3):
+        parent = parent.add_body(name=f"link{k}", pos=[0.1 if k else 0.0, 0.0, 0.0])
+        joint = parent.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0], range=[-1, 1])
+        joint.damping[0], joint.armature, joint.limited = 0.005, 1e-5, True
+        parent.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+            fromto=[0, 0, 0, 0.1, 0, 0],
+            size=[0.01, 0, 0],
+            mass=0.05,
+            contype=0,
+            conaffinity=0,
+        )
+    for t, side in enumerate([0.012, -0.012] * 2):
+        tendon = spec.add_tendon(name=f"t{t}")
+        places = [(spec.worldbody, [-0.2, 0, 0]), (spec.worldbody, [-0.02, 0, side])]
+        places += [(spec.body(f"link{k}"), [x, 0, side]) for k in range(3) for x in (0.02, 0.08)]
+        for k, (body, place) in enumerate(places):
+            tendon.wrap_site(body.add_site(name=f"s{t}_{k}", pos=place).name)
+        spec.add_actuator(trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon.name)
+    return spec
+
+
+@pytest.mark.parametrize("integrator", [0, 3])
+@pytest.mark.parametrize("written", ["opt.timestep", "dof_armature", "dof_damping"])
+def test_joints_at_their_limits_rest_where_step_mass_or_damping_is_written(written, integrator):
+    model = add_friction(limited_finger(integrator), "*", friction=0.3).compile()
+    data = mujoco.MjData(model)
+    data.ctrl[:] = -30.0, -28.0, -12.0, -14.0
+    mujoco.mj_step(model, data, 4000)
+    views = [view_sheath(model, data, f"t{t}") for t in range(4)]
+    place, work = data.qpos.copy(), sum(view.friction_work.sum() for view in views)
+    owner, name = (model.opt, "timestep") if "." in written else (model, written)
+    value, rng = np.copy(getattr(owner, name)), np.random.default_rng(0)
+    assert data.nefc > 0
+    for _ in range(500):
+        setattr(owner, name, value * 2.0 ** rng.uniform(-1.0, 1.0))
+        mujoco.mj_step(model, data)
+    assert data.qpos == pytest.approx(place, abs=1e-8)
+    assert sum(view.friction_work.sum() for view in views) - work < 1e-12
 
 
 @pytest.mark.parametrize("step", [2e-3, 5e-4])

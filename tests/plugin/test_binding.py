@@ -76,7 +76,7 @@ def test_the_state_of_another_sheath_is_not_one_s_own():
     model = mujoco.MjModel.from_xml_string(TWINS)
     data = simulated(model, 1, ctrl=(-1.0, -2.0))
     first, second = (sheath.state for sheath in sheaths(model).values())
-    size = model.plugin_statenum[0]
+    size = model.plugin_statenum[1]  # the first has the forces of all dofs too
 
     def change(state, starts):
         state[second : second + size] = state[first : first + size]

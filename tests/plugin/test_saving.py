@@ -1,8 +1,6 @@
-"""A model that was saved, pickled or loaded again behaves bit by bit as it did; engines that run
-no plugins refuse it by name."""
+"""A model that was saved, pickled or loaded again behaves bit by bit as it did."""
 
 import copy
-import importlib
 import pickle
 import re
 import subprocess
@@ -12,8 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj.plugin import NAME, SERVO, elsewhere
-from tendon_mj.plugin.elsewhere import guard_engines
+from tendon_mj.plugin import pickles
 from tests.refusals import refusing
 from tests.rigs import arm, arm_xml, run, snapshot, started
 
@@ -102,7 +99,7 @@ def test_other_models_pickle_as_ever():
 
 def test_another_order_of_plugins_is_refused(monkeypatch):
     text = pickle.dumps(arm())
-    monkeypatch.setattr(elsewhere, "plugin_at", lambda slot: "somebody.else")
+    monkeypatch.setattr(pickles, "plugin_at", lambda slot: "somebody.else")
     with refusing(RuntimeError, "tendon_mj.sheath in slot", "somebody.else"):
         pickle.loads(text)
 
@@ -112,47 +109,3 @@ def test_a_binary_model_of_a_process_with_another_plugin_there_is_refused(tmp_pa
     model.plugin[:] = 15  # a placeholder's, whatever plugins this MuJoCo has
     with refusing(mujoco.FatalError, "tendon_mj.reserved.15 instance 'input_tension'"):
         mujoco.MjData(by_mjb(model, tmp_path))
-
-
-ENGINES = {"mujoco.mjx": "MJX", "mujoco_warp": "MuJoCo Warp"}
-ENGINE = "def put_model(m, device=None, **more):\n    return m.nq\n"
-
-
-@pytest.fixture(params=ENGINES)
-def engine(request, tmp_path, monkeypatch):
-    """Name of an engine that can be imported, and is not."""
-    folder = tmp_path.joinpath(*request.param.split("."))
-    folder.mkdir(parents=True)
-    (folder / "__init__.py").write_text(ENGINE)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr(mujoco, "__path__", [str(tmp_path / "mujoco"), *mujoco.__path__])
-    monkeypatch.delitem(sys.modules, request.param, raising=False)
-    yield request.param
-    sys.modules.pop(request.param, None)
-    if hasattr(mujoco, "mjx"):
-        del mujoco.mjx
-
-
-@pytest.mark.parametrize("before_us", [False, True])
-def test_an_engine_without_plugins_refuses_a_sheath(engine, before_us, monkeypatch):
-    if before_us:
-        ours = [finder for finder in sys.meta_path if "tendon" in repr(finder)]
-        monkeypatch.setattr(sys, "meta_path", [f for f in sys.meta_path if f not in ours])
-    module = importlib.import_module(engine)
-    if before_us:
-        assert module.put_model(arm()) > 0
-        guard_engines((NAME, SERVO))
-    with refusing(NotImplementedError, "tendon_mj.sheath", ENGINES[engine], "rollout"):
-        module.put_model(arm())
-    with refusing(NotImplementedError, ENGINES[engine]):
-        module.put_model(m=arm(), device="cpu")
-    assert module.put_model(mujoco.MjModel.from_xml_string("<mujoco/>"), device=None) == 0
-
-
-def test_one_that_is_not_installed_is_still_missing(monkeypatch):
-    monkeypatch.setattr(mujoco, "__path__", [])
-    monkeypatch.setattr(sys, "path", [])
-    for name in ENGINES:
-        monkeypatch.delitem(sys.modules, name, raising=False)
-        with pytest.raises(ModuleNotFoundError, match=name):
-            importlib.import_module(name)

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from tendon_mj import Parameters, theory
-from tendon_mj.plugin import servo_estimate
+from tendon_mj.plugin import servos
+from tendon_mj.plugin.servo_plugin import view
 from tendon_mj.plugin.servo_plugin.law import backlash_ahead, stiffness_ahead
 from tests.rigs import (
     INERTIA,
@@ -122,7 +123,8 @@ def test_the_observer_sees_what_the_sensor_sees_or_is_off_by_the_wrong_friction(
         data.ctrl[0] = 35.0 + 12.0 * np.sin(2e-3 * k)
         mujoco.mj_step(m, data)
         seen = data.sensor("output_tension").data[0]
-        worst = max(worst, abs(servo_estimate(m, data, "servo") / seen - 1.0))
+        estimate = view(data.plugin_state, servos(m)["servo"].state).trial.estimate
+        worst = max(worst, abs(estimate / seen - 1.0))
     assert worst < 1e-4  # the load has a mass, which drives the output end a little, too
 
 

@@ -120,15 +120,6 @@ def test_a_legend_covers_neither_numbers_nor_curves_and_is_whole(count, name, si
     assert min(axes.bbox.height for axes in charted) > 40.0, "and leaves the curves their place"
 
 
-@pytest.mark.parametrize(("count", "more"), [(4, []), (5, []), (6, ["… and 2 more"])])
-def test_the_table_says_how_many_tendons_it_leaves_out(count, more):
-    model, frames = pulled(count)
-    panel = Panel(model, frames, colour_limits(frames.cables), 436, 720)
-    names = [name.strip() for name, _, _ in panel._rows]
-    assert [name for name in names if "more" in name] == more
-    assert sum(name.startswith("tendon_") for name in names) == count - (2 if more else 0)
-
-
 def test_the_table_has_both_ends_of_a_tendon_with_friction_and_without(pressed):
     model, frames, twin = pressed
     panel = Panel(model, frames, colour_limits(frames.cables), 436, 720, twin)
@@ -187,14 +178,6 @@ def test_two_pairs_of_tensions_stand_apart_in_the_table(force, size):
     for (_, first), (second, _) in (pairs[:2], pairs[2:]):
         assert second - first > 0.015 * size[0]
     assert min(left for left, *_ in pairs) > 0.3 * size[0], "and apart from the name"
-
-
-def test_a_chart_says_how_many_tendons_it_leaves_out():
-    model, frames = pulled(20)
-    panel = Panel(model, frames, colour_limits(frames.cables), 436, 720)
-    (axes, chart), *_ = panel._plots
-    assert chart.left_out == 16
-    assert axes.get_legend().get_texts()[-1].get_text() == "… and 16 more"
 
 
 @pytest.mark.parametrize("width", [0.5, 3.0, 9.0, 30.0])

@@ -172,44 +172,6 @@ def test_what_comes_closest_is_folded_and_marked_and_after_the_verdict():
     assert "0.18" not in words(rest[: rest.index("Candidate set")])
 
 
-def test_a_model_that_reads_files_says_which_to_send_along() -> None:
-    def text(model: str) -> str:
-        return page(diagnosis("named"), model=model)
-
-    mesh = '<mujoco><asset><mesh name="tip" file="parts/tip.obj"/></asset></mujoco>'
-    assert "<code>parts/tip.obj</code>. Send these along" in text(mesh)
-    assert "Send these along" not in text("<mujoco/>")
-
-
-def test_a_finding_is_stated_with_its_value():
-    result = diagnosis()
-    stated = replace(
-        result.findings[0],
-        identifier="joint_friction",
-        statement="dry friction of joint pip, 12 mN m",
-    )
-    assert headline(replace(result, findings=(stated,))) == (
-        "The model lacks dry friction of joint pip, 12 mN m."
-    )
-    wrong = replace(
-        stated, kind="parameter", statement="the mass of body tip is too low: 12, not 9 g"
-    )
-    both = replace(result, verdict="partly", findings=(stated, wrong))
-    assert headline(both) == (
-        "In part, the model lacks dry friction of joint pip, 12 mN m; the mass of body tip is too"
-        " low: 12, not 9 g."
-    )
-    scaled = replace(
-        stated, identifier="sensor_gain", statement="a sensor with a wrong scale (dip), scale 1.2"
-    )
-    assert headline(replace(result, findings=(stated, scaled))) == (
-        "The model lacks dry friction of joint pip, 12 mN m; the rig has a sensor with a wrong"
-        " scale (dip), scale 1.2."
-    )
-    somewhere = replace(stated, elsewhere=("dip",))
-    assert "(output_tension or dip)" in headline(replace(result, findings=(somewhere,)))
-
-
 def test_elements_that_share_a_value_are_one_row():
     shared = Value(0.2, 0.1, 0.3, "", 0.15)
     alone = replace(shared, value=0.21)
@@ -243,12 +205,6 @@ def test_numbers_that_cannot_be_told_are_on_the_first_screen() -> None:
     (todo,) = what_to_do(told)
     assert "play of 0.4 mm" in todo
     assert "To decide, record" in todo
-
-
-def test_a_partial_explanation_is_used_with_care():
-    model, more, *_ = what_to_do(replace(diagnosis(), verdict="partly"))
-    assert "with care" in model
-    assert "Record more" in more
 
 
 def test_a_page_has_warnings_first_values_in_engineers_units_and_its_provenance():

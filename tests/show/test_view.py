@@ -32,7 +32,6 @@ from tendon_mj.show.live.scene import (
     colour_key,
     control_slider,
     curve_colours,
-    curves_title,
     drawn_tendons,
     key_height,
     reading_table,
@@ -115,12 +114,6 @@ def test_tensions_are_numbers_with_units_and_of_many_tendons_the_others_are_coun
     assert len(left.splitlines()) == MOST_TENDONS + 2
     assert f"and {39 - MOST_TENDONS} more tendons" in left
     assert right.count("to") == MOST_TENDONS
-
-
-def test_the_page_says_which_of_many_tendons_have_curves():
-    assert curves_title(MOST_TENDONS, force_unit([4e5])) == "tension [kN] over time [s]"
-    shown = " ".join(curves_title(39).split())
-    assert shown == f"tension [N] over time [s], {MOST_TENDONS} of 39 tendons"
 
 
 @pytest.mark.parametrize("count", [1, 10, 3000])

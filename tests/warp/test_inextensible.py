@@ -168,8 +168,8 @@ def test_a_world_goes_there_and_back_unchanged_and_is_reset_alone():
     result, expected = (simulated_sheaths(model, each) for each in (again, data))
     for name, one in expected.items():
         guides = result[name].guides
-        for field in ("unknown", "expected", "previous_slip"):
-            np.testing.assert_allclose(guides[field], one.guides[field], rtol=1e-6, err_msg=field)
+        np.testing.assert_array_equal(guides["previous_slip"], one.guides["previous_slip"])
+        np.testing.assert_allclose(result[name].unknown, one.unknown, rtol=1e-12)
         assert (guides["way"] == one.guides["way"]).all()
         for field in ("constraint_force", "previous_constraint", "finished"):
             assert result[name].state[field] == one.state[field]

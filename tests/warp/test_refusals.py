@@ -3,7 +3,7 @@
 import mujoco
 import pytest
 
-from tendon_mj import Parameters
+from tendon_mj import Parameters, add_friction
 from tendon_mj.errors import InvalidValueError, NoPluginsError
 from tests import rigs
 from tests.plugin.test_driven import arm
@@ -77,6 +77,15 @@ def test_it_is_refused_by_name(what):
     with pytest.raises(NoPluginsError, match=what) as refusal:
         tw.put_model(REFUSED[what]())
     assert "mujoco.rollout" in str(refusal.value)
+
+
+@pytest.mark.parametrize("sensors", [(), ("input_tension",)])
+def test_mujoco_warp_itself_refuses_the_sensor_that_every_sheath_has(sensors):
+    spec = mujoco.MjSpec.from_string(rigs.pulled_xml())
+    model = add_friction(spec, "t", friction=0.1, sensors=sensors).compile()
+    for refused in (model, rigs.servo_model()):
+        with refusing(NotImplementedError, "mjSENS_PLUGIN"):
+            mjw.put_model(refused)
 
 
 def test_a_model_without_sheaths_goes_as_it_is():

@@ -16,7 +16,6 @@ from tendon_mj.lab.diagnosis.check import check_recordings as check_recordings
 from tendon_mj.lab.diagnosis.check import check_simulation as check_simulation
 from tendon_mj.lab.diagnosis.data import MakeSimulator as MakeSimulator
 from tendon_mj.lab.diagnosis.data import Problem as Problem
-from tendon_mj.lab.diagnosis.data import Spread as Spread
 from tendon_mj.lab.diagnosis.data import all_samples as all_samples
 from tendon_mj.lab.diagnosis.data import describe_system as describe_system
 from tendon_mj.lab.diagnosis.data import search_step as search_step
@@ -27,12 +26,10 @@ from tendon_mj.lab.diagnosis.effects import CATALOGUE as CATALOGUE
 from tendon_mj.lab.diagnosis.effects import DISCRIMINATING_EXPERIMENTS as DISCRIMINATING_EXPERIMENTS
 from tendon_mj.lab.diagnosis.effects import candidates as candidates
 from tendon_mj.lab.diagnosis.effects.binding import ParameterSpecification as ParameterSpecification
-from tendon_mj.lab.diagnosis.effects.binding import on_gravity as on_gravity
 from tendon_mj.lab.diagnosis.effects.binding import on_inputs as on_inputs
 from tendon_mj.lab.diagnosis.effects.binding import on_joints as on_joints
 from tendon_mj.lab.diagnosis.effects.binding import on_sensors as on_sensors
 from tendon_mj.lab.diagnosis.effects.binding import on_sheaths as on_sheaths
-from tendon_mj.lab.diagnosis.effects.binding import together as together
 from tendon_mj.lab.diagnosis.effects.effect import Candidate as Candidate
 from tendon_mj.lab.diagnosis.effects.effect import Effect as Effect
 from tendon_mj.lab.diagnosis.effects.effect import SystemDescription as SystemDescription
@@ -64,7 +61,6 @@ from tendon_mj.lab.diagnosis.sysid import sysid_is_there as sysid_is_there
 from tendon_mj.lab.diagnosis.verdict import SMALLEST_EXCESS as SMALLEST_EXCESS
 from tendon_mj.lab.diagnosis.verdict import ErrorReduction as ErrorReduction
 from tendon_mj.lab.diagnosis.verdict import Evidence as Evidence
-from tendon_mj.lab.diagnosis.verdict import Verdict as Verdict
 from tendon_mj.lab.diagnosis.wording import MEANING as MEANING
 from tendon_mj.lab.diagnosis.wording import state_alternatives as state_alternatives
 from tendon_mj.lab.diagnosis.workflow import diagnose as diagnose

@@ -5,12 +5,12 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import pandas as pd
 
+from tendon_mj.lab import renderers
 from tendon_mj.lab.data_check import DataWarning
 from tendon_mj.lab.diagnosis.data import Spread, by_recording
 from tendon_mj.lab.diagnosis.effects.effect import Effect
@@ -194,8 +194,7 @@ class Diagnosis:
 
     def _repr_html_(self) -> str:
         """The first screen of the report, for a notebook; simulates the recordings shown."""
-        # of a layer above, which is loaded only where somebody looks
-        return str(import_module("tendon_mj.show").first_screen(self))
+        return renderers["diagnosis"](self)
 
     def to_dataframe(self) -> pd.DataFrame:
         """Fitted parameters, those of the findings first, with their 95 % intervals [unit].

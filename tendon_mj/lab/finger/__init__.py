@@ -1,14 +1,11 @@
 """Trajectories of the finger, their control and tracking error; `find_motion` is for any model."""
 
 from tendon_mj.lab.finger.motions import OUT_OF_REACH as OUT_OF_REACH
-from tendon_mj.lab.finger.motions import Motion as Motion
 from tendon_mj.lab.finger.motions import Trajectory as Trajectory
 from tendon_mj.lab.finger.motions import check_finger as check_finger
 from tendon_mj.lab.finger.motions import clamped as clamped
-from tendon_mj.lab.finger.motions import curl as curl
 from tendon_mj.lab.finger.motions import find_motion as find_motion
 from tendon_mj.lab.finger.motions import find_trajectory as find_trajectory
-from tendon_mj.lab.finger.motions import hold as hold
 from tendon_mj.lab.finger.motions import lasting as lasting
 from tendon_mj.lab.finger.motions import motion_names as motion_names
 from tendon_mj.lab.finger.motions import prepare_finger as prepare_finger

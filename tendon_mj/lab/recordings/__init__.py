@@ -35,7 +35,6 @@ from tendon_mj.lab.recordings.units import NOT_NEGATIVE as NOT_NEGATIVE
 from tendon_mj.lab.recordings.units import POSITIVE_NUMBER as POSITIVE_NUMBER
 from tendon_mj.lab.recordings.units import TIME as TIME
 from tendon_mj.lab.recordings.units import TIMES as TIMES
-from tendon_mj.lab.recordings.units import UNIT_FACTORS as UNIT_FACTORS
 from tendon_mj.lab.recordings.units import UNITS as UNITS
 from tendon_mj.lab.recordings.units import si_name as si_name
 from tendon_mj.lab.recordings.units import unit_fault as unit_fault

@@ -1,6 +1,5 @@
 """Parameter sweeps: rollouts of a motion, recording or policy over grids and random draws."""
 
-from tendon_mj.lab.sweep.design import Axis as Axis
 from tendon_mj.lab.sweep.design import SensorSummary as SensorSummary
 from tendon_mj.lab.sweep.design import bins_of as bins_of
 from tendon_mj.lab.sweep.rollouts import Policy as Policy

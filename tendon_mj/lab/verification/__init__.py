@@ -11,13 +11,9 @@ from tendon_mj.lab.verification.costs import ModelCost as ModelCost
 from tendon_mj.lab.verification.costs import Quartiles as Quartiles
 from tendon_mj.lab.verification.costs import StepCost as StepCost
 from tendon_mj.lab.verification.costs import TimedRun as TimedRun
-from tendon_mj.lab.verification.costs import bench_step_cost as bench_step_cost
 from tendon_mj.lab.verification.costs import finger_step_cost as finger_step_cost
 from tendon_mj.lab.verification.costs import measure_models as measure_models
-from tendon_mj.lab.verification.costs import memory_of as memory_of
 from tendon_mj.lab.verification.costs import mujoco_tendon_bench as mujoco_tendon_bench
-from tendon_mj.lab.verification.costs import mujoco_tendon_finger as mujoco_tendon_finger
-from tendon_mj.lab.verification.costs import prepare_model as prepare_model
 from tendon_mj.lab.verification.costs import processor_time as processor_time
 from tendon_mj.lab.verification.costs import run_along as run_along
 from tendon_mj.lab.verification.costs import smooth_controls as smooth_controls

@@ -21,6 +21,7 @@ from tendon_mj.models import Bench, build_bench
 from tendon_mj.typing import FloatArray
 
 SWING = 0.5  # of the output tension, over T_0, within which K_ap and ξ_B are read
+_STEPS = 6000  # of a first motion
 _SENSORS = ("input_tension", "output_tension", "reel_displacement", "output_displacement")
 SWEEP = (0.05, 0.1, 0.2, 0.35, 0.47, 0.7, 1.0, 1.25, 1.5)
 LIMIT_SWEEP = (0.05, 0.2, 0.47, 1.0, 1.5, 2.0, 3.0)
@@ -75,10 +76,8 @@ class FirstMotion:
         return self.transmission / self.analytic_transmission - 1.0
 
 
-def first_motion(
-    bench: Bench, direction: int, *, swing: float = SWING, steps: int = 6000
-) -> FirstMotion:
-    """Pull (+1) or loosen (−1) the bench until T_out has changed by ``swing`` T_0."""
+def first_motion(bench: Bench, direction: int) -> FirstMotion:
+    """Pull (+1) or loosen (−1) the bench until T_out has changed by ``SWING`` T_0."""
     lam = direction * bench.exponent
     tension, ea, length = bench.pretension, bench.axial_stiffness, bench.length
     backlash = float(theory.equivalent_backlash(lam, tension, ea, length))
@@ -88,11 +87,11 @@ def first_motion(
             lam, ea, length, bench.environment_stiffness, bench.sensor_stiffness
         )
     )
-    end = backlash + direction * 1.1 * swing * tension / total
-    ramp = np.linspace(0.0, 1.0, steps)
+    end = backlash + direction * 1.1 * SWING * tension / total
+    ramp = np.linspace(0.0, 1.0, _STEPS)
     loop = run_bench(bench, end * ramp**2 * (3.0 - 2.0 * ramp))
     change = direction * (loop.output_tension - tension) / tension
-    used = (change > 0.3 * swing) & (change < swing)
+    used = (change > 0.3 * SWING) & (change < SWING)
     elongation = (loop.reel_displacement - loop.output_displacement)[used]
     output = loop.output_tension[used]
     slope, offset = np.polyfit(elongation - elongation.mean(), output, 1)
@@ -234,9 +233,9 @@ def _numbers(motion: FirstMotion) -> dict[str, float]:
     return {**dataclasses.asdict(motion), "stiffness_error": motion.stiffness_error}
 
 
-def compare_bench(bench: Bench | None = None, progress: Progress = silent) -> Comparison:
+def compare_bench(progress: Progress = silent) -> Comparison:
     """Compare the bench with the closed form: loops, sweep, limit, convergence, step cost."""
-    bench = bench or Bench()
+    bench = Bench()
     limit = dataclasses.replace(bench, guides=LIMIT_GUIDES).stiffened(LIMIT_FACTOR)
     # so slow that the carriages' damping does not show
     cycle = 1.5e-3 * np.sin(2.0 * np.pi * np.linspace(0.0, 1.25, 200_001))

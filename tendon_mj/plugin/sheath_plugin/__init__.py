@@ -1,1 +1,26 @@
 """The plugin `tendon_mj.sheath`."""
+
+from tendon_mj.plugin.sheath_plugin.attributes import ATTACHMENT as ATTACHMENT
+from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES as ATTRIBUTES
+from tendon_mj.plugin.sheath_plugin.attributes import INPUT_ENDS as INPUT_ENDS
+from tendon_mj.plugin.sheath_plugin.attributes import KINDS as KINDS
+from tendon_mj.plugin.sheath_plugin.attributes import SPRINGS as SPRINGS
+from tendon_mj.plugin.sheath_plugin.attributes import is_one_number as is_one_number
+from tendon_mj.plugin.sheath_plugin.drive import CHOSEN_STIFFNESS as CHOSEN_STIFFNESS
+from tendon_mj.plugin.sheath_plugin.names import own_config as own_config
+from tendon_mj.plugin.sheath_plugin.names import prefix_and_suffix as prefix_and_suffix
+from tendon_mj.plugin.sheath_plugin.state import PARAMETERS as PARAMETERS
+from tendon_mj.plugin.sheath_plugin.state import STATE as STATE
+from tendon_mj.plugin.sheath_plugin.state import View as View
+from tendon_mj.plugin.sheath_plugin.state import size_of as size_of
+from tendon_mj.plugin.sheath_plugin.state import view as view
+from tendon_mj.plugin.sheath_plugin.validate import NAME as NAME
+from tendon_mj.plugin.sheath_plugin.validate import check_tendon as check_tendon
+from tendon_mj.plugin.sheath_plugin.validate import reading_size as reading_size
+from tendon_mj.plugin.sheath_plugin.validate import state_size as state_size
+from tendon_mj.plugin.sheath_plugin.validate_tendon import unused_parameters as unused_parameters
+from tendon_mj.plugin.sheath_plugin.visualize import MARK as MARK
+from tendon_mj.plugin.sheath_plugin.visualize import SLIPPING as SLIPPING
+from tendon_mj.plugin.sheath_plugin.visualize import TENSION_SCALE as TENSION_SCALE
+from tendon_mj.plugin.sheath_plugin.visualize import THICKER as THICKER
+from tendon_mj.plugin.sheath_plugin.visualize import check_limits as check_limits

@@ -149,6 +149,24 @@ def is_sheath(m: Model, other: int, instance: int) -> bool:
 
 
 @compiled
+def first_sheath(m: Model, instance: int) -> int:
+    """First sheath of a model, of the plugin of ``instance``; −1 for none."""
+    for other in range(m.nplugin):
+        if is_sheath(m, other, instance):
+            return other
+    return -1
+
+
+@compiled
+def last_sheath(m: Model, instance: int) -> int:
+    """Last sheath of a model, of the plugin of ``instance``; −1 for none."""
+    for other in range(m.nplugin - 1, -1, -1):
+        if is_sheath(m, other, instance):
+            return other
+    return -1
+
+
+@compiled
 def number_at(address: int) -> float:
     """Number that a string holds, 0 for an empty one."""
     return 0.0 if letters(address)[0] == 0 else read_number(address, _end())

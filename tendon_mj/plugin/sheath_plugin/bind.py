@@ -76,24 +76,6 @@ def range_of(owners: IntArray, count: int, instance: int) -> tuple[int, int]:
     return first, last
 
 
-@compiled
-def first_sheath(m: Model, instance: int) -> int:
-    """First sheath of a model, of the plugin of ``instance``; −1 for none."""
-    for other in range(m.nplugin):
-        if at.is_sheath(m, other, instance):
-            return other
-    return -1
-
-
-@compiled
-def last_sheath(m: Model, instance: int) -> int:
-    """Last sheath of a model, of the plugin of ``instance``; −1 for none."""
-    for other in range(m.nplugin - 1, -1, -1):
-        if at.is_sheath(m, other, instance):
-            return other
-    return -1
-
-
 @apart
 def _is_last_plugin(m: Model, last: int) -> bool:
     """Whether only sensors of sheaths and servos come after the last sheath of a model."""
@@ -168,9 +150,11 @@ def _bind(m: Model, instance: int, address: int, signature: float) -> None:
     bound = binding_at(address)
     bound.signature, bound.listed_for = signature, 0.0
     bound.config_signature = config_signature(m, instance)
-    bound.first_sheath, bound.last_sheath = first_sheath(m, instance), last_sheath(m, instance)
+    bound.first_sheath = at.first_sheath(m, instance)
+    bound.last_sheath = at.last_sheath(m, instance)
     bound.is_last_plugin = _is_last_plugin(m, int(bound.last_sheath))
     bound.guides, bound.arcs = 0.0, 0.0
+    bound.dofs = m.nv if bound.first_sheath == instance else 0.0
     bound.tendon = resolve(m, instance, at.TENDON, _TENDON)
     bound.reel_joint = resolve(m, instance, at.REEL_JOINT, _JOINT)
     bound.output_joint = resolve(m, instance, at.OUTPUT_JOINT, _JOINT)
@@ -328,7 +312,7 @@ def ensure_bound(m: Model, d: Data, instance: int) -> bool:
 @apart
 def _rebind(m: Model, d: Data, instance: int) -> None:
     """Look up what a sheath is attached to, for the first time or again."""
-    first = first_sheath(m, instance)
+    first = at.first_sheath(m, instance)
     if binding_of(d, first, SHEATH) == 0:
         new_binding(d, first, SHEATH, _COUNT)
     if binding_of(d, instance, SHEATH) == 0:

@@ -22,14 +22,17 @@ from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import free, malloc, mj_fwdActuation, mj_passive, mj_rne, warn
 from tendon_mj.plugin.abi.memory import address_of, coordinates, copy_doubles, doubles, word
 from tendon_mj.plugin.compiled_checks import sensor_width, sheath_state
-from tendon_mj.plugin.sheath_plugin.attributes import is_sensor, is_sheath
+from tendon_mj.plugin.sheath_plugin.attributes import (
+    first_sheath,
+    is_sensor,
+    is_sheath,
+    last_sheath,
+)
 from tendon_mj.plugin.sheath_plugin.bind import (
     check_bindable,
     ensure_bound,
-    first_sheath,
     has_own_state,
     is_bound,
-    last_sheath,
     release,
     reset_sheath,
 )
@@ -49,6 +52,8 @@ from tendon_mj.plugin.sheath_plugin.inextensible import (
     driven_sheaths,
     head_at,
     is_wide_enough,
+    keep_slips,
+    keep_unknown_forces,
     vector_at,
     workspace,
 )
@@ -286,9 +291,15 @@ def advance(m: Model, d: Data, instance: int) -> None:
         return
     address = state_of(m, d, instance)
     state = state_at(address)
+    is_ours = is_bound(m, d, instance)
     if first_sheath(m, instance) == instance:
         state.end_sum = pose_sum(m, d)
-    if state.has_trial != 0.0 and is_bound(m, d, instance):
+        if is_ours:
+            keep_unknown_forces(m, d, instance)
+            last = binding_of(d, last_sheath(m, instance), SHEATH)
+            if _is_actuated(m) and _is_listed(m, last):  # else its poses may be those of a copy
+                keep_slips(m, d, word(last + WORKSPACE))
+    if state.has_trial != 0.0 and is_ours:
         commit(address)
         _warn_of_push(m, d, instance)
         follow_constraint(m, d, state)

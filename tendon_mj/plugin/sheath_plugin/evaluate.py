@@ -375,6 +375,7 @@ def list_driven(m: Model, d: Data, work: int, first: int, last: int) -> None:
     """List the model's driven sheaths."""
     head, sheaths = head_at(work), driven_sheaths(work, m.nv)
     head.driven = head.elastic = 0.0
+    head.leader = first
     for instance in range(first, last + 1):
         if is_sheath(m, instance, first) and is_bound(m, d, instance):
             state = state_at(state_of(m, d, instance))

@@ -10,11 +10,11 @@ at the upper bound where tendon slides towards the output, s_i = D_i q̇ > 0, an
 where it slides back. MuJoCo applies T_0 D_0 itself. A group holds where its slip can be ended in
 the step at hand:
 
-    s_i/h + D_i M̂⁻¹ (F − Σ f_j D_j) + b_i = 0,   f_i at its bound where it slides,
+    s_i/h + D_i M̂⁻¹ (F + r − Σ f_j D_j) = 0,   f_i at its bound where it slides,
 
-with F all forces but those of constraints, and M̂ as in `response`. The effect of constraints is
-known from the slip in the last step beyond the one that was expected: h b_i += s_i − (expected
-s_i). The tensions T_i start from those of the last step, so that a motor's change needs no slip.
+with s_i that in the pose after the step, F all forces but those of constraints, r those of
+constraints in the last step, and M̂ as in `response`. The tensions T_i start from those of the last
+step, so that a motor's change needs no slip.
 
 **Pulleys.** Tensions count times the divisor of their branch, lengths over it. A branch that begins
 where an earlier one ended takes over its tension.
@@ -37,7 +37,7 @@ from collections.abc import Callable
 from tendon_mj.native import Record, apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import RK4, free, malloc
-from tendon_mj.plugin.abi.memory import coordinates, copy_doubles, doubles, word, words
+from tendon_mj.plugin.abi.memory import coordinates, doubles, word, words
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
 from tendon_mj.plugin.sheath_plugin.forces import pull_segment
 from tendon_mj.plugin.sheath_plugin.input_force import actuator_damping, tendon_damping
@@ -59,8 +59,10 @@ from tendon_mj.plugin.sheath_plugin.state import (
     State,
     binding_at,
     binding_of,
+    known_forces,
     state_at,
     state_of,
+    unknown_forces,
     unpack,
 )
 from tendon_mj.sheath import Guide, Guides, Segments, record_type
@@ -87,8 +89,7 @@ class Group:
     slides: float  # +1 at the upper bound, −1 at the lower one, 0 where it holds
     share: float  # L_i/L_0 where the stretch of the tendon is spread along it, else 0
     passed: float  # Δl, since the last step towards the output [m]
-    wanted: float  # what the slip has to be slowed by in this step, with b [m/s²]
-    unknown: float  # b, by constraints [m/s²]
+    wanted: float  # what the slip has to be slowed by in this step [m/s²]
     mobility: float  # A_ii [1/kg]
     eases: float  # how much less T_0 is for each newton of friction
     row: float  # of D half way, −1 where there is no friction
@@ -96,7 +97,6 @@ class Group:
     before: float  # T_i of the last step [N]
     before_in: float  # the same in front of the group [N]
     friction: float  # f [N]
-    expected: float  # speed of its slip at the end of the step [m/s]
     missing: float  # what its slip has still to be slowed by [m/s²]
     along: float  # change of friction along the conjugate gradient [N]
     free: float  # which group is the k-th that shares a load, for group k
@@ -135,6 +135,7 @@ class Head:
     width: float  # of a row half way
     spots: float  # segments that there is memory for
     sheaths: float  # that there is memory for
+    leader: float  # first sheath of the model, which keeps forces for all
     driven: float  # how many driven sheaths there are
     elastic: float  # of them with a stated elasticity
     members: float  # of them without
@@ -470,7 +471,7 @@ def set_up(m: Model, d: Data, work: int, instance: int, stage: bool, written: bo
     for g in range(first, last):
         group = _group(work, g)
         group.slides = _slid(member, group, guides)
-        group.wanted = group.unknown = group.mobility = group.eases = group.expected = 0.0
+        group.wanted = group.mobility = group.eases = 0.0
         if member.spreads == 0.0:
             group.share = 0.0
         _set_bounds(group, guides)
@@ -484,7 +485,10 @@ def set_up(m: Model, d: Data, work: int, instance: int, stage: bool, written: bo
         group = _group(work, g)
         end = guides[int(group.end) - 1]
         speed = _dot(coordinates(_rows_at(work) + 8 * nv * g), velocity, nv)
-        drawn = group.passed / h - speed  # as by bodies that move without a velocity
+        curved = 0.0  # by which the slip changes in a step, as D does
+        if state.finished != 0.0 and not written and math.isfinite(end.ended):
+            curved = speed - end.ended
+        drawn = group.passed / h - (speed - 0.5 * curved)  # by bodies that move without a velocity
         on_arc = end.is_on_arc != 0.0 or guides[int(group.begin)].is_on_arc != 0.0
         is_known = member.spreads == 0.0 and not on_arc and not written
         if m.opt.integrator == RK4 or not is_known:
@@ -493,9 +497,7 @@ def set_up(m: Model, d: Data, work: int, instance: int, stage: bool, written: bo
             drawn = 0.0
         if not is_known:
             group.passed = h * speed
-        if state.finished != 0.0:
-            group.unknown = end.unknown + (0.0 if written else (speed - end.expected) / h)
-        group.wanted = group.unknown + (speed + drawn) / h
+        group.wanted = (speed + curved + drawn) / h
         if group.is_rough != 0.0:
             group.row = head.rough
             head.rough += 1.0
@@ -595,9 +597,10 @@ def repeat(m: Model, d: Data, work: int, moves: bool) -> None:
 
 _ROUNDS = 100  # of a sweep and the conjugate gradients that follow
 _ROUNDS_IN_MOTION = 6
-_EXACT = 1e-9  # of the accelerations, which is enough where groups move
-_CLOSE = 1e-9  # change of a tension, over the largest, that ends them
+_EXACT = 1e-12  # of the accelerations, which is enough where groups move
+_CLOSE = 1e-12  # change of a tension, over the largest, that ends them
 _RESOLVED = 1e-20  # of Σ missing²/mobility, that conjugate gradients leave
+_NOTHING = 1e-12  # of the mobility of groups by themselves: of groups that move nothing together
 _EPSILON = 2.2e-16  # of a double; of accelerations that add up to none where a group holds
 _STILL = 1e-12  # of its length, by which tendon that counts as still may pass a group in a step
 
@@ -718,18 +721,15 @@ def _bounds(group: Group, tension: float) -> tuple[float, float]:
 
 
 @compiled
-def _missing(work: int, nv: int, group: Group, least: float) -> float:
-    """By how much more the slip of a group has to be slowed [m/s²].
-
-    It counts as 0 up to ``least`` of the accelerations that it is the sum of.
-    """
+def _missing(work: int, nv: int, group: Group) -> tuple[float, float]:
+    """By how much more the slip of a group has to be slowed, and what that is the sum of [m/s²]."""
     row, places = _half(work, nv, group), _places(work, nv, group)
     forces = _half_vector(work, nv, _FORCES)
     missing, sizes = group.wanted, abs(group.wanted) + group.mobility * abs(group.friction)
     for k in range(int(group.count)):
         part = row[k] * forces[places[k]]
         missing, sizes = missing + part, sizes + abs(part)
-    return missing if abs(missing) > least * sizes else 0.0
+    return missing, sizes
 
 
 @apart
@@ -745,8 +745,8 @@ def _sweep(work: int, nv: int, h: float, least: float) -> bool:
         if group.row < 0.0:
             continue
         low, high = _bounds(group, tension)
-        friction, missing = group.friction, _missing(work, nv, group, least)
-        if missing != 0.0:
+        friction, (missing, sizes) = group.friction, _missing(work, nv, group)
+        if abs(missing) > least * sizes:
             if group.mobility > 0.0:
                 friction += missing / group.mobility
             else:
@@ -772,17 +772,18 @@ def _free_group(work: int, k: int) -> Group:
 @apart
 def _begin_gradients(work: int, nv: int) -> float:
     """Set what all groups that hold miss, and go along that; return Σ missing²/mobility."""
-    head, size_of_missing = head_at(work), 0.0
+    head, size_of_missing, is_missing = head_at(work), 0.0, False
     head.free = 0.0
     for g in range(int(head.groups)):
         group = _group(work, g)
         if group.row >= 0.0 and group.slides == 0.0 and group.mobility > 0.0:
             _group(work, int(head.free)).free = g
             head.free += 1.0
-            group.missing = _missing(work, nv, group, _EXACT)
+            group.missing, sizes = _missing(work, nv, group)
+            is_missing |= abs(group.missing) > _EXACT * sizes
             group.along = group.missing / group.mobility
             size_of_missing += group.missing * group.along
-    return size_of_missing
+    return size_of_missing if is_missing else 0.0
 
 
 @apart
@@ -793,7 +794,7 @@ def _go_along(work: int, nv: int, size_of_missing: float) -> float:
         Σ missing²/mobility afterwards; 0 where one came to its bound, or nothing is missing.
     """
     along, width = _half_vector(work, nv, _ALONG), response_width(response_at(work, nv))
-    count, curvature, bounded = int(head_at(work).free), 0.0, False
+    count, curvature, most, bounded = int(head_at(work).free), 0.0, 0.0, False
     for i in range(width):
         along[i] = 0.0
     for k in range(count):
@@ -803,7 +804,8 @@ def _go_along(work: int, nv: int, size_of_missing: float) -> float:
         group = _free_group(work, k)
         group.answer = _across(work, nv, group, along)
         curvature += group.along * group.answer
-    if not curvature > 0.0:
+        most += group.along * group.along * group.mobility
+    if not curvature > _NOTHING * most:
         return 0.0
     step = size_of_missing / curvature
     for k in range(count):
@@ -906,7 +908,6 @@ def _write_guides(work: int, nv: int, group: Group, segments: Segments, guides: 
         segments[i + 1].trial_tension = tension / group.divisor
         guide.flow = guide.trial_flow = flow
         guide.slip = guide.trial_slip = -slides if flow != 0.0 else 0.0
-        guide.trial_unknown, guide.trial_expected = group.unknown, group.expected
         guide.trial_friction_work = abs((tension - before) * flow)
 
 
@@ -944,6 +945,17 @@ def _add_friction(work: int, nv: int) -> None:
 
 
 @apart
+def _add_up(m: Model, d: Data, work: int, nv: int) -> FloatArray:
+    """Add up the forces that are known before friction."""
+    known = known_forces(m, d, int(head_at(work).leader))
+    base = coordinates(vector_at(work, nv, BASE))
+    for i in range(nv):
+        known[i] = base[i]
+    add_smooth_forces(m, d, known)
+    return known
+
+
+@apart
 def solve(m: Model, d: Data, work: int) -> None:
     """Solve the friction of all groups under the forces at hand, and add it to FRICTION."""
     nv, head, h = m.nv, head_at(work), m.opt.timestep
@@ -952,8 +964,10 @@ def solve(m: Model, d: Data, work: int) -> None:
         member = _member(work, nv, k)
         stage |= member.is_stage != 0.0
         state_at(state_of(m, d, int(member.instance))).applied = 1.0
+    friction, known = coordinates(vector_at(work, nv, FRICTION)), _add_up(m, d, work, nv)
     if stage:
         repeat(m, d, work, False)
+        _add_to(known, friction, 1.0, nv)
         return
     if head.rough > 0.0:
         _go_half_way(m, work, nv, h)
@@ -961,8 +975,9 @@ def solve(m: Model, d: Data, work: int) -> None:
         _start(m, d, work, nv, k)
     if head.rough > 0.0:
         forces, room = _half_vector(work, nv, _FORCES), coordinates(vector_at(work, nv, _ROOM))
-        copy_doubles(vector_at(work, nv, _ROOM), vector_at(work, nv, BASE), nv)
-        add_smooth_forces(m, d, room)
+        unknown = unknown_forces(m, d, int(head.leader))
+        for i in range(nv):
+            room[i] = known[i] + friction[i] + unknown[i]
         go_half_way(m, response_at(work, nv), room, forces)
         weights = _half_vector(work, nv, _WEIGHTS)
         for i in range(response_width(response_at(work, nv))):
@@ -986,13 +1001,36 @@ def solve(m: Model, d: Data, work: int) -> None:
             tension = _upper(group, incoming) if group.slides > 0.0 else _lower(group, incoming)
         group.tension = tension
         group.friction = tension - incoming
-        if group.row >= 0.0:
-            forces = _half_vector(work, nv, _FORCES)
-            group.expected = h * (group.wanted + _across(work, nv, group, forces))
     _add_friction(work, nv)
+    _add_to(known, friction, 1.0, nv)
     time = d.time
     for k in range(int(head.members)):
         _write(m, d, work, nv, k, time)
+
+
+@apart
+def keep_slips(m: Model, d: Data, work: int) -> None:
+    """Keep how all groups slip at the end of the step, as in the pose at its beginning."""
+    nv, velocity = m.nv, d.qvel
+    for g in range(int(head_at(work).groups)):
+        group = _group(work, g)
+        _, guides, _ = unpack(state_of(m, d, int(_member(work, nv, int(group.member)).instance)))
+        ended = math.nan
+        if group.row >= 0.0:
+            ended = _dot(coordinates(_rows_at(work) + 8 * nv * g), velocity, nv)
+        for i in range(int(group.begin), int(group.end)):
+            guides[i].ended = ended
+
+
+@apart
+def keep_unknown_forces(m: Model, d: Data, first: int) -> None:
+    """Keep the forces of the step that ends which friction did not know."""
+    unknown, known = unknown_forces(m, d, first), known_forces(m, d, first)
+    smooth = d.qfrc_smooth
+    constraint = d.qfrc_constraint
+    for i in range(m.nv):
+        force = smooth[i] + constraint[i] - known[i]
+        unknown[i] = force if math.isfinite(force) else 0.0
 
 
 @compiled
@@ -1000,7 +1038,6 @@ def commit_inextensible(segments: Segments, guides: Guides) -> None:
     """Make the step on trial the committed state."""
     for i in range(len(guides)):
         guide = guides[i]
-        guide.unknown, guide.expected = guide.trial_unknown, guide.trial_expected
         guide.way = guide.trial_way
         guide.passed += guide.trial_flow
         guide.previous_slip = guide.trial_slip

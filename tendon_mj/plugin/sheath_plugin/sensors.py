@@ -25,7 +25,6 @@ from tendon_mj.plugin.sheath_plugin.attributes import (
     numbers_of,
 )
 from tendon_mj.plugin.sheath_plugin.bind import (
-    first_sheath,
     has_own_state,
     new_binding,
     range_of,
@@ -118,7 +117,7 @@ def _find_shown(m: Model, d: Data, instance: int) -> None:
     owners, objects = m.sensor_plugin, m.sensor_objid
     types = m.sensor_objtype
     first, last = range_of(owners, m.nsensor, instance)
-    bound.first_sheath = first_sheath(m, instance)
+    bound.first_sheath = at.first_sheath(m, instance)
     bound.signature = _present(d, instance)
     bound.first_sensor, bound.last_sensor = first, last
     bound.kind = at.sensor_kind(m, instance)

@@ -1,7 +1,8 @@
 """State of a sheath in `mjData.plugin_state`: parameters, committed state, the step on trial.
 
 Everything is there, so copying, saving, resetting and threads need nothing from us. One record of
-scalars comes first, then the n+1 segments, the n guides, the points of the path, and the arcs.
+scalars comes first, then the n+1 segments, the n guides, the points of the path, the arcs, and, in
+the first sheath of a model, two forces for each degree of freedom.
 
 The *committed* state is that of the last finished step; every evaluation starts from it and
 leaves its result on *trial*; only `advance` makes the trial the committed state.
@@ -16,7 +17,7 @@ import numpy as np
 
 from tendon_mj.native import Array, Record, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
-from tendon_mj.plugin.abi.memory import address_of, copy_doubles, doubles, word
+from tendon_mj.plugin.abi.memory import address_of, coordinates, copy_doubles, doubles, word
 from tendon_mj.sheath import (
     ANY,
     ARC,
@@ -66,6 +67,7 @@ class Bound:
     guides: float  # number of guides, with one for each pulley
     arcs: float  # number of geoms that the tendon may wrap around
     arc_guides: float  # number of guides on each of them
+    dofs: float  # of the model, in its first sheath; 0 in the others
     inner_guides: float  # number of guides at the input end
     input_at_last: float  # whether that is the last site of the path as it is drawn
     pulleys: float
@@ -159,25 +161,26 @@ _arcs_at = Array(ARC)
 
 
 @compiled
-def size_of(guides: int, arcs: int) -> int:
+def size_of(guides: int, arcs: int, dofs: int) -> int:
     """Numbers of state of a sheath."""
     tables = _SEGMENT_COUNT * (guides + 1) + _GUIDE_COUNT * guides
-    return _COUNT + tables + 3 * (guides + 2) + _ARC_COUNT * arcs
+    return _COUNT + tables + 3 * (guides + 2) + _ARC_COUNT * arcs + 2 * dofs
 
 
 @compiled
 def fits(bound: Bound, state_size: int) -> bool:
     """Whether the guides and arcs of a sheath fit into its numbers of state."""
-    return size_of(int(bound.guides), int(bound.arcs)) <= state_size
+    return size_of(int(bound.guides), int(bound.arcs), int(bound.dofs)) <= state_size
 
 
 @compiled
-def path_counts(state: Bound) -> tuple[float, float, float, float, float, float, float]:
+def path_counts(state: Bound) -> tuple[float, float, float, float, float, float, float, float]:
     """Counts that two paths have in common where a tendon can lie on one as on the other."""
     return (
         state.guides,
         state.arcs,
         state.arc_guides,
+        state.dofs,
         state.inner_guides,
         state.pulleys,
         state.branches,
@@ -213,8 +216,27 @@ def unpack_arcs(address: int) -> Arcs:
     """Arcs of a sheath, sharing its memory."""
     state = state_at(address)
     n = int(state.guides)
-    before = _COUNT + _SEGMENT_COUNT * (n + 1) + _GUIDE_COUNT * n + 3 * (n + 2)
-    return _arcs_at(address + 8 * before, int(state.arcs))
+    return _arcs_at(address + 8 * size_of(n, 0, 0), int(state.arcs))
+
+
+@compiled
+def unknown_forces(m: Model, d: Data, first: int) -> FloatArray:
+    """Forces (nv,) that friction did not know in the last step, as those of constraints [N, N m].
+
+    They are kept in the ``first`` sheath of the model.
+    """
+    address = state_of(m, d, first)
+    state = state_at(address)
+    return coordinates(address + 8 * size_of(int(state.guides), int(state.arcs), 0))
+
+
+@compiled
+def known_forces(m: Model, d: Data, first: int) -> FloatArray:
+    """Forces (nv,) that friction knows in the step on trial, and its own [N, N m]."""
+    address = state_of(m, d, first)
+    state = state_at(address)
+    after = size_of(int(state.guides), int(state.arcs), 0) + int(state.dofs)
+    return coordinates(address + 8 * after)
 
 
 @compiled

@@ -182,7 +182,9 @@ def state_size(address: int, instance: int) -> int:
     config = model.config(instance)
     if config["sensor"]:
         return 1  # none is used
-    return size_of(*_capacity(model, config, model.where(instance)))
+    first = next(k for k in model.siblings(instance) if not model.config(k)["sensor"])
+    dofs = model.nv if first == instance else 0
+    return size_of(*_capacity(model, config, model.where(instance)), dofs)
 
 
 def _check_instance(
@@ -216,7 +218,7 @@ def _check_instance(
 def _check_size(model: Draft, configs: Mapping[int, dict[str, str]]) -> None:
     """Refuse sheaths that would fill memory: MuJoCo counts all numbers of state in 32 bits."""
     guides = {k: _capacity(model, config, model.where(k)) for k, config in configs.items()}
-    sizes = {k: size_of(*counts) for k, counts in guides.items()}
+    sizes = {k: size_of(*counts, model.nv) for k, counts in guides.items()}
     total = sum(sizes.values())
     if total > _MOST:
         largest = max(sizes, key=sizes.__getitem__)

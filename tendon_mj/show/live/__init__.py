@@ -3,7 +3,6 @@
 from tendon_mj.show.live.own_loop import view as view
 from tendon_mj.show.live.session import LiveSimulation as LiveSimulation
 from tendon_mj.show.live.session import Prepared as Prepared
-from tendon_mj.show.live.session import RealTime as RealTime
 from tendon_mj.show.live.session import prepare as prepare
 from tendon_mj.show.live.web import serve as serve
 from tendon_mj.show.live.window import Viewer as Viewer

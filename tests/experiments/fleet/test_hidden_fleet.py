@@ -42,22 +42,6 @@ def test_a_fleet_is_written_with_its_key(tmp_path):
         make_fleet(dataclasses.replace(settings, seed=2))
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"recordings": 6}, "--recordings 6 must be ≥ 8"),
-        ({"rigs": 2, "changing": 5}, "--changing 5 must be 0 … 2: there are 2 rigs"),
-        ({"changing": 12}, "--changing 12 must be 0 … 10: | 10 kinds of change"),
-        ({"changing": -1}, "--changing -1 must be 0"),
-    ],
-)
-def test_a_fleet_that_cannot_be_drawn_is_refused_by_name(given, said, tmp_path):
-    settings = Settings(out=tmp_path / "fleet", key=tmp_path / "key.json", processes=1, **given)
-    with refusing(InvalidValueError, said):
-        make_fleet(settings)
-    assert not list(tmp_path.iterdir())
-
-
 def test_the_score_counts_what_was_found_named_and_dated():
     dates = ["2026-03-01T00:00:00", "2026-03-02T00:00:00", "2026-03-04T00:00:00"]
 

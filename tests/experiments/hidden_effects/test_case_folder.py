@@ -10,9 +10,7 @@ from experiments.command import run_experiment
 from experiments.hidden_effects.case_folder import solve_suite
 from experiments.hidden_effects.diagnose_suite import diagnose_suite
 from experiments.hidden_effects.rivals.rig import run_rival
-from tendon_mj.errors import TendonError
 from tendon_mj.models import example_recording, model_path
-from tests.refusals import refusing
 
 
 def solve(case):
@@ -78,20 +76,6 @@ def test_a_case_whose_model_or_recording_changed_is_solved_again(tmp_path, capsy
     (tmp_path / "suite" / "case_1" / "train_1.csv").write_text("time_s\nx\n")
     assert solved(tmp_path, capsys) == {"case_1"}  # with an error, and no earlier verdict
     assert [path.name for path in (tmp_path / "out" / "case_1").iterdir()] == ["run.json"]
-
-
-@pytest.mark.parametrize(
-    ("suite", "out", "cases", "said"),
-    [
-        ("suite", "suite", 0, "would be read as files"),
-        ("suite", "out", -1, "cases = -1"),
-        ("none", "out", 0, "no folder in it has a case"),
-    ],
-)
-def test_what_cannot_be_solved_is_refused(suite, out, cases, said, tmp_path):
-    write_case(tmp_path / "suite" / "case_1")
-    with refusing(TendonError, said):
-        solve_suite(solve, tmp_path / suite, tmp_path / out, cases=cases, again=False)
 
 
 @pytest.mark.parametrize("options", [[], ["--processes", "0"]])

@@ -25,9 +25,6 @@ from experiments.kaneko1991.loop import (
 )
 from experiments.kaneko1991.paper_tendon import PaperTendon
 from experiments.kaneko1991.refinement import refine
-from tendon_mj.errors import TendonError
-from tendon_mj.lab.replay import rollout_named_sensors
-from tests.refusals import refusing
 
 TENDON = PaperTendon(friction=0.15, output_stiffness=8e3)
 SPRUNG = figure_5.TENDON
@@ -201,30 +198,3 @@ def test_everything_is_written(tmp_path, monkeypatch):
     page = (tmp_path / "numbers.md").read_text("utf-8")
     assert "| elements in MuJoCo |" in page
     assert "nan" not in page
-
-
-STRAIGHT = PaperTendon(friction=0.0, constant_friction=1.0)
-RISE = np.arange(3) * 0.1
-
-
-@pytest.mark.parametrize(
-    ("use", "said"),
-    [
-        (
-            lambda: rollout_named_sensors(
-                mujoco_routes.plugin_model(TENDON, 64, 5e-3), 1e-3 * np.sin(np.arange(2000) * 0.1)
-            ),
-            "became unstable",
-        ),
-        (
-            lambda: mujoco_routes.mujoco_elements(TENDON, RISE, RISE + 25, "tension", 4, 1.0, 1.0),
-            "must be T_0",
-        ),
-        (lambda: routes.closed_form(STRAIGHT, RISE + 20, "tension"), "friction × bend > 0"),
-    ],
-    ids=["unstable", "not at rest", "straight"],
-)
-@pytest.mark.filterwarnings("ignore:add_friction. tendon .tendon.. an axial stiffness")
-def test_what_cannot_be_simulated_is_refused(use, said):
-    with refusing(TendonError, said):
-        use()

@@ -14,8 +14,6 @@ from experiments.references import (
     simulate_effects,
     uniform_chain,
 )
-from tendon_mj.errors import InvalidValueError
-from tests.refusals import refusing
 
 BENCH = {
     "length": 0.5,
@@ -291,23 +289,3 @@ def test_carriages_answer_with_their_mechanical_impedance():
     assert run.output_tension[steady] == pytest.approx(
         expected[steady], abs=0.01 * abs(whole) * 1e-4
     )
-
-
-@pytest.mark.parametrize(
-    ("wrong", "word"),
-    [
-        ({"direction_asymmetry": 1.0}, "direction_asymmetry"),
-        ({"backlash": -1e-4}, "backlash"),
-        ({"stribeck_friction": 0.1}, "stribeck_velocity"),
-        ({"creep": 0.1}, "creep_time"),
-        ({"axial_stiffness": 0.0}, "axial_stiffness"),
-    ],
-)
-def test_impossible_effects_are_refused_by_name(wrong, word):
-    with refusing(InvalidValueError, word):
-        Effects(**wrong)
-
-
-def test_a_chain_without_input_spring_is_refused():
-    with refusing(InvalidValueError, "input_stiffness"):
-        simulate_effects(chain(ends="paper"), Effects(), TIME, SWING)

@@ -18,15 +18,13 @@ from tendon_mj.lab.diagnosis import (
     ParameterSpecification,
     candidates,
     diagnose,
-    on_gravity,
     on_inputs,
     on_joints,
     on_sensors,
     on_sheaths,
-    together,
 )
 from tendon_mj.lab.diagnosis.effects import by_identifier, check_bindings
-from tendon_mj.lab.diagnosis.effects.binding import frictionless_sheaths, on
+from tendon_mj.lab.diagnosis.effects.binding import frictionless_sheaths, on, on_gravity, together
 from tendon_mj.lab.diagnosis.effects.effect import Binding
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Kind, Parameter, Simulator, replay_recording

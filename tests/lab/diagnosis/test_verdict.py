@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_mj.lab.diagnosis import ErrorReduction, Verdict, diagnose
+from tendon_mj.lab.diagnosis import ErrorReduction, diagnose
 from tendon_mj.lab.diagnosis.proof import ranking
-from tendon_mj.lab.diagnosis.verdict import Evidence, decide
+from tendon_mj.lab.diagnosis.verdict import Evidence, Verdict, decide
 from tests.lab.diagnosis.linear_rig import context, effect, select
 from tests.lab.diagnosis.toy import Toy, rig
 

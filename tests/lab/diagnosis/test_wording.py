@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tendon_mj.lab.diagnosis import ErrorReduction, Finding, Verdict
-from tendon_mj.lab.diagnosis.verdict import NOISE_AND_REPRODUCIBILITY, Evidence
+from tendon_mj.lab.diagnosis import ErrorReduction, Finding
+from tendon_mj.lab.diagnosis.verdict import NOISE_AND_REPRODUCIBILITY, Evidence, Verdict
 from tendon_mj.lab.diagnosis.wording import state
 
 PLAY = Finding("backlash", "play", "", "sheath", "missing", 1.0, ())

@@ -18,9 +18,7 @@ from tendon_mj.lab.finger import (
     OUT_OF_REACH,
     Trajectory,
     clamped,
-    curl,
     find_motion,
-    hold,
     prepare_finger,
     press,
     simulate_finger,
@@ -28,7 +26,7 @@ from tendon_mj.lab.finger import (
     tap,
     tracking_error,
 )
-from tendon_mj.lab.finger.motions import ANGLES
+from tendon_mj.lab.finger.motions import ANGLES, curl, hold
 from tendon_mj.models import JOINTS, TENDONS, Finger, build_finger, load_model, spool_angles
 from tendon_mj.plugin import unsolved_evaluations
 from tests.refusals import refusing

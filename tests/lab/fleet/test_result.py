@@ -107,23 +107,11 @@ def test_a_missing_judgement_is_reported_with_what_it_needs(days, compared, verd
     assert all(part in rig.sentence({}) for part in needs)
 
 
-def test_a_rig_with_a_remark_is_a_finding():
-    fleet = FleetResult([RIG, replace(RIG, name="odd", remarks=("its model differs",))], {}, {})
-    (odd,) = fleet.with_findings
-    assert odd.sentence({}) == "odd: consistent with the fleet; its model differs."
-
-
 def test_a_fleet_that_its_model_does_not_describe_has_a_warning():
     ill = replace(RIG, left=40.0)
     assert "40 times the noise" in FleetResult([ill, ill, RIG], {}, {}).warning
     assert not FleetResult([ill, RIG, RIG], {}, {}).warning
     assert not FleetResult([replace(RIG, error="no recordings")], {}, {}).warning
-
-
-def test_numbers_agree():
-    assert FleetResult([RIG], {}, {}).sentence == "Of 1 rig 0 changed."
-    failed = replace(RIG, error="x", dates=())
-    assert failed.row()["first"] == ""
 
 
 def test_odd_times_are_reported_once_a_kind():

@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from tendon_mj.errors import WorkerError
-from tendon_mj.lab.tasks import Workers, identity, local_cluster, run_tasks, workers
+from tendon_mj.lab.tasks import Workers, local_cluster, run_tasks, workers
+from tendon_mj.lab.tasks.workers import identity
 from tests.lab.tasks import functions
 from tests.lab.tasks.functions import KEYS, Kept, number
 from tests.refusals import refusing

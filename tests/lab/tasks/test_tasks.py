@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import InvalidValueError, TendonError, WorkerError
-from tendon_mj.lab.tasks import ParquetParts, Workers, identity, run_tasks, workers
+from tendon_mj.lab.tasks import ParquetParts, Workers, run_tasks, workers
+from tendon_mj.lab.tasks.workers import identity
 from tests.lab.tasks import functions
 from tests.lab.tasks.functions import KEYS, Kept, number
 from tests.refusals import refusing

@@ -13,17 +13,19 @@ from tendon_mj.lab.replay import full_state, rollout_sensors
 from tendon_mj.lab.verification import (
     Quartiles,
     StepCost,
-    bench_step_cost,
     finger_step_cost,
     measure_models,
-    memory_of,
     mujoco_tendon_bench,
-    mujoco_tendon_finger,
-    prepare_model,
     smooth_controls,
     thread_speedups,
     times_in_turns,
     without_tension_sensors,
+)
+from tendon_mj.lab.verification.costs import (
+    bench_step_cost,
+    memory_of,
+    mujoco_tendon_finger,
+    prepare_model,
 )
 from tendon_mj.models import JOINTS, Bench, Finger, build_bench, build_finger
 from tendon_mj.plugin import sheaths

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from experiments.sheath_bench import drive_sheath
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.sheath import Law, drive_displacement, drive_tension
+from tendon_mj.sheath import Law
 from tests.refusals import refusing
 
 LAW = Law(axial_stiffness=20e3, friction=0.2, pretension=30.0)
@@ -17,7 +18,7 @@ WAY = 0.015 * np.sin(np.linspace(0.0, 2.5 * np.pi, 600))
 def losses(**effects):
     """ln T_in/T_out at the end of a pull and late on the way back."""
     way = np.concatenate([np.linspace(0.0, 0.015, 50), np.linspace(0.015, 0.01, 50)])
-    seen = drive_displacement(way, replace(LAW, **effects), **RIG)
+    seen = drive_sheath(way, replace(LAW, **effects), **RIG)
     loss = np.log(seen.input_tension / seen.output_tension)
     assert seen.unsolved == 0
     return loss[49], loss[-1]
@@ -34,15 +35,15 @@ def test_friction_differs_by_direction():
 
 def test_the_mount_is_a_spring_at_the_input():
     law = replace(LAW, friction=0.0)
-    plain = drive_tension([40.0, 60.0], law, **RIG).input_displacement
-    soft = drive_tension([40.0, 60.0], replace(law, sheath_compliance=1e-4), **RIG)
+    plain = drive_sheath([40.0, 60.0], law, **RIG, by_tension=True).input_displacement
+    soft = drive_sheath([40.0, 60.0], replace(law, sheath_compliance=1e-4), **RIG, by_tension=True)
     # what is wound in is unstretched, a strain shorter than what the mount gives up
     np.testing.assert_allclose(soft.input_displacement - plain, [1e-3, 3e-3], rtol=4e-3)
 
 
 def test_a_drive_with_backlash_draws_what_play_leaves():
-    drum = drive_displacement(WAY, replace(LAW, backlash=2e-3), **RIG)
-    rigid = drive_displacement(WAY, LAW, **RIG)
+    drum = drive_sheath(WAY, replace(LAW, backlash=2e-3), **RIG)
+    rigid = drive_sheath(WAY, LAW, **RIG)
     np.testing.assert_array_equal(drum.input_displacement, WAY)
     top = np.argmax(WAY)
     # a millimetre later on the way up, and it stays on top for two
@@ -69,9 +70,9 @@ def test_a_drive_with_backlash_draws_what_play_leaves():
 )
 def test_what_needs_time_is_refused(effect):
     with refusing(InvalidValueError, f"{next(iter(effect))} = 0.1", "bench"):
-        drive_displacement(WAY, replace(LAW, **effect), **RIG)
+        drive_sheath(WAY, replace(LAW, **effect), **RIG)
 
 
 def test_a_tension_knows_no_backlash():
     with refusing(InvalidValueError, "backlash = 0.001 [m]"):
-        drive_tension([40.0], replace(LAW, backlash=1e-3), **RIG)
+        drive_sheath([40.0], replace(LAW, backlash=1e-3), **RIG, by_tension=True)
