@@ -24,9 +24,9 @@ from __future__ import annotations
 import mujoco
 
 from tendon_mj.native import apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import mj_actuatorDamping, mju_polyForce
-from tendon_mj.plugin.abi.memory import byte, coordinates, double, doubles, integer, pointer, size
+from tendon_mj.plugin.abi.memory import doubles
 from tendon_mj.plugin.sheath_plugin.response import damping_of
 from tendon_mj.plugin.sheath_plugin.state import DAMPING_POLY, State
 
@@ -45,105 +45,95 @@ _SAME = 1e-9  # relative; a tendon that is longer than its path by less is not s
 
 
 @compiled
-def acts_on(m: int, actuator: int, tendon: int) -> bool:
+def acts_on(m: Model, actuator: int, tendon: int) -> bool:
     """Whether an actuator's transmission is a tendon."""
-    kind = integer(pointer(m + LAYOUT.m_actuator_trntype), actuator)
-    return kind == ON_TENDON and (
-        integer(pointer(m + LAYOUT.m_actuator_trnid), 2 * actuator) == tendon
-    )
+    return m.actuator_trntype[actuator] == ON_TENDON and m.actuator_trnid[actuator, 0] == tendon
 
 
 @compiled
-def has_spring(m: int, tendon: int) -> bool:
+def has_spring(m: Model, tendon: int) -> bool:
     """Whether a tendon has a stiffness of its own."""
-    higher = doubles(pointer(m + LAYOUT.m_tendon_stiffnesspoly) + 16 * tendon, _POLY)
-    linear = double(pointer(m + LAYOUT.m_tendon_stiffness), tendon)
+    higher = m.tendon_stiffnesspoly[tendon]
+    linear = m.tendon_stiffness[tendon]
     return linear != 0.0 or higher[0] != 0.0 or higher[1] != 0.0
 
 
 @compiled
-def is_constrained(m: int, tendon: int) -> bool:
+def is_constrained(m: Model, tendon: int) -> bool:
     """Whether an equality or a limit may act on a tendon."""
-    if byte(pointer(m + LAYOUT.m_tendon_limited), tendon) != 0:
+    if m.tendon_limited[tendon]:
         return True
-    kinds = pointer(m + LAYOUT.m_eq_type)
-    firsts, seconds = pointer(m + LAYOUT.m_eq_obj1id), pointer(m + LAYOUT.m_eq_obj2id)
-    for k in range(size(m + LAYOUT.m_neq)):
-        if integer(kinds, k) == _OF_TENDONS and (
-            integer(firsts, k) == tendon or integer(seconds, k) == tendon
-        ):
+    for k in range(m.neq):
+        if m.eq_type[k] == _OF_TENDONS and tendon in (m.eq_obj1id[k], m.eq_obj2id[k]):
             return True
     return False
 
 
 @compiled
-def _spring(m: int, d: int, tendon: int) -> float:
+def _spring(m: Model, d: Data, tendon: int) -> float:
     if not has_spring(m, tendon):
         return 0.0
-    length = double(pointer(d + LAYOUT.d_ten_length), tendon)
-    low = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * tendon)
-    high = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * tendon + 1)
+    length = d.ten_length[tendon]
+    low, high = m.tendon_lengthspring[tendon, 0], m.tendon_lengthspring[tendon, 1]
     x = length - high if length > high else (length - low if length < low else 0.0)
-    linear = double(pointer(m + LAYOUT.m_tendon_stiffness), tendon)
-    poly = pointer(m + LAYOUT.m_tendon_stiffnesspoly) + 16 * tendon
+    linear = m.tendon_stiffness[tendon]
+    poly = m.tendon_stiffnesspoly[tendon]
     return -x * mju_polyForce(linear, poly, x, _POLY, 0)
 
 
 @compiled
-def _damper(m: int, d: int, address: int, tendon: int) -> float:
+def _damper(m: Model, d: Data, address: int, tendon: int) -> float:
     work = address + DAMPING_POLY
     poly = doubles(work, _POLY)
-    own = doubles(pointer(m + LAYOUT.m_tendon_dampingpoly) + 16 * tendon, _POLY)
+    own = m.tendon_dampingpoly[tendon]
     poly[0], poly[1] = own[0], own[1]
-    linear = double(pointer(m + LAYOUT.m_tendon_damping), tendon)
-    if integer(pointer(m + LAYOUT.m_tendon_actuatorid), tendon) != -1:
+    linear = m.tendon_damping[tendon]
+    if m.tendon_actuatorid[tendon] != -1:
         linear += mj_actuatorDamping(m, _TENDON, tendon, work)
     if linear == 0.0 and poly[0] == 0.0 and poly[1] == 0.0:
         return 0.0
-    v = double(pointer(d + LAYOUT.d_ten_velocity), tendon)
+    v = d.ten_velocity[tendon]
     return -v * mju_polyForce(linear, work, v, _POLY, 1)
 
 
 @apart
-def tendon_damping(m: int, state: State) -> float:
+def tendon_damping(m: Model, state: State) -> float:
     """Linear damping of a tendon itself [N s/m]."""
-    if integer(m + LAYOUT.o_disableflags, 0) & _DAMPER_OFF:
+    if m.opt.disableflags & _DAMPER_OFF:
         return 0.0
-    return double(pointer(m + LAYOUT.m_tendon_damping), int(state.tendon))
+    return m.tendon_damping[int(state.tendon)]
 
 
 @apart
-def actuator_damping(m: int, d: int, state: State) -> float:
+def actuator_damping(m: Model, d: Data, state: State) -> float:
     """Force along a tendon per velocity of it that its actuators add implicitly [N s/m]."""
     damping = 0.0
     if state.first_actuator >= 0.0:
         for actuator in range(int(state.first_actuator), int(state.last_actuator) + 1):
             if acts_on(m, actuator, int(state.tendon)):
-                adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
-                gear = double(pointer(m + LAYOUT.m_actuator_gear), 6 * adr)
+                gear = m.actuator_gear[m.actuator_outadr[actuator], 0]
                 damping += gear * gear * damping_of(m, d, actuator)
     return damping
 
 
 @compiled
-def _of_actuators(m: int, d: int, state: State, motors: bool) -> float:
+def _of_actuators(m: Model, d: Data, state: State, motors: bool) -> float:
     """The force of actuators along a tendon [N], or of its ``motors`` alone, which have no bias."""
-    force, biases = 0.0, pointer(m + LAYOUT.m_actuator_biastype)
+    force = 0.0
     if state.first_actuator >= 0.0:
         for actuator in range(int(state.first_actuator), int(state.last_actuator) + 1):
-            counts = not motors or integer(biases, actuator) == _NO_BIAS
+            counts = not motors or m.actuator_biastype[actuator] == _NO_BIAS
             if counts and acts_on(m, actuator, int(state.tendon)):
-                adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
-                gear = double(pointer(m + LAYOUT.m_actuator_gear), 6 * adr)
-                force += gear * double(pointer(d + LAYOUT.d_actuator_force), adr)
+                adr = m.actuator_outadr[actuator]
+                force += m.actuator_gear[adr, 0] * d.actuator_force[adr]
     return force
 
 
 @compiled
-def _unconstrained(m: int, d: int, address: int, state: State) -> float:
+def _unconstrained(m: Model, d: Data, address: int, state: State) -> float:
     """The force of actuators, spring and damper [N]."""
     tendon, force = int(state.tendon), 0.0
-    off = integer(m + LAYOUT.o_disableflags, 0)
+    off = m.opt.disableflags
     if not off & _ACTUATION_OFF:
         force = _of_actuators(m, d, state, False)
     if not off & _SPRING_OFF:
@@ -154,7 +144,7 @@ def _unconstrained(m: int, d: int, address: int, state: State) -> float:
 
 
 @apart
-def is_pushed(m: int, d: int, state: State) -> bool:
+def is_pushed(m: Model, d: Data, state: State) -> bool:
     """Whether motors push a tendon: actuators whose force is their control alone.
 
     A servo pushes in passing, where its command is behind the tendon.
@@ -163,7 +153,7 @@ def is_pushed(m: int, d: int, state: State) -> bool:
 
 
 @compiled
-def input_force(m: int, d: int, address: int, state: State) -> float:
+def input_force(m: Model, d: Data, address: int, state: State) -> float:
     """Force along the tendon [N], pulling where it is negative."""
     force = _unconstrained(m, d, address, state)
     if state.constrained != 0.0:
@@ -172,64 +162,59 @@ def input_force(m: int, d: int, address: int, state: State) -> float:
 
 
 @compiled
-def holds_length(m: int, tendon: int) -> bool:
+def holds_length(m: Model, tendon: int) -> bool:
     """Whether a limit, or an equality with no other tendon, holds the length of a tendon itself."""
-    if byte(pointer(m + LAYOUT.m_tendon_limited), tendon) != 0:
+    if m.tendon_limited[tendon]:
         return True
-    for k in range(size(m + LAYOUT.m_neq)):
-        if integer(pointer(m + LAYOUT.m_eq_type), k) == _OF_TENDONS and (
-            integer(pointer(m + LAYOUT.m_eq_obj1id), k) == tendon
-            and integer(pointer(m + LAYOUT.m_eq_obj2id), k) < 0
-        ):
+    for k in range(m.neq):
+        is_of_tendons = m.eq_type[k] == _OF_TENDONS
+        if is_of_tendons and m.eq_obj1id[k] == tendon and m.eq_obj2id[k] < 0:
             return True
     return False
 
 
 @apart
-def _constraint_force(m: int, d: int, tendon: int) -> float:
+def _constraint_force(m: Model, d: Data, tendon: int) -> float:
     """λ of the constraints that MuJoCo has solved [N], pulling where negative."""
-    force, equalities = 0.0, integer(d + LAYOUT.d_ne, 0)
+    force, equalities = 0.0, d.ne
     for row in range(equalities):
-        which = integer(pointer(d + LAYOUT.d_efc_id), row)
-        value = double(pointer(d + LAYOUT.d_efc_force), row)
-        if integer(pointer(m + LAYOUT.m_eq_type), which) == _OF_TENDONS:
-            second = integer(pointer(m + LAYOUT.m_eq_obj2id), which)
-            if integer(pointer(m + LAYOUT.m_eq_obj1id), which) == tendon:
+        which = d.efc_id[row]
+        value = d.efc_force[row]
+        if m.eq_type[which] == _OF_TENDONS:
+            second = m.eq_obj2id[which]
+            if m.eq_obj1id[which] == tendon:
                 force += value
             if second == tendon:
-                x = double(pointer(d + LAYOUT.d_ten_length), second)
-                x -= double(pointer(m + LAYOUT.m_tendon_length0), second)
-                c = coordinates(pointer(m + LAYOUT.m_eq_data) + LAYOUT.equality_bytes * which)
+                x = d.ten_length[second] - m.tendon_length0[second]
+                c = m.eq_data[which]
                 force -= value * (c[1] + x * (2.0 * c[2] + x * (3.0 * c[3] + x * 4.0 * c[4])))
-    begin, end = equalities + integer(d + LAYOUT.d_nf, 0), integer(d + LAYOUT.d_nefc, 0)
+    begin, end = equalities + d.nf, d.nefc
     for row in range(begin, end):
-        kind = integer(pointer(d + LAYOUT.d_efc_type), row)
+        kind = d.efc_type[row]
         if kind > _TENDON_LIMIT:  # contacts come last
             break
-        if kind == _TENDON_LIMIT and integer(pointer(d + LAYOUT.d_efc_id), row) == tendon:
-            length = double(pointer(d + LAYOUT.d_ten_length), tendon)
-            ends = coordinates(pointer(m + LAYOUT.m_tendon_range) + 16 * tendon)
-            value = double(pointer(d + LAYOUT.d_efc_force), row)
+        if kind == _TENDON_LIMIT and d.efc_id[row] == tendon:
+            length = d.ten_length[tendon]
+            ends = m.tendon_range[tendon]
+            value = d.efc_force[row]
             force += value if length - ends[0] < ends[1] - length else -value
     return force
 
 
 @apart
-def uniform_force(m: int, d: int, address: int, state: State) -> float:
+def uniform_force(m: Model, d: Data, address: int, state: State) -> float:
     """Force along the tendon with the constraints just solved and its `frictionloss` [N]."""
     tendon = int(state.tendon)
     force = _unconstrained(m, d, address, state) + _constraint_force(m, d, tendon)
-    begin = integer(d + LAYOUT.d_ne, 0)
-    for row in range(begin, begin + integer(d + LAYOUT.d_nf, 0)):
-        if integer(pointer(d + LAYOUT.d_efc_type), row) == _TENDON_LOSS and (
-            integer(pointer(d + LAYOUT.d_efc_id), row) == tendon
-        ):
-            force += double(pointer(d + LAYOUT.d_efc_force), row)
+    begin = d.ne
+    for row in range(begin, begin + d.nf):
+        if d.efc_type[row] == _TENDON_LOSS and d.efc_id[row] == tendon:
+            force += d.efc_force[row]
     return force
 
 
 @compiled
-def follow_constraint(m: int, d: int, state: State) -> None:
+def follow_constraint(m: Model, d: Data, state: State) -> None:
     """Let the force of this step's constraints count from the next step on."""
     if state.constrained != 0.0:
         solved = _constraint_force(m, d, int(state.tendon))
@@ -239,21 +224,21 @@ def follow_constraint(m: int, d: int, state: State) -> None:
 
 
 @compiled
-def _stiffness_times_length(m: int, tendon: int, length: float) -> float:
+def _stiffness_times_length(m: Model, tendon: int, length: float) -> float:
     """k S of a tendon's own spring [N], k = T/x of a polynomial at the length at hand."""
-    rest = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * tendon + 1)
-    linear = double(pointer(m + LAYOUT.m_tendon_stiffness), tendon)
-    poly = pointer(m + LAYOUT.m_tendon_stiffnesspoly) + 16 * tendon
+    rest = m.tendon_lengthspring[tendon, 1]
+    linear = m.tendon_stiffness[tendon]
+    poly = m.tendon_stiffnesspoly[tendon]
     return mju_polyForce(linear, poly, max(0.0, length - rest), _POLY, 0) * rest
 
 
 @apart
-def note_spring(m: int, state: State, has_length: bool) -> None:
+def note_spring(m: Model, state: State, has_length: bool) -> None:
     """Derive EA, and T_0 or the slack, from the tendon's own spring, unless they are configured."""
     tendon = int(state.tendon)
-    rest = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * tendon + 1)
-    stiffness = double(pointer(m + LAYOUT.m_tendon_stiffness), tendon)
-    length = double(pointer(m + LAYOUT.m_tendon_length0), tendon)
+    rest = m.tendon_lengthspring[tendon, 1]
+    stiffness = m.tendon_stiffness[tendon]
+    length = m.tendon_length0[tendon]
     state.spring_length = rest
     state.spring_product = max(0.0, _stiffness_times_length(m, tendon, length))
     if state.law.axial_stiffness == 0.0:
@@ -264,15 +249,15 @@ def note_spring(m: int, state: State, has_length: bool) -> None:
 
 
 @compiled
-def follow_spring(m: int, d: int, state: State) -> bool:
+def follow_spring(m: Model, d: Data, state: State) -> bool:
     """Follow the tendon's own spring as `mjModel` now has it; return whether it can pull.
 
     EA changes in the ratio in which k S does.
     """
     tendon = int(state.tendon)
-    length = double(pointer(d + LAYOUT.d_ten_length), tendon)
+    length = d.ten_length[tendon]
     product = _stiffness_times_length(m, tendon, length)
-    off = integer(m + LAYOUT.o_disableflags, 0) & _SPRING_OFF != 0
+    off = m.opt.disableflags & _SPRING_OFF != 0
     state.input_force = 0.0 if off else _spring(m, d, tendon)
     if state.spring_product > 0.0 and product != state.spring_product:
         if not product > 0.0:
