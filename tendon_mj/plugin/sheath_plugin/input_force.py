@@ -6,11 +6,11 @@ with g f_a the gear times the force of each actuator on the tendon, x how much t
 or shorter than its spring's range, v = dL/dt, k and c MuJoCo's polynomials, and λ the force of
 equalities and of the tendon's limit. It pulls where it is negative.
 
-MuJoCo computes actuators after passive forces, and driven tendons are solved once it has: a control
-that is set between `mj_step1` and `mj_step2`, or by `mjcb_control`, meets friction in the same step,
-and so do those that `mjd_transitionFD` varies. Constraints are solved last: λ is that of the step
-before. On an elastic tendon it follows by a fifth of the difference in each step, so that a
-constraint and the friction that answers it settle instead of alternating.
+MuJoCo computes actuators after passive forces, and driven tendons are solved once it has: a
+control that is set between `mj_step1` and `mj_step2`, or by `mjcb_control`, meets friction in the
+same step, and so do those that `mjd_transitionFD` varies. Constraints are solved last: λ is that
+of the step before. On an elastic tendon it follows by a fifth of the difference in each step, so
+that a constraint and the friction that answers it settle instead of alternating.
 
 A tendon whose own spring is the cable's elasticity is not driven. Its stiffness k and rest length S
 make EA = k S, and S is its unstretched length: a shorter S is tendon wound in at the input. MuJoCo
