@@ -18,7 +18,7 @@ from tests.rigs import config
 
 ROOT = Path(__file__).parents[1]
 C_LIBRARY = {
-    *("malloc", "free", "memset", "strlen", "strstr", "strtod", "localeconv"),
+    *("malloc", "free", "memcpy", "memset", "strlen", "strstr", "strtod", "localeconv"),
     *("exp", "exp2", "expm1", "log", "dlopen", "dlsym", "dl_iterate_phdr"),
 }
 COMPILER = shutil.which("cc") or shutil.which("gcc")

@@ -11,6 +11,7 @@ from tendon_mj.attach.cable_drive import attach_cable_drives as attach_cable_dri
 from tendon_mj.attach.friction import add_friction as add_friction
 from tendon_mj.attach.friction import remove_friction as remove_friction
 from tendon_mj.attach.instances import add_sensor as add_sensor
+from tendon_mj.attach.instances import sheaths_by_tendon as sheaths_by_tendon
 from tendon_mj.attach.instances import show_tension as show_tension
 from tendon_mj.attach.keywords import checked_number as checked_number
 from tendon_mj.attach.live import Parameters as Parameters

@@ -47,6 +47,10 @@ class Mjcf:
         worlds = self.root.findall("worldbody")
         return self._named("body", name, (b for world in worlds for b in world.iter("body")))
 
+    def tendon(self, name: str) -> Element:
+        """A tendon of either kind by name."""
+        return self._named("tendon", name, self.root.iterfind("tendon/*"))
+
     def actuator(self, name: str) -> Element:
         """An actuator of any kind by name."""
         return self._named("actuator", name, self.root.iterfind("actuator/*"))

@@ -17,7 +17,12 @@ from rich.progress import track
 from tendon_mj.cli.options import OutFile, Recordings, Repeated, flat, given_files
 from tendon_mj.cli.output import Output, console, print_table, print_warnings
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonWarning
-from tendon_mj.lab.data_check import Checked, check_recording, timing_warnings
+from tendon_mj.lab.data_check import (
+    Checked,
+    check_recording,
+    doubt_of_signals,
+    timing_warnings,
+)
 from tendon_mj.lab.recordings import (
     Recording,
     noise_levels,
@@ -31,6 +36,7 @@ from tendon_mj.lab.replay import (
     Parameter,
     column_unit,
     expand,
+    load_recorded,
     matching,
     plain,
     quantity,
@@ -107,7 +113,7 @@ def check(
         raise RecordingError("check needs at least one recording")
     read, of_tables = _read_all(recordings, description)
     shared = load_model(model) if model else None
-    compiled = [shared or load_model(one.model, beside=one.beside) for one in read]
+    compiled = [shared or load_recorded(one) for one in read]
     described = [_as_described(values_of, *pair) for pair in zip(read, compiled, strict=True)]
     for text in of_tables:
         console.print(f"warning: {text}")
@@ -123,6 +129,8 @@ def check(
             output.figure(one.recording.name, figure)
         _print_errors(one.recording, _misfits(one))
         print_warnings(one.warnings)
+    if doubt := doubt_of_signals(read):
+        console.print(doubt)
     result: dict[str, object] = {
         "recordings": [_checked(one) for one in checked],
         "table_warnings": of_tables,
@@ -171,7 +179,7 @@ def replay(
         raise RecordingError(f"{recording}: no column is [measured], so nothing can be compared")
     print_warnings(timing_warnings(measured))
     compiled = {name: load_model(name) for name in models}
-    own = {} if models else {measured.model: load_model(measured.model, beside=measured.beside)}
+    own = {} if models else {measured.model: load_recorded(measured)}
     variants, described = dict[str, _Variant](), dict[str, bool | None]()
     parameters = dict[str, Mapping[str, Parameter]]()  # of each model
     for name, one in (compiled or own).items():

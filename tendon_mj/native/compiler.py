@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import operator
 import re
 from collections.abc import Callable, Iterator, Mapping
 from types import FunctionType
@@ -22,13 +23,14 @@ from llvmlite import ir
 from numba import carray, types
 from numba.core import cgutils, codegen, cpu
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.imputils import lower_constant
 from numba.core.registry import cpu_target
-from numba.core.typing.templates import AttributeTemplate
+from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_global
 from numba.extending import (
     infer_getattr,
     intrinsic,
+    lower_builtin,
     lower_getattr_generic,
+    lower_setattr_generic,
     models,
     register_model,
     typeof_impl,
@@ -54,7 +56,11 @@ def _signature(written: str) -> Any:
     match = re.fullmatch(r"(\w+)\((.*)\)", written)
     assert match is not None, written
     names = [name.strip() for name in match[2].split(",") if name.strip()]
-    return _C_TYPES[match[1]](*(_C_TYPES[name] for name in names))
+    returned, *given = (
+        _Place(marks.Field(name)) if name in marks.STRUCTS else _C_TYPES[name]
+        for name in (match[1], *names)
+    )
+    return returned(*given)
 
 
 @functools.cache
@@ -96,43 +102,35 @@ def _meaning_of(kind: type) -> Callable[[Callable[[Any], Any]], None]:
     return register
 
 
-def _at(builder: Any, address: Any, kind: Any, index: Any = None) -> Any:
-    pointer = builder.inttoptr(address, kind.as_pointer())
-    return pointer if index is None else builder.gep(pointer, [index])
+def _at(builder: Any, address: Any, kind: Any) -> Any:
+    """Pointer to a type at an address, which is an integer or a pointer itself."""
+    is_pointer = isinstance(address.type, ir.PointerType)
+    cast = builder.bitcast if is_pointer else builder.inttoptr
+    return cast(address, kind.as_pointer())
 
 
-@_meaning_of(marks.Load)
-def _load(mark: marks.Load) -> Any:
-    stored = numba.from_dtype(np.dtype(mark.kind))
-    result = types.float64 if isinstance(stored, types.Float) else types.int64
+def _as_integer(builder: Any, address: Any) -> Any:
+    is_pointer = isinstance(address.type, ir.PointerType)
+    return builder.ptrtoint(address, _WORD) if is_pointer else address
 
+
+def _as_type(context: Any, builder: Any, address: Any, kind: Any) -> Any:
+    """An address as a value of a type that stands for what is there."""
+    value_type = context.get_value_type(kind)
+    if isinstance(value_type, ir.PointerType):
+        return _at(builder, address, value_type.pointee)
+    return _as_integer(builder, address)
+
+
+def _cast_to(kind: Any) -> Any:
     @intrinsic
-    def load(typing_context: Any, address: Any, index: Any) -> Any:
+    def cast(typing_context: Any, address: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            place = _at(builder, arguments[0], context.get_data_type(stored), arguments[1])
-            number = builder.load(place)
-            return context.cast(builder, number, stored, result)
+            return _as_type(context, builder, arguments[0], kind)
 
-        return result(types.intp, types.intp), build
+        return kind(types.intp), build
 
-    return load
-
-
-@_meaning_of(marks.Store)
-def _store(mark: marks.Store) -> Any:
-    stored = numba.from_dtype(np.dtype(mark.kind))
-
-    @intrinsic
-    def store(typing_context: Any, address: Any, index: Any, value: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            number = context.cast(builder, arguments[2], value, stored)
-            kind = context.get_data_type(stored)
-            builder.store(number, _at(builder, arguments[0], kind, arguments[1]))
-            return context.get_dummy_value()
-
-        return types.void(types.intp, types.intp, value), build
-
-    return store
+    return cast
 
 
 @_meaning_of(marks.Word)
@@ -201,25 +199,14 @@ def _address_of(mark: marks.AddressOf) -> Any:
     return address
 
 
-def _pointer_to(kind: Any) -> Any:
-    @intrinsic
-    def cast(typing_context: Any, address: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
-
-        return types.CPointer(kind)(types.intp), build
-
-    return cast
-
-
 @_meaning_of(marks.Pointer)
 def _pointer(mark: marks.Pointer) -> Any:
-    return _pointer_to(numba.from_dtype(np.dtype(mark.kind)))
+    return _cast_to(_type_of(marks.Field(mark.kind).part(1)))
 
 
 @_meaning_of(marks.Array)
 def _array(mark: marks.Array) -> Any:
-    cast = _pointer_to(numba.from_dtype(mark.dtype))
+    cast = _cast_to(types.CPointer(numba.from_dtype(mark.dtype)))
 
     def array(address: int, count: int) -> Any:
         return carray(cast(address), (count,))
@@ -229,17 +216,13 @@ def _array(mark: marks.Array) -> Any:
 
 @_meaning_of(marks.Record)
 def _record(mark: marks.Record) -> Any:
-    kind = numba.from_dtype(mark.dtype)
+    # a compiled function would return a copy of the record
+    return _cast_to(numba.from_dtype(mark.dtype))
 
-    @intrinsic
-    def record(typing_context: Any, address: Any) -> Any:
-        # a compiled function would return a copy of the record
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.inttoptr(arguments[0], context.get_value_type(kind))
 
-        return kind(types.intp), build
-
-    return record
+@_meaning_of(marks.Struct)
+def _struct(mark: marks.Struct) -> Any:
+    return _cast_to(_Place(marks.Field(mark.symbol)))
 
 
 def _call(context: Any, builder: Any, wanted: Any, address: Any, values: Any, kinds: Any) -> Any:
@@ -249,7 +232,9 @@ def _call(context: Any, builder: Any, wanted: Any, address: Any, values: Any, ki
     c_types = [context.get_value_type(kind) for kind in wanted.args]
     function = builder.inttoptr(address, ir.FunctionType(c_result, c_types).as_pointer())
     given = [
-        context.cast(builder, value, kind, want)
+        _as_integer(builder, value)
+        if isinstance(kind, _Place | types.CPointer)
+        else context.cast(builder, value, kind, want)
         for value, kind, want in zip(values, kinds, wanted.args, strict=True)
     ]
     result = builder.call(function, given)
@@ -309,43 +294,148 @@ def _shared_numbers(mark: marks.Shared) -> Any:
     return address
 
 
-class _Constants(types.Opaque):  # type: ignore[misc]
-    def __init__(self, mark: marks.Constants) -> None:
-        self.mark = mark
-        super().__init__(mark.symbol)
+def _constant(builder: Any, name: str) -> Any:
+    """A number that is written before any function runs."""
+    constants = next((known for known in marks.CONSTANTS if name in known.names), None)
+    assert constants is not None, f"no table of offsets has {name}"
+    numbers = _shared(builder.module, constants.symbol, len(constants.names))
+    index = constants.names.index(name)
+    place = builder.gep(numbers, [ir.IntType(32)(0), ir.IntType(32)(index)], inbounds=True)
+    number = builder.load(place)
+    # so that it may be read once for many uses
+    number.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return number
 
 
-register_model(_Constants)(models.OpaqueModel)
-_constants: dict[str, _Constants] = {}
+class _Place(types.Type):  # type: ignore[misc]
+    """A struct or an array, by its address."""
+
+    def __init__(self, field: marks.Field) -> None:
+        self.field = field
+        super().__init__(f"{field}")
+
+    def attribute(self, name: str) -> marks.Field | None:
+        """A field of a struct; an array of two dimensions in one."""
+        if self.field.dimensions == 0:
+            return marks.STRUCTS[self.field.kind].field(name)
+        return self.field.part(1) if name == "flat" and self.field.dimensions == 2 else None
 
 
-@typeof_impl.register(marks.Constants)
-def _typeof_constants(value: marks.Constants, context: Any) -> Any:
-    return _constants.setdefault(value.symbol, _Constants(value))
+@register_model(_Place)
+class _PlaceModel(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _WORD)
 
 
-@lower_constant(_Constants)
-def _lower_constants(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+def _type_of(field: marks.Field) -> Any:
+    if field.dimensions == 0 and field.kind not in marks.STRUCTS:
+        return types.float64 if field.kind.startswith("float") else types.int64
+    is_pointer = field.dimensions == 1 and field.kind == "float64"
+    return types.CPointer(types.float64) if is_pointer else _Place(field)
+
+
+def _read(context: Any, builder: Any, place: Any, field: marks.Field) -> Any:
+    """A number at a place; of an array or struct, the place."""
+    kind = _type_of(field)
+    if not isinstance(kind, types.Number):
+        return _as_type(context, builder, place, kind)
+    stored = numba.from_dtype(np.dtype(field.kind))
+    number = builder.load(_at(builder, place, context.get_data_type(stored)))
+    return context.cast(builder, number, stored, kind)
+
+
+def _write(
+    context: Any, builder: Any, place: Any, field: marks.Field, value: Any, kind: Any
+) -> Any:
+    stored = numba.from_dtype(np.dtype(field.kind))
+    number = context.cast(builder, value, kind, stored)
+    builder.store(number, _at(builder, place, context.get_data_type(stored)))
     return context.get_dummy_value()
 
 
+@_meaning_of(marks.Address)
+def _address(mark: marks.Address) -> Any:
+    @intrinsic
+    def address(typing_context: Any, held: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return _as_integer(builder, arguments[0])
+
+        return types.intp(held), build
+
+    return address
+
+
 @infer_getattr
-class _ConstantsAttribute(AttributeTemplate):  # type: ignore[misc]
-    key = _Constants
+class _Attribute(AttributeTemplate):  # type: ignore[misc]
+    key = _Place
 
     def generic_resolve(self, kind: Any, name: str) -> Any:
-        return types.int64 if name in kind.mark.names else None
+        field = kind.attribute(name)
+        return None if field is None else _type_of(field)
 
 
-@lower_getattr_generic(_Constants)
-def _lower_constant(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
-    numbers = _shared(builder.module, kind.mark.symbol, len(kind.mark.names))
-    index = kind.mark.names.index(name)
-    place = builder.gep(numbers, [ir.IntType(32)(0), ir.IntType(32)(index)], inbounds=True)
-    number = builder.load(place)
-    # written before any function runs, so that it may be read once for many uses
-    number.set_metadata("invariant.load", builder.module.add_metadata([]))
-    return number
+def _in_struct(builder: Any, kind: Any, address: Any, name: str) -> Any:
+    """Address of a field, or of the pointer to it."""
+    entry = f"{marks.STRUCTS[kind.field.kind].prefix}_{name}"
+    return builder.add(address, _constant(builder, entry))
+
+
+@lower_getattr_generic(_Place)
+def _lower_getattr(context: Any, builder: Any, kind: Any, address: Any, name: str) -> Any:
+    field = kind.attribute(name)
+    is_struct = field.dimensions == 0 and field.kind in marks.STRUCTS  # its offsets count from here
+    if kind.field.dimensions == 0 and not is_struct:
+        address = _in_struct(builder, kind, address, name)
+        if field.dimensions > 0 and not field.is_inline:
+            address = builder.load(_at(builder, address, _WORD))
+    return _read(context, builder, address, field)
+
+
+@lower_setattr_generic(_Place)
+def _lower_setattr(context: Any, builder: Any, signature: Any, arguments: Any, name: str) -> None:
+    kind, given = signature.args
+    place = _in_struct(builder, kind, arguments[0], name)
+    _write(context, builder, place, kind.attribute(name), arguments[1], given)
+
+
+class _Item(AbstractTemplate):  # type: ignore[misc]
+    """An index into an array: a number, or as many as there are dimensions."""
+
+    def generic(self, args: Any, kws: Any) -> Any:
+        array, index, *value = args
+        if not isinstance(array, _Place):
+            return None
+        given = len(index) if isinstance(index, types.BaseTuple) else 1
+        kind = types.UniTuple(types.int64, given) if given > 1 else types.int64
+        part = _type_of(array.field.part(array.field.dimensions - given))
+        return types.none(array, kind, part) if value else part(array, kind)
+
+
+infer_global(operator.getitem)(_Item)
+infer_global(operator.setitem)(_Item)
+
+
+def _in_array(builder: Any, field: marks.Field, address: Any, index: Any) -> tuple[Any, Any]:
+    """Pointer to what an index means, and what that is."""
+    is_one = isinstance(index.type, ir.IntType)
+    row, *columns = [index] if is_one else cgutils.unpack_tuple(builder, index)
+    size = _constant(builder, field.row) if isinstance(field.row, str) else _WORD(field.row)
+    place = builder.gep(_at(builder, address, ir.IntType(8)), [builder.mul(size, row)])
+    for column in columns:
+        size = _WORD(np.dtype(field.kind).itemsize)
+        place = builder.gep(place, [builder.mul(size, column)])
+    return place, field.part(field.dimensions - 1 - len(columns))
+
+
+@lower_builtin(operator.getitem, _Place, types.Any)
+def _lower_getitem(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    return _read(context, builder, *_in_array(builder, signature.args[0].field, *arguments))
+
+
+@lower_builtin(operator.setitem, _Place, types.Any, types.Any)
+def _lower_setitem(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    place = _in_array(builder, signature.args[0].field, *arguments[:2])
+    return _write(context, builder, *place, arguments[2], signature.args[2])
 
 
 @contextlib.contextmanager

@@ -54,8 +54,8 @@ def entry(symbol: str, signature: str) -> Callable[[_F], _F]:
 
     Args:
         symbol: name in the library.
-        signature: result and arguments, each ``void``, ``i32``, ``i64``, ``f64``, ``bool`` or
-            ``ptr``, such as ``"i32(ptr, i32)"``.
+        signature: result and arguments, each ``void``, ``i32``, ``i64``, ``f64``, ``bool``,
+            ``ptr``, or the symbol of a struct by its address, such as ``"i32(mjModel, i32)"``.
     """
 
     def mark(function: _F) -> _F:
@@ -91,20 +91,6 @@ class EngineFunction(External):
         ENGINE.append(symbol)
 
 
-class Load(_Mark):
-    """Function of an address and an index: the number there, as int64 or float64."""
-
-    def __init__(self, kind: str) -> None:
-        self.kind = kind  # of NumPy
-
-
-class Store(_Mark):
-    """Procedure of an address, an index and a number that is written there."""
-
-    def __init__(self, kind: str) -> None:
-        self.kind = kind
-
-
 class Word(_Mark):
     """Function of an address: the eight bytes there as int64; they may begin anywhere."""
 
@@ -137,7 +123,7 @@ class LocalDoubles(_Mark):
 
 
 class Pointer(_Mark):
-    """Function of an address: a C pointer to numbers, whose indices do not wrap around."""
+    """Function of an address: the numbers there, however many, as a field of a struct has them."""
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
@@ -184,8 +170,12 @@ class Shared(_Mark):
         self.count = ARRAYS[symbol] = count
 
 
+class Address(_Mark):
+    """Function of a struct, or of an array that is a field of one: its address."""
+
+
 class Constants:
-    """Numbers that a loader writes once, before any function runs: read as attributes.
+    """Numbers that a loader writes once, before any function runs, such as offsets of fields.
 
     Args:
         symbol: of their array in the library.
@@ -196,8 +186,45 @@ class Constants:
         self.symbol = symbol
         self.names = names.split()
         ARRAYS[symbol] = len(self.names)
+        CONSTANTS.append(self)
 
-    def __getattr__(self, name: str) -> int:
-        if name in self.names:
-            raise TypeError(f"{name} is known in machine code only")
-        raise AttributeError(name)
+
+CONSTANTS: Final[list[Constants]] = []
+
+
+class Field(NamedTuple):
+    """A field of a C struct: a number, another struct, or an array of either."""
+
+    kind: str  # of NumPy, or the symbol of a struct
+    dimensions: int = 0  # of an array
+    row: int | str = 0  # bytes from one of its rows to the next, or the constant that has them
+    is_inline: bool = False  # whether the struct holds the array itself, not its address
+
+    def part(self, dimensions: int) -> Field:
+        """What one finds in it with so many dimensions: a number, a struct, or numbers in a row."""
+        if dimensions == self.dimensions:
+            return self
+        return Field(self.kind, dimensions, np.dtype(self.kind).itemsize if dimensions else 0)
+
+
+class Struct(_Mark):
+    """Function of an address: the C struct there, of which compiled code uses fields by name.
+
+    Arrays are indexed as NumPy's in Python: ``m.tendon_range[tendon, 1]``, ``d.xpos[body]`` for a
+    row, ``d.wrap_xpos.flat[k]``. They have no length, and no index below 0.
+
+    Args:
+        symbol: name, also in signatures.
+        prefix: of the constants that have the bytes from its address to each field; of a struct
+            within it, to each of that one's fields.
+        field: description of each field, None if it has no such field.
+    """
+
+    def __init__(self, symbol: str, prefix: str, field: Callable[[str], Field | None]) -> None:
+        self.symbol = symbol
+        self.prefix = prefix
+        self.field = field
+        STRUCTS[symbol] = self
+
+
+STRUCTS: Final[dict[str, Struct]] = {}  # by symbol

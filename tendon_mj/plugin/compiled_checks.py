@@ -15,29 +15,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.native import LocalDoubles, Text, apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.layout import Data, Model, data_at
 from tendon_mj.plugin.abi.library import (
     append,
     mj_deleteData,
-    mjp_getPluginAtSlot,
     mju_error,
+    plugin_name,
     read_number,
 )
-from tendon_mj.plugin.abi.memory import (
-    byte,
-    double,
-    integer,
-    pointer,
-    set_byte,
-    set_integer,
-    size,
-    word,
-)
+from tendon_mj.plugin.abi.memory import address_of, letters, word
 from tendon_mj.plugin.servo_plugin import state as sv
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import is_fixed
 from tendon_mj.plugin.sheath_plugin.input_force import acts_on, has_spring
 from tendon_mj.plugin.sheath_plugin.names import own_name, resolve, resolve_from
+from tendon_mj.plugin.sheath_plugin.path import NOT_GIVEN, capacity
 from tendon_mj.plugin.sheath_plugin.state import (
     PARAMETERS,
     Bound,
@@ -52,7 +44,6 @@ from tendon_mj.typing import FloatArray
 _JOINT, _TENDON = mujoco.mjtObj.mjOBJ_JOINT.value, mujoco.mjtObj.mjOBJ_TENDON.value
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value  # before it come joints of several degrees of freedom
 _MOST_STATE = 2**24  # numbers of a sheath
-_MOST_SAMPLES = 100_000  # of a servo that are on their way
 _WIDTH = 96  # of a reason, in bytes
 
 
@@ -97,7 +88,6 @@ _no_sheath = Text(" has no sheath with a reel_joint")
 _no_joint = Text(" is not a hinge or slide of the model")
 _undriven = Text(" is a fixed tendon, and no actuator acts on it or on its one joint")
 _not_one = Text(" must be 1 on a fixed tendon")
-_yields = Text(" has a springyield, which no sheath follows")
 _second = Text(" already runs in another sheath")
 _slips = Text(" must not be below friction")
 _too_large = Text(" takes more state than there may be")
@@ -117,13 +107,13 @@ _other_slots = Text(
 
 
 @apart
-def _refuse(m: int, d: int, instance: int, attribute: int, value: int, reason: int) -> None:
+def _refuse(m: Model, d: int, instance: int, attribute: int, value: int, reason: int) -> None:
     """Raise ``plugin instance 'name': attribute = 'value' reason``, each at an address.
 
-    The data ``d`` of `init`, if not 0, is deleted: MuJoCo does not free it.
+    The data at ``d`` of `init`, if not 0, is deleted: MuJoCo does not free it.
     """
     message, used = _buffer(), 0
-    plugin = pointer(mjp_getPluginAtSlot(integer(pointer(m + LAYOUT.m_plugin), instance)))
+    plugin = plugin_name(m, instance)
     used = append(message, used, plugin, _SIZE // 4)
     used = append(message, used, _space(), _SIZE // 4)
     name = own_name(m, instance)
@@ -131,21 +121,21 @@ def _refuse(m: int, d: int, instance: int, attribute: int, value: int, reason: i
         used = append(message, used, name, _SIZE // 2)
     used = append(message, used, _instance(), _SIZE - 1)
     used = append(message, used, attribute, _SIZE - 1)
-    if byte(value, 0) != 0:
+    if letters(value)[0] != 0:
         used = append(message, used, _equals(), _SIZE - 1)
         used = append(message, used, value, _SIZE - _SIZE // 4)
         used = append(message, used, _quote(), _SIZE - 1)
     used = append(message, used, reason, _SIZE - 1)
-    set_byte(message + used, 0)
+    letters(message)[used] = 0
     if d != 0:
-        set_integer(d + LAYOUT.d_nplugin, instance)  # only those before it have begun
+        data_at(d).nplugin = instance  # only those before it have begun
         mj_deleteData(d)
     mju_error(message)
 
 
 @apart
-def refuse_slot(m: int, d: int, instance: int) -> None:
-    """Refuse an instance in the slot of a placeholder, with the data of `init` if not 0."""
+def refuse_slot(m: Model, d: int, instance: int) -> None:
+    """Refuse an instance in the slot of a placeholder; ``d`` as in `_refuse`."""
     _refuse(m, d, instance, _binary(), _nothing_given(), _other_slots())
 
 
@@ -156,13 +146,13 @@ def _row(rows: NDArray[np.uint8], k: int) -> int:
 
 
 @compiled
-def _refuse_of_sheath(m: int, instance: int, attribute: int, reason: int, d: int = 0) -> None:
+def _refuse_of_sheath(m: Model, instance: int, attribute: int, reason: int, d: int = 0) -> None:
     value = at.text_at(m, instance, attribute)
     _refuse(m, d, instance, _row(_SHEATH_NAMES, attribute), value, reason)
 
 
 @compiled
-def _refuse_of_servo(m: int, instance: int, attribute: int, reason: int) -> None:
+def _refuse_of_servo(m: Model, instance: int, attribute: int, reason: int) -> None:
     value = at.text_at(m, instance, attribute)
     _refuse(m, 0, instance, _row(_SERVO_NAMES, attribute), value, reason)
 
@@ -173,7 +163,7 @@ def _is_number(text: int) -> bool:
     end = _end()
     read_number(text, end)
     after = word(end)
-    return after != text and byte(after, 0) == 0
+    return after != text and letters(after)[0] == 0
 
 
 @apart
@@ -185,21 +175,21 @@ def _is_admitted(bounds: FloatArray, k: int, value: float) -> bool:
 
 
 @apart
-def _count(m: int, instance: int, attribute: int, otherwise: int) -> int:
+def _count(m: Model, instance: int, attribute: int, otherwise: int) -> int:
     """A count that is given as an attribute of a sheath."""
     text, count, digits = at.text_at(m, instance, attribute), 0, 0
-    while 48 <= byte(text, digits) <= 57 and digits < 7:
-        count = 10 * count + byte(text, digits) - 48
+    while 48 <= letters(text)[digits] <= 57 and digits < 7:
+        count = 10 * count + letters(text)[digits] - 48
         digits += 1
-    if byte(text, 0) == 0:
+    if letters(text)[0] == 0:
         return otherwise
-    if digits > 6 or byte(text, digits) != 0:
+    if digits > 6 or letters(text)[digits] != 0:
         _refuse_of_sheath(m, instance, attribute, _no_count())
     return count
 
 
 @apart
-def _check_spool(m: int, instance: int, joint: int, radius: int) -> None:
+def _check_spool(m: Model, instance: int, joint: int, radius: int) -> None:
     """Refuse a joint of a spool that is none, or has no radius."""
     if at.is_given(m, instance, radius) and not at.is_given(m, instance, joint):
         _refuse_of_sheath(m, instance, joint, _missing())
@@ -209,19 +199,19 @@ def _check_spool(m: int, instance: int, joint: int, radius: int) -> None:
         _refuse_of_sheath(m, instance, radius, _nothing())
     if at.is_given(m, instance, joint):
         index = resolve(m, instance, joint, _JOINT)
-        if index < 0 or integer(pointer(m + LAYOUT.m_jnt_type), index) < _SLIDE:
+        if index < 0 or m.jnt_type[index] < _SLIDE:
             _refuse_of_sheath(m, instance, joint, _no_joint())
 
 
 @apart
-def _check_word(m: int, instance: int, attribute: int, known: NDArray[np.uint8]) -> None:
+def _check_word(m: Model, instance: int, attribute: int, known: NDArray[np.uint8]) -> None:
     given = at.is_given(m, instance, attribute)
     if given and at.index_of(at.text_at(m, instance, attribute), known) < 0:
         _refuse_of_sheath(m, instance, attribute, _unknown_word())
 
 
 @apart
-def sheath_state(m: int, instance: int) -> int:
+def sheath_state(m: Model, instance: int) -> int:
     """Check the attributes of a sheath or sensor; numbers of its state."""
     _check_word(m, instance, at.SENSOR, at.KIND_NAMES)
     is_named = at.is_given(m, instance, at.TENDON) or not at.is_sensor(m, instance)
@@ -242,11 +232,11 @@ def sheath_state(m: int, instance: int) -> int:
 
 
 @apart
-def _check_parameter(m: int, instance: int, k: int) -> None:
+def _check_parameter(m: Model, instance: int, k: int) -> None:
     """Refuse a number of a sheath that is missing, none, out of range, or without its scale."""
     attribute = at.FIRST_PARAMETER + k
     text = at.text_at(m, instance, attribute)
-    if byte(text, 0) == 0:
+    if letters(text)[0] == 0:
         if _SHEATH_BOUNDS[k, 3] != 0.0 and attribute != at.AXIAL_STIFFNESS:
             _refuse_of_sheath(m, instance, attribute, _missing())
         return
@@ -259,103 +249,94 @@ def _check_parameter(m: int, instance: int, k: int) -> None:
         _refuse_of_sheath(m, instance, attribute, _no_scale())
 
 
-@compiled
-def _most_points(m: int) -> int:
-    """Points that the path of one tendon can have between its ends."""
-    return max(0, size(m + LAYOUT.m_nwrap) - size(m + LAYOUT.m_ntendon) - 1)
-
-
 @apart
-def _guides(m: int, instance: int) -> int:
-    """Guides of a sheath, as given or the most that its path can have."""
-    each, inner = _count(m, instance, at.ARC_GUIDES, 1), _count(m, instance, at.INNER_GUIDES, 0)
-    return _count(m, instance, at.GUIDES, _most_points(m) * each + inner)
-
-
-@apart
-def _state_size(m: int, instance: int) -> int:
-    """Numbers of state of a sheath, before MuJoCo has the paths of its tendons."""
-    each = _count(m, instance, at.ARC_GUIDES, 1)
-    if each < 1:
+def _capacity(m: Model, instance: int) -> tuple[int, int]:
+    """Guides and arcs of a sheath to allocate memory for."""
+    each = _count(m, instance, at.ARC_GUIDES, NOT_GIVEN)
+    if each == 0:
         _refuse_of_sheath(m, instance, at.ARC_GUIDES, _no_count())
-    guides, arcs = _guides(m, instance), _most_points(m)
-    if at.is_given(m, instance, at.GUIDES):
-        arcs = guides // each if at.is_given(m, instance, at.ARC_GUIDES) else 0
+    guides = _count(m, instance, at.GUIDES, NOT_GIVEN)
+    return capacity(m, guides, each, _count(m, instance, at.INNER_GUIDES, 0))
+
+
+@apart
+def _state_size(m: Model, instance: int) -> int:
+    """Numbers of state of a sheath."""
+    guides, arcs = _capacity(m, instance)
     leads = at.first_sheath(m, instance) == instance
-    numbers = size_of(guides, arcs, size(m + LAYOUT.m_nv) if leads else 0)
+    numbers = size_of(guides, arcs, m.nv if leads else 0)
     if numbers > _MOST_STATE:
         _refuse_of_sheath(m, instance, at.GUIDES, _too_large())
     return numbers
 
 
 @apart
-def check_bound(m: int, d: int, instance: int, bound: Bound) -> None:
+def check_bound(m: Model, d: Data, instance: int, bound: Bound) -> None:
     """Refuse a sheath that cannot act on its tendon; the model is complete."""
     tendon = resolve(m, instance, at.TENDON, _TENDON)
     if is_fixed(m, tendon):
         if bound.driven == 0.0:
-            _refuse_of_sheath(m, instance, at.TENDON, _undriven(), d)
+            _refuse_of_sheath(m, instance, at.TENDON, _undriven(), address_of(d))
         if at.number(m, instance, at.INNER_GUIDES) != 1.0:
-            _refuse_of_sheath(m, instance, at.INNER_GUIDES, _not_one(), d)
+            _refuse_of_sheath(m, instance, at.INNER_GUIDES, _not_one(), address_of(d))
         if at.number(m, instance, _RADIUS) == 0.0:
-            _refuse_of_sheath(m, instance, _RADIUS, _nothing(), d)
+            _refuse_of_sheath(m, instance, _RADIUS, _nothing(), address_of(d))
     for other in range(instance):
         if at.is_sheath(m, other, instance) and resolve(m, other, at.TENDON, _TENDON) == tendon:
-            _refuse_of_sheath(m, instance, at.TENDON, _second(), d)
+            _refuse_of_sheath(m, instance, at.TENDON, _second(), address_of(d))
     _check_path(m, d, instance, bound)
     _check_pull(m, d, instance, bound, tendon)
 
 
 @apart
-def _check_path(m: int, d: int, instance: int, bound: Bound) -> None:
+def _check_path(m: Model, d: Data, instance: int, bound: Bound) -> None:
     """Refuse counts that are not those of the path, and branches where they cannot be."""
     if bound.tendon < 0.0 or not fits(bound, state_size_of(m, instance)):
-        _refuse_of_sheath(m, instance, at.GUIDES, _other_count(), d)
+        _refuse_of_sheath(m, instance, at.GUIDES, _other_count(), address_of(d))
     if at.is_given(m, instance, at.GUIDES):
         if bound.guides != _count(m, instance, at.GUIDES, 0):
-            _refuse_of_sheath(m, instance, at.GUIDES, _other_count(), d)
+            _refuse_of_sheath(m, instance, at.GUIDES, _other_count(), address_of(d))
         if bound.arcs > 0.0 and not at.is_given(m, instance, at.ARC_GUIDES):
-            _refuse_of_sheath(m, instance, at.ARC_GUIDES, _missing(), d)
+            _refuse_of_sheath(m, instance, at.ARC_GUIDES, _missing(), address_of(d))
     if bound.pulleys > 0.0 and (bound.driven == 0.0 or bound.input_at_last != 0.0):
-        _refuse_of_sheath(m, instance, at.TENDON, _branches(), d)
+        _refuse_of_sheath(m, instance, at.TENDON, _branches(), address_of(d))
 
 
 @apart
-def _check_pull(m: int, d: int, instance: int, bound: Bound, tendon: int) -> None:
+def _check_pull(m: Model, d: Data, instance: int, bound: Bound, tendon: int) -> None:
     """Refuse a tendon that is pulled in two ways, or in none without a stiffness."""
     is_cable, sprung = bound.own_spring != 0.0, has_spring(m, tendon)
     if is_cable and not sprung:
-        _refuse_of_sheath(m, instance, at.SPRING, _no_spring(), d)
+        _refuse_of_sheath(m, instance, at.SPRING, _no_spring(), address_of(d))
     if is_wound(bound) and sprung and not is_cable:
-        _refuse_of_sheath(m, instance, at.TENDON, _pulled_twice(), d)
-    for actuator in range(size(m + LAYOUT.m_nactuator)):
-        owner = integer(pointer(m + LAYOUT.m_actuator_plugin), actuator)
-        pulls = acts_on(m, actuator, tendon) and owner != instance
+        _refuse_of_sheath(m, instance, at.TENDON, _pulled_twice(), address_of(d))
+    for actuator in range(m.nactuator):
+        pulls = acts_on(m, actuator, tendon) and m.actuator_plugin[actuator] != instance
         if pulls and (is_wound(bound) or is_cable):
-            _refuse_of_sheath(m, instance, at.TENDON, _pulled_twice(), d)
+            _refuse_of_sheath(m, instance, at.TENDON, _pulled_twice(), address_of(d))
     has_stiffness = is_cable or at.is_given(m, instance, at.AXIAL_STIFFNESS)
     if bound.driven == 0.0 and not has_stiffness:
-        _refuse_of_sheath(m, instance, at.AXIAL_STIFFNESS, _no_stiffness(), d)
+        _refuse_of_sheath(m, instance, at.AXIAL_STIFFNESS, _no_stiffness(), address_of(d))
 
 
 @apart
-def sensor_width(m: int, instance: int) -> int:
+def sensor_width(m: Model, instance: int) -> int:
     """Numbers of a sensor on an instance."""
     if not at.is_sensor(m, instance):
         return at.ENDS
     kind, tendon = at.sensor_kind(m, instance), resolve(m, instance, at.TENDON, _TENDON)
-    for other in range(size(m + LAYOUT.m_nplugin)):
+    for other in range(m.nplugin):
         if at.is_sheath(m, other, instance) and resolve(m, other, at.TENDON, _TENDON) == tendon:
-            return at.numbers_of(kind, _guides(m, other))
+            return at.numbers_of(kind, _capacity(m, other)[0])
     return 1
 
 
 @apart
-def servo_state(m: int, instance: int) -> int:
+def servo_state(m: Model, instance: int) -> int:
     """Check the attributes of a servo; numbers of its state."""
     for k in range(len(_SERVO_BOUNDS)):
         text = at.text_at(m, instance, k)
-        if byte(text, 0) == 0:
+        if letters(text)[0] == 0:
             if _SERVO_BOUNDS[k, 3] != 0.0:
                 _refuse_of_servo(m, instance, k, _missing())
         elif not _is_number(text):
@@ -366,9 +347,9 @@ def servo_state(m: int, instance: int) -> int:
         at.text_at(m, instance, sv.FEEDBACK),
         at.text_at(m, instance, sv.BACKDRIVE),
     )
-    if byte(feedback, 0) != 0 and at.index_of(feedback, _FEEDBACKS) < 0:
+    if letters(feedback)[0] != 0 and at.index_of(feedback, _FEEDBACKS) < 0:
         _refuse_of_servo(m, instance, sv.FEEDBACK, _unknown_word())
-    if byte(backdrive, 0) != 0 and at.index_of(backdrive, _SWITCH) < 0:
+    if letters(backdrive)[0] != 0 and at.index_of(backdrive, _SWITCH) < 0:
         _refuse_of_servo(m, instance, sv.BACKDRIVE, _unknown_word())
     tendon = resolve_from(m, instance, sv.TENDON, sv.INSTANCE, sv.TENDON, _TENDON)
     if tendon < 0:
@@ -376,21 +357,17 @@ def servo_state(m: int, instance: int) -> int:
     if not _has_motor(m, tendon):
         _refuse_of_servo(m, instance, sv.TENDON, _no_sheath())
     period, delay = at.number(m, instance, _PERIOD), at.number(m, instance, _DELAY)
-    if period == 0.0 and delay == 0.0:
-        return sv.size_of(0)
-    samples = delay / max(period, double(m + LAYOUT.o_timestep, 0))
-    if not samples < _MOST_SAMPLES:
+    commands = sv.capacity(period, delay, m.opt.timestep)
+    if commands > sv.MOST_COMMANDS:
         _refuse_of_servo(m, instance, _DELAY, _too_large())
-    return sv.size_of(math.ceil(samples - 1e-9) + 2)
+    return sv.size_of(commands)
 
 
 @apart
-def _has_motor(m: int, tendon: int) -> bool:
+def _has_motor(m: Model, tendon: int) -> bool:
     """Whether a tendon has a sheath whose input a joint winds."""
-    slots = pointer(m + LAYOUT.m_plugin)
-    for other in range(size(m + LAYOUT.m_nplugin)):
-        name = pointer(mjp_getPluginAtSlot(integer(slots, other)))
-        if at.index_of(name, _SHEATH_PLUGIN) != 0 or at.is_sensor(m, other):
+    for other in range(m.nplugin):
+        if at.index_of(plugin_name(m, other), _SHEATH_PLUGIN) != 0 or at.is_sensor(m, other):
             continue
         if resolve(m, other, at.TENDON, _TENDON) == tendon:
             return resolve(m, other, at.REEL_JOINT, _JOINT) >= 0

@@ -110,9 +110,9 @@ _SMALLEST = f"""
 
 def _raise_refusals(model: Draft) -> None:
     """Raise the first refusal of those that were a state of size 0."""
-    for k in filter(model.is_refused, range(model.fields.nplugin)):
-        if model.plugin(k) in _CHECKS:
-            _CHECKS[model.plugin(k)].state_size(model.address, k)
+    for k in filter(model.is_refused, range(model.nplugin)):
+        if model.plugin_name(k) in _CHECKS:
+            _CHECKS[model.plugin_name(k)].state_size(model.address, k)
             raise EngineError(f"{model.where(k)}: refused at first, and then not")
 
 
@@ -159,7 +159,7 @@ def _verify_registered(library: Library) -> None:
         EngineError: the program has loaded one before.
     """
     struct = C.mjp_getPlugin(NAMES[0].encode(), ctypes.byref(ctypes.c_int()))
-    nstate = ctypes.c_void_p.from_address(struct + registration.NSTATE).value
+    nstate = ctypes.c_void_p.from_address(struct + 8 * registration.NSTATE).value
     if nstate != library.address("tendon_mj_sheath_nstate"):
         raise EngineError(
             f"another copy of the library has registered the plugin {NAMES[0]}: import tendon_mj "

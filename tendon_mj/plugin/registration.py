@@ -31,7 +31,7 @@ from tendon_mj.native import (
     entry,
 )
 from tendon_mj.plugin.abi import releases
-from tendon_mj.plugin.abi.layout import LAYOUT, SCENE
+from tendon_mj.plugin.abi.layout import LAYOUT, SCENE, Data, Model
 from tendon_mj.plugin.abi.library import (
     mj_version,
     mjp_getPlugin,
@@ -39,13 +39,14 @@ from tendon_mj.plugin.abi.library import (
     mjp_registerPlugin,
     mju_warning,
 )
-from tendon_mj.plugin.abi.memory import doubles, pointer, set_integer, set_pointer
+from tendon_mj.plugin.abi.memory import address_of, word, words
 from tendon_mj.plugin.compiled_checks import refuse_slot
 from tendon_mj.plugin.servo_plugin import callbacks as _servo_callbacks  # noqa: F401, entries
 from tendon_mj.plugin.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
 from tendon_mj.plugin.sheath_plugin import callbacks as _sheath_callbacks  # noqa: F401
 from tendon_mj.plugin.sheath_plugin import visualize as _visualize  # noqa: F401
 from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES, as_rows
+from tendon_mj.typing import IntArray
 
 _KNOWN = releases.known()
 _RELEASES = np.array([1000 * int(a) + int(b) for a, b in (name.split(".") for name in _KNOWN)])
@@ -60,7 +61,8 @@ _SHEATH_NAMES, _SERVO_NAMES = as_rows(ATTRIBUTES, _WIDTH), as_rows(SERVO_ATTRIBU
 _SLOT = 16  # of the sheath, after MuJoCo's own plugins, which are half as many, and a user's
 _PLACEHOLDERS = as_rows((f"tendon_mj.reserved.{k}" for k in range(_SLOT)), _WIDTH)
 _sheath, _servo = Text("tendon_mj.sheath"), Text("tendon_mj.servo")
-_struct = Shared("tendon_mj_struct", 19)  # mjpPlugin, which MuJoCo copies
+_WORDS = 19
+_struct = Shared("tendon_mj_struct", _WORDS)  # mjpPlugin, which MuJoCo copies
 _names = Shared("tendon_mj_names", max(len(_SHEATH_NAMES), len(_SERVO_NAMES)))
 _slot = Shared("tendon_mj_slot", 1)
 _unknown = Text(
@@ -80,11 +82,9 @@ _dlopen = External("dlopen", "ptr(ptr, i32)")
 _dl_iterate_phdr = External("dl_iterate_phdr", "i32(ptr, ptr)")
 _strstr = External("strstr", "ptr(ptr, ptr)")
 
-# where the members of mjpPlugin are [bytes]
-_NAME, _ATTRIBUTE_COUNT, _ATTRIBUTES, _CAPABILITIES, _NEEDSTAGE = 0, 8, 16, 24, 28
-NSTATE, _NSENSORDATA, _INIT, _DESTROY, _COPY, _RESET, _COMPUTE, _ADVANCE, _VISUALIZE = range(
-    32, 104, 8
-)
+# words of mjpPlugin
+_NAME, _ATTRIBUTE_COUNT, _ATTRIBUTES, _CAPABILITIES, NSTATE, _NSENSORDATA = range(6)
+_INIT, _DESTROY, _COPY, _RESET, _COMPUTE, _ADVANCE, _VISUALIZE = range(6, 13)
 
 _sheath_nstate = AddressOf("tendon_mj_sheath_nstate")
 _sheath_nsensordata = AddressOf("tendon_mj_sheath_nsensordata")
@@ -110,11 +110,10 @@ def _set_offsets() -> bool:
     release = mj_version() // 1000
     for k in range(len(_RELEASES)):
         if _RELEASES[k] == release:
-            for entry in range(_OFFSETS.shape[1]):
-                numbers = (
-                    _layout() + 8 * entry if entry < _COUNT else _scene() + 8 * (entry - _COUNT)
-                )
-                set_pointer(numbers, _OFFSETS[k, entry])
+            for entry in range(_COUNT):
+                words(_layout())[entry] = _OFFSETS[k, entry]
+            for entry in range(_COUNT, _OFFSETS.shape[1]):
+                words(_scene())[entry - _COUNT] = _OFFSETS[k, entry]
             return True
     return False
 
@@ -124,26 +123,26 @@ def _find_functions() -> bool:
     """Find MuJoCo's functions in the process; return whether all are there."""
     engine, found = _ANYWHERE, _found()
     if _dlsym(engine, _ENGINE_NAMES.ctypes.data) == 0 and _IS_LINUX:
-        set_pointer(found, 0)
+        words(found)[0] = 0
         _dl_iterate_phdr(_find_engine(), found)
-        engine = pointer(found)
+        engine = word(found)
         if engine == 0:
             return False
     for k in range(len(_ENGINE_NAMES)):
         function = _dlsym(engine, _ENGINE_NAMES.ctypes.data + _WIDTH * k)
         if function == 0:
             return False
-        set_pointer(_functions() + 8 * k, function)
+        words(_functions())[k] = function
     return True
 
 
 @entry("tendon_mj_find_engine", "i32(ptr, i64, ptr)")
 def find_engine(info: int, size: int, found: int) -> int:
     """Open MuJoCo's library once more where it is what `dl_iterate_phdr` shows; 1 ends that."""
-    name = pointer(info + 8)
+    name = word(info + 8)
     if _strstr(name, _library()) == 0:
         return 0
-    set_pointer(found, _dlopen(name, _LOADED_ALREADY))
+    words(found)[0] = _dlopen(name, _LOADED_ALREADY)
     return 1
 
 
@@ -153,31 +152,30 @@ def _is_registered(name: int) -> bool:
 
 
 @apart
-def _begin(name: int, attributes: int, count: int, capabilities: int) -> int:
-    """Address of a new `mjpPlugin` without functions."""
-    struct, names = _struct(), _names()
-    doubles(struct, 19)[:] = 0.0
+def _begin(name: int, attributes: int, count: int, capabilities: int) -> IntArray:
+    """Make a new `mjpPlugin` without functions."""
+    struct, names = words(_struct()), _names()
+    for k in range(_WORDS):
+        struct[k] = 0
     for k in range(count):
-        set_pointer(names + 8 * k, attributes + _WIDTH * k)
-    set_pointer(struct + _NAME, name)
-    set_integer(struct + _ATTRIBUTE_COUNT, count)
-    set_pointer(struct + _ATTRIBUTES, names)
-    set_integer(struct + _CAPABILITIES, capabilities)
-    set_integer(struct + _NEEDSTAGE, _STAGE)
+        words(names)[k] = attributes + _WIDTH * k
+    struct[_NAME] = name
+    struct[_ATTRIBUTE_COUNT], struct[_ATTRIBUTES] = count, names
+    struct[_CAPABILITIES] = capabilities | _STAGE << 32  # two ints
     return struct
 
 
-@entry("tendon_mj_placeholder_nsensordata", "i32(ptr, i32, i32)")
-def placeholder_nsensordata(m: int, instance: int, sensor: int) -> int:
+@entry("tendon_mj_placeholder_nsensordata", "i32(mjModel, i32, i32)")
+def placeholder_nsensordata(m: Model, instance: int, sensor: int) -> int:
     """`nsensordata` of a placeholder, which `mj_loadModel` asks."""
     refuse_slot(m, 0, instance)
     return 0
 
 
-@entry("tendon_mj_placeholder_init", "i32(ptr, ptr, i32)")
-def placeholder_init(m: int, d: int, instance: int) -> int:
+@entry("tendon_mj_placeholder_init", "i32(mjModel, mjData, i32)")
+def placeholder_init(m: Model, d: Data, instance: int) -> int:
     """`init` of a placeholder, which `mj_makeData` asks."""
-    refuse_slot(m, d, instance)
+    refuse_slot(m, address_of(d), instance)
     return 0
 
 
@@ -187,9 +185,9 @@ def _reserve() -> None:
     while mjp_pluginCount() < _SLOT:
         name = _PLACEHOLDERS.ctypes.data + _WIDTH * mjp_pluginCount()
         struct = _begin(name, 0, 0, _ACTUATOR | _SENSOR | _PASSIVE)
-        set_pointer(struct + _NSENSORDATA, _placeholder_nsensordata())
-        set_pointer(struct + _INIT, _placeholder_init())
-        mjp_registerPlugin(struct)
+        struct[_NSENSORDATA] = _placeholder_nsensordata()
+        struct[_INIT] = _placeholder_init()
+        mjp_registerPlugin(_struct())
 
 
 @entry("tendon_mj_register", "void()")
@@ -199,24 +197,24 @@ def register() -> None:
         _reserve()
         names, count = _SHEATH_NAMES.ctypes.data, len(_SHEATH_NAMES)
         struct = _begin(_sheath(), names, count, _ACTUATOR | _SENSOR | _PASSIVE)
-        set_pointer(struct + NSTATE, _sheath_nstate())
-        set_pointer(struct + _NSENSORDATA, _sheath_nsensordata())
-        set_pointer(struct + _INIT, _sheath_init())
-        set_pointer(struct + _DESTROY, _sheath_destroy())
-        set_pointer(struct + _RESET, _sheath_reset())
-        set_pointer(struct + _COMPUTE, _sheath_compute())
-        set_pointer(struct + _ADVANCE, _sheath_advance())
-        set_pointer(struct + _VISUALIZE, _sheath_visualize())
-        mjp_registerPlugin(struct)
+        struct[NSTATE] = _sheath_nstate()
+        struct[_NSENSORDATA] = _sheath_nsensordata()
+        struct[_INIT] = _sheath_init()
+        struct[_DESTROY] = _sheath_destroy()
+        struct[_RESET] = _sheath_reset()
+        struct[_COMPUTE] = _sheath_compute()
+        struct[_ADVANCE] = _sheath_advance()
+        struct[_VISUALIZE] = _sheath_visualize()
+        mjp_registerPlugin(_struct())
     if not _is_registered(_servo()):
         struct = _begin(_servo(), _SERVO_NAMES.ctypes.data, len(_SERVO_NAMES), _ACTUATOR)
-        set_pointer(struct + NSTATE, _servo_nstate())
-        set_pointer(struct + _INIT, _servo_init())
-        set_pointer(struct + _DESTROY, _servo_destroy())
-        set_pointer(struct + _RESET, _servo_reset())
-        set_pointer(struct + _COMPUTE, _servo_compute())
-        set_pointer(struct + _ADVANCE, _servo_advance())
-        mjp_registerPlugin(struct)
+        struct[NSTATE] = _servo_nstate()
+        struct[_INIT] = _servo_init()
+        struct[_DESTROY] = _servo_destroy()
+        struct[_RESET] = _servo_reset()
+        struct[_COMPUTE] = _servo_compute()
+        struct[_ADVANCE] = _servo_advance()
+        mjp_registerPlugin(_struct())
 
 
 @entry(CONSTRUCTOR, "void()")

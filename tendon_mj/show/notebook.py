@@ -19,7 +19,7 @@ from tendon_mj.lab.data_check import Checked, check_recording
 from tendon_mj.lab.diagnosis import Diagnosis
 from tendon_mj.lab.fleet import FleetResult, find_rigs, run_fleet
 from tendon_mj.lab.recordings import GivenRecording, Recording, read_given
-from tendon_mj.lab.replay import FrameRecorder, format_template, replay_recording
+from tendon_mj.lab.replay import FrameRecorder, format_template, load_recorded, replay_recording
 from tendon_mj.lab.sweep import Sweep, SweepResult, motion_recording, run_sweep
 from tendon_mj.models import load_model, model_names, model_path
 from tendon_mj.show.figures import style
@@ -265,7 +265,7 @@ def show_clip(
     check_size(width, height)
     recording, recorder = read_given(recording, description), FrameRecorder()
     if model is None:
-        model = load_model(recording.model, beside=recording.beside)
+        model = load_recorded(recording)
     replay_recording(recording, model, recorder=recorder)
     frames = recorder.frames()
     images = draw_frames(model, frames, width=width, height=height, camera=camera)

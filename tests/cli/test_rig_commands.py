@@ -64,6 +64,24 @@ def test_check_draws_each_recording_and_says_how_many_warnings(
     assert [w["identifier"] for w in late_result["warnings"]] == ["times_in_ms"]
 
 
+def test_check_says_that_an_angle_alone_may_not_tell_friction(tmp_path, capsys):
+    rig = Path(__file__).parents[2] / "models" / "rig"
+    for name in ("triangles.csv", "rig.xml"):
+        (tmp_path / name).write_bytes((rig / name).read_bytes())
+    text = (rig / "rig.toml").read_text()
+    measured = next(line for line in text.splitlines() if line.startswith("cable_N"))
+    for name, description in (("both", text), ("angle", text.replace(measured, ""))):
+        path = tmp_path / f"{name}.toml"
+        path.write_text(description)
+        table = str(tmp_path / "triangles.csv")
+        arguments = ["check", table, "--description", str(path), "--out", str(tmp_path / name)]
+        assert main(arguments) == 0
+        said = " ".join(capsys.readouterr().out.split())
+        assert ("No force is measured: friction, play and an elastic mount" in said) == (
+            name == "angle"
+        )
+
+
 def test_replay_warns_of_gaps_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     times = [0.02 * k + (0.5 if k >= 15 else 0.0) for k in range(30)]
     rows = "".join(f"{t:.2f},{k / 100},20\n" for k, t in enumerate(times))

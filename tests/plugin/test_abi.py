@@ -1,6 +1,7 @@
 """A MuJoCo with other structures is refused before any of its memory is touched."""
 
 import mujoco
+import numpy as np
 import pytest
 
 from tendon_mj.errors import EngineError
@@ -8,8 +9,14 @@ from tendon_mj.plugin import loading
 from tendon_mj.plugin.abi import layout as layouts
 from tendon_mj.plugin.abi import releases
 from tendon_mj.plugin.abi.layout import LAYOUT, SCENE, read, verify, verify_scene
+from tendon_mj.plugin.sheath_plugin.forces import pull_segment
+from tendon_mj.plugin.sheath_plugin.input_force import is_constrained
+from tendon_mj.plugin.sheath_plugin.path import count_guides
+from tendon_mj.plugin.sheath_plugin.state import tension_unit
+from tendon_mj.plugin.sheath_plugin.wraps import trace_path
 from tendon_mj.sheath import record_type
 from tests.refusals import refusing
+from tests.rigs import arm, sheath_view, started
 
 OFFSETS, SCENE_OFFSETS = read(LAYOUT), read(SCENE)
 PARTS = {"m": "mjModel", "o": "mjOption", "d": "mjData"}
@@ -79,3 +86,23 @@ def test_fields_follow_one_another_without_gaps():
     assert record_type(Inner).names == ("one", "two")
     assert record_type(Pair).itemsize == 3 * 8
     assert record_type(Pair).fields["inner"][1] == 8
+
+
+def test_the_same_function_runs_in_python_on_a_model_and_its_data():
+    """Numbers, flags, rows, and arrays of two dimensions by one index, read and written."""
+    model = arm()
+    data = started(model, seed=1)
+    mujoco.mj_forward(model, data)
+    state, segments, guides, path = sheath_view(model, data, "sheath")
+    force, at = np.zeros(model.nv), path.ravel().copy()
+    for segment in segments:
+        pull_segment(model, data, state, segment, tension_unit(state) * segment.tension, force)
+    np.testing.assert_array_equal(force, data.qfrc_passive)
+    angles, segments["length"], guides["angle"] = guides["angle"].copy(), 0.0, 0.0
+    trace_path(model, data, state, segments, guides, (), at, False)
+    np.testing.assert_array_equal(guides["angle"], angles)
+    tendon = model.tendon("tendon").id
+    assert count_guides(model, tendon, 1, 0) == (state.guides, 0, 0)
+    assert not is_constrained(model, tendon)
+    model.tendon_limited[tendon] = True
+    assert is_constrained(model, tendon)

@@ -174,7 +174,7 @@ def test_each_more_sheath_costs_as_many_reads_as_the_one_before(monkeypatch):
     def counting(read):
         return lambda *given: reads.append(given) or read(*given)
 
-    for method in ("config", "name", "plugin"):
+    for method in ("config", "name", "plugin_name"):
         monkeypatch.setattr(Draft, method, counting(getattr(Draft, method)))
     for count in (10, 20, 40):
         spec = rig_many_sheaths(count)

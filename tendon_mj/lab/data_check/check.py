@@ -31,8 +31,14 @@ from tendon_mj.lab.data_check.columns import (
 )
 from tendon_mj.lab.data_check.jumps import jump_warnings
 from tendon_mj.lab.recordings import TIME, TIMES, Recording, noise_levels
-from tendon_mj.lab.replay import Adjustable, Schedule, quantity, replay_recording, stated_values
-from tendon_mj.models import load_model
+from tendon_mj.lab.replay import (
+    Adjustable,
+    Schedule,
+    load_recorded,
+    quantity,
+    replay_recording,
+    stated_values,
+)
 from tendon_mj.sheath import doubt_of_friction
 from tendon_mj.typing import FloatArray
 
@@ -108,7 +114,7 @@ def check_recording(
     """
     given = model is not None
     if model is None:
-        model = load_model(recording.model, beside=recording.beside)
+        model = load_recorded(recording)
     adjustable = Adjustable(copy.copy(model))
     timing, still = timing_warnings(recording), drive_warnings(recording)
     if any(warning.identifier in _WRONG_TIMES for warning in timing):

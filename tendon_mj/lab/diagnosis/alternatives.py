@@ -76,7 +76,7 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
         moved = [
             name
             for k in numbers
-            if fit.terms[k].targets[0] in there
+            if there.keys() >= set(fit.terms[k].targets)
             if other.free[k] or fit.free[k]
             if _shift(stated[k], ranges[k], fit.values[k]) > _MATTERS
             for name in fit.terms[k].targets

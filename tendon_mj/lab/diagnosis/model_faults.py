@@ -8,7 +8,6 @@ simulator other than the package's has none of these parts.
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
@@ -93,18 +92,16 @@ def _adjusted(
     simulator: Simulator, recording: Recording, values: Mapping[str, float]
 ) -> Adjustable:
     """The model of a recording with these values and those that the recording states."""
-    adjustable = Adjustable(copy.copy(simulator.model))
     known = expand(recording.known, simulator.parameters)
-    adjustable.set({**values_for(recording.name, values), **known})
-    return adjustable
+    return simulator.adjusted({**values_for(recording.name, values), **known})
 
 
 def warn_of_guides(sheaths: Sequence[LumpedSheath]) -> list[str]:
     """Warn of the error that lumping may leave, with the number of guides that would do."""
     return [
         f"That {sheath.name!r} has only {sheath.guides} guides may leave up to"
-        f" {sheath.error:.2g} times the noise, where a smooth sheath leaves none; {sheath.enough}"
-        " guides would do."
+        f" {sheath.error:.2g} times the noise in a replay, where a smooth sheath leaves none;"
+        f" {sheath.enough} guides would do."
         for sheath in sheaths
     ]
 

@@ -32,6 +32,7 @@ from tendon_mj.lab.diagnosis.data import (
 from tendon_mj.lab.diagnosis.effects.effect import Effect, Term
 from tendon_mj.lab.diagnosis.fitting import Fit, fit, fit_without
 from tendon_mj.lab.diagnosis.model_faults import (
+    LumpedSheath,
     too_few_guides,
     warn_of_guides,
     warn_of_servos,
@@ -65,7 +66,7 @@ from tendon_mj.lab.diagnosis.wording import (
     warn_of_ends,
     warn_of_step_and_noise,
 )
-from tendon_mj.lab.replay import Parameter, parameter_of, recording_of, value_in
+from tendon_mj.lab.replay import Parameter, Simulator, parameter_of, recording_of, value_in
 from tendon_mj.typing import FloatArray
 
 _EXPLAINS = 0.01  # of the excess χ², to be in the ranking
@@ -225,8 +226,7 @@ class Proof:
         )
         model = {**final_values, **after.sessions}
         calibrated, fitted = fitted_values(context.problem, base, final, data.refits(final))
-        left = evidence.held_out.after
-        lumped = too_few_guides(self.held_out, model, left) if left > ABOVE_NOISE else []
+        lumped = self._too_few_guides(model, evidence.held_out.after, data.mask)
         limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
         if verdict in ("partly", "unknown"):
             limits += warn_of_soft_friction(self.own.simulate, model)
@@ -269,6 +269,16 @@ class Proof:
             ),
             checks=tuple(self.checks),
         )
+
+    def _too_few_guides(
+        self, model: Mapping[str, float], left: float, mask: NDArray[np.bool_]
+    ) -> list[LumpedSheath]:
+        """Sheaths of too few guides in a replay, of which a fit may have had more."""
+        held_out, simulate = self.held_out, self.held_out.simulate
+        if isinstance(simulate, Simulator) and simulate.pieces > 1:
+            held_out = replace(held_out, simulate=simulate.split(1))
+            left = float(np.sqrt(np.mean(held_out.residuals([model])[0][mask] ** 2)))
+        return too_few_guides(held_out, model, left) if left > ABOVE_NOISE else []
 
 
 def _weigh(

@@ -28,6 +28,7 @@ from tendon_mj.lab.diagnosis.data import (
     Problem,
     all_samples,
     by_recording,
+    make_problem,
     training_samples,
     uncertain_terms,
 )
@@ -117,13 +118,13 @@ def fit_with_sysid(
             " comparison out (--no-sysid)"
         )
     began = time.perf_counter()
-    problem = Problem(tuple(train), simulator(train), training_samples(train, held_out))
+    problem = make_problem(train, simulator(train), training_samples(train, held_out))
     values = _optimize(problem, progress)
     fitted = {name: value for name, (value, _, _) in values.items()}
     residual = problem.residuals([fitted])[0]
     seen = measure_errors(problem, residual, residual, problem.in_train)
     if held_out:
-        proof = Problem(tuple(held_out), simulator(held_out), all_samples(held_out))
+        proof = make_problem(held_out, simulator(held_out), all_samples(held_out))
         unseen = proof.residuals([fitted])[0]
         errors = measure_errors(proof, unseen, unseen, np.ones(unseen.size, bool))
     elif by_recording(train):
@@ -148,7 +149,7 @@ def _each_by_the_others(
     residual = np.empty(problem.recording_of.size)
     for k in range(len(problem.recordings)):
         others = [r for j, r in enumerate(problem.recordings) if j != k]
-        rest = Problem(tuple(others), simulator(others), all_samples(others))
+        rest = make_problem(others, simulator(others), all_samples(others))
         fitted = {name: value for name, (value, _, _) in _optimize(rest, progress).items()}
         rows = problem.recording_of == k
         residual[rows] = problem.residuals([fitted])[0][rows]

@@ -42,7 +42,8 @@ _CERTAIN = 0.99  # probability with which rests of a right model leave less
 STANDARD_ERRORS = 2.0  # of a gain in χ²: less may be chance
 CLOSED = 0.985  # of the rms error above noise: a model that closes less does not explain it
 PART = 2.0 / 3.0  # of the error that could be removed: an effect that removes less may imitate
-_DISCRETISATION = 0.0025  # of a signal's range: error of lumping and stepping
+# of a signal's range: error of lumping and stepping, where it is not measured
+_DISCRETISATION = 0.0025
 _TWICE = 2.0
 _SHARE = 0.05, 0.1  # of the remaining excess, that an effect has to gain; across recordings
 
@@ -112,7 +113,7 @@ def discretisation_error(
     powers = np.array(
         [
             (
-                _DISCRETISATION
+                problem.lumping.get(column, _DISCRETISATION)
                 * float(np.ptp(problem.recordings[k].columns[column]))
                 / (problem.noise[k][column] * float(bars[rows.start]))
             )
@@ -149,7 +150,7 @@ def reducible_excess(problem: Problem, residual: FloatArray) -> float:
     total, count = 0.0, 0
     for k, column, rows in problem.signals:
         used = problem.in_train[rows]
-        series = problem.recordings[k].columns[column][used] / problem.noise[k][column]
+        series = problem.recordings[k].columns[column][used] / problem.levels[k][column][used]
         if series.size:
             mean = float(np.mean(residual[rows][used] ** 2))
             total += series.size * min(mean, 1.0 + float(np.var(series)))
@@ -185,7 +186,7 @@ def reproducibility(problem: Problem, residual: FloatArray) -> dict[str, float]:
     From the training samples of a model's ``residual`` (m,) [noise].
     """
     shown = np.where(problem.in_train, residual, np.nan)
-    errors = {(k, c): shown[rows] * problem.noise[k][c] for k, c, rows in problem.signals}
+    errors = {(k, c): shown[rows] * problem.levels[k][c] for k, c, rows in problem.signals}
     powers = _powers_of_repeats(problem, errors)
     estimates = {column: float(np.sqrt(np.mean(power))) for column, power in powers.items()}
     if by_recording(problem.recordings):
@@ -235,7 +236,8 @@ def _powers_of_repeats(problem: Problem, errors: Errors) -> dict[str, list[float
             difference = errors[j, column][:size] - errors[k, column][:size]
             difference = difference[np.isfinite(difference)]
             if difference.size:
-                noise = problem.noise[j][column] ** 2 + problem.noise[k][column] ** 2
+                levels = problem.levels[j][column], problem.levels[k][column]
+                noise = sum(float(np.mean(level**2)) for level in levels)
                 power = 0.5 * (float(np.mean(difference**2)) - noise)
                 powers.setdefault(column, []).append(max(power, 0.0))
     return powers
@@ -310,7 +312,7 @@ def measure_errors(
     bars = np.ones(mask.size) if bars is None else bars
     sums: dict[str, list[float]] = {}
     for k, column, rows in problem.signals:
-        inside, level = mask[rows], problem.noise[k][column]
+        inside, level = mask[rows], problem.levels[k][column][mask[rows]]
         entry = sums.setdefault(column, [0.0, 0.0, 0.0, 0.0])
         for slot, errors in enumerate((before, after, bars)):
             entry[slot] += float(np.sum((errors[rows][inside] * level) ** 2))

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Final
 
+from tendon_mj.lab.data_check import FORCES, tells_force
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, ShiftTerm, Term, element
 from tendon_mj.lab.diagnosis.result import Alternative, Diagnosis, Finding, Value
 from tendon_mj.lab.diagnosis.verdict import CLOSED, NOISE, PART, ErrorReduction, Evidence, Verdict
@@ -39,7 +40,6 @@ _TOO_SMALL = 0.7  # error [noise]: a smaller one means that the noise is stated 
 _COARSE = 1.5  # error over the extrapolated one, from which the model's step is too long
 ABOVE_NOISE = 1.05  # error [noise], from which a sentence names the source of the rest
 _SHOWN = 4  # signals in the sentence
-_FORCES: Final = {"N", "N m"}  # units of columns
 
 # parameter → its name in words, where that is not its identifier
 _NAMES: Final = {
@@ -284,12 +284,8 @@ def state_alternatives(result: Diagnosis, alternatives: Sequence[Alternative]) -
         for other in alternatives
         if other.identifier
     )
-    measured = {column_unit(column) for r in result.recordings for column in r.measured}
-    if measured.isdisjoint(_FORCES):
-        decide = (
-            "A measured force would decide: a load cell, a spring scale in one pose, or a known"
-            " weight on the output"
-        )
+    if not any(tells_force(r.measured) for r in result.recordings):
+        decide = f"A measured force would decide: {FORCES}"
     elif any(records):
         decide = f"To decide, record {' or '.join(filter(None, records))}"
     else:

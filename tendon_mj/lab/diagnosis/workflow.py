@@ -28,11 +28,13 @@ from tendon_mj.lab.diagnosis.data import (
     Problem,
     all_samples,
     describe_system,
+    make_problem,
     search_step,
     session_terms,
     step_error,
     training_samples,
     uncertain_terms,
+    with_more_guides,
     with_step,
 )
 from tendon_mj.lab.diagnosis.effects import (
@@ -50,6 +52,7 @@ from tendon_mj.lab.diagnosis.verdict import SMALLEST_EXCESS, Verdict, reducible_
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import GivenRecording, Recording, read_given
 from tendon_mj.lab.replay import Simulator, matching
+from tendon_mj.typing import FloatArray
 
 _EXPLAINED = ("named", "parameter", "nothing missing")
 _AT_NOISE = 1.2  # noises that an effect leaves at most, for it to be more than a fault of a column
@@ -103,7 +106,7 @@ def diagnose(
     train, held_out = _read(train, description), _read(held_out, description)
     check_recordings(train, held_out)
     simulate = make_simulator(simulator, train)
-    own = Problem(tuple(train), simulate, training_samples(train, held_out))
+    own = make_problem(train, simulate, training_samples(train, held_out))
     system = describe_system(own)
     for name in train[0].uncertain:
         for target in matching(name, system.values):
@@ -121,30 +124,29 @@ def diagnose(
         checks = [warning for checked in made for warning in checked.warnings]
     terms = (*uncertain_terms(own), *session_terms(train, simulate))
     context = SelectionContext(own.without_tails(), system.values, terms, (), 0.0, 0.0, progress)
-    context, calibrated, step = _calibrate(context, search_step(own))
-    context = replace(
-        context,
-        candidates=bound,
-        step_error=step_error(calibrated.fit.correction[own.in_train]),
-        initial_excess=reducible_excess(context.problem, calibrated.fit.residual),
-        residual=calibrated.fit.residual,
-    )
+    context, calibrated, step = _calibrate(context, search_step(own), [t.inert for t in terms])
+    context = replace(_at(context, calibrated), candidates=bound)
 
     def select_and_judge(context: SelectionContext) -> Diagnosis:
-        selection, judged = select_effects(context, calibrated), own
+        selection = select_effects(context, calibrated)
+        data, in_steps = own, step
+        if selection.final.excess > SMALLEST_EXCESS:  # of which lumping may be a part
+            data = with_more_guides(own, selection.final.fit.parameters(context.base))
+            context, selection, in_steps = _select_on(context, selection, data, step)
+        judged = data
         if held_out:  # and training recordings with an event, which no held-out one can show
             names = {s.candidate.recording for s in selection.effects} - {r.name for r in held_out}
             recordings = (*held_out, *(recording for recording in train if recording.name in names))
-            judged = Problem(recordings, simulator(recordings), all_samples(recordings))
+            judged = _like(data, recordings, simulator)
         proof = Proof(
-            own=own,
+            own=data,
             held_out=judged,
             catalogue=effects,
             excluded=exclude,
             checks=checks,
             began=began,
         )
-        return _judge_with_short_steps(context, selection, proof, step)
+        return _judge_with_short_steps(context, selection, proof, in_steps)
 
     result = select_and_judge(context)
     blocked = any(warning.blocks for warning in checks)
@@ -159,6 +161,55 @@ def _read(
 ) -> list[Recording]:
     several = [given] if isinstance(given, GivenRecording) else given
     return [read_given(recording, description) for recording in several]
+
+
+def _like(own: Problem, recordings: tuple[Recording, ...], simulator: MakeSimulator) -> Problem:
+    """Other recordings, to be simulated with guides that are split alike."""
+    simulate = simulator(recordings)
+    if isinstance(simulate, Simulator) and isinstance(own.simulate, Simulator):
+        simulate = simulate.split(own.simulate.pieces)
+    problem = make_problem(recordings, simulate, all_samples(recordings))
+    return replace(problem, lumping=own.lumping)
+
+
+def _select_on(
+    context: SelectionContext, selection: Selection, data: Problem, step: float | None
+) -> tuple[SelectionContext, Selection, float | None]:
+    """The selection on data with split guides, and its step; anew where lumping had ended it.
+
+    More guides may need a shorter step.
+    """
+    little = _NEARLY * context.detection_limit
+    if data.lumping and _pieces(data) == _pieces(context.problem):
+        context = replace(context, problem=with_step(data.without_tails(), step))
+    elif data.lumping:
+        context = replace(context, problem=data.without_tails())
+        values = selection.calibrated.fit.values
+        context, calibrated, step = _calibrate(context, search_step(data), values)
+        context = _at(context, calibrated)
+        final = context.optimise_nearby(selection.final) if selection.effects else calibrated
+        selection = replace(selection, calibrated=calibrated, final=final)
+    if context.smallest_gain < selection.final.excess < little and context.candidates:
+        selection = select_effects(context, selection.calibrated)
+    return context, selection, step
+
+
+def _at(context: SelectionContext, calibrated: FittedCandidate) -> SelectionContext:
+    """The context of a selection that begins from a calibrated model."""
+    problem, fit = context.problem, calibrated.fit
+    return replace(
+        context,
+        step_error=step_error(fit.correction[problem.in_train]),
+        initial_excess=reducible_excess(problem, fit.residual),
+        residual=fit.residual,
+        searched={},
+        slopes={},
+        reduced={},
+    )
+
+
+def _pieces(problem: Problem) -> int:
+    return problem.simulate.pieces if isinstance(problem.simulate, Simulator) else 1
 
 
 def _judge_with_short_steps(
@@ -177,10 +228,10 @@ def _judge_with_short_steps(
 
 
 def _calibrate(
-    context: SelectionContext, step: float | None
+    context: SelectionContext, step: float | None, start: Sequence[float] | FloatArray
 ) -> tuple[SelectionContext, FittedCandidate, float | None]:
     """Fit the uncertain parameters, in shorter steps where the model rings in longer ones."""
-    own, start = context.problem, [term.inert for term in context.calibrated]
+    own = context.problem
     while True:
         context.progress("calibrate", 0, 1)
         context = replace(context, problem=with_step(own, step))

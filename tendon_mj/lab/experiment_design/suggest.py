@@ -494,7 +494,8 @@ def _levels(problem: Problem, fitted: Fit) -> dict[str, float]:
     noise: dict[str, list[float]] = {}
     for k, column, rows in problem.signals:
         level = problem.noise[k][column]
-        left.setdefault(column, []).append(fitted.residual[rows][problem.in_train[rows]] * level)
+        error = (fitted.residual[rows] * problem.levels[k][column])[problem.in_train[rows]]
+        left.setdefault(column, []).append(error)
         noise.setdefault(column, []).append(level)
     return {
         column: max(

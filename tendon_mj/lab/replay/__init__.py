@@ -27,6 +27,7 @@ from tendon_mj.lab.replay.motion import resting as resting
 from tendon_mj.lab.replay.motion import without_range as without_range
 from tendon_mj.lab.replay.parameters import DRAWN_BEND as DRAWN_BEND
 from tendon_mj.lab.replay.parameters import EXTRA_BEND as EXTRA_BEND
+from tendon_mj.lab.replay.parameters import RANGE_WIDTH as RANGE_WIDTH
 from tendon_mj.lab.replay.parameters import Adjustable as Adjustable
 from tendon_mj.lab.replay.parameters import Kind as Kind
 from tendon_mj.lab.replay.parameters import Parameter as Parameter
@@ -43,6 +44,7 @@ from tendon_mj.lab.replay.parameters import values_for as values_for
 from tendon_mj.lab.replay.parameters import values_in as values_in
 from tendon_mj.lab.replay.patch import patch_model as patch_model
 from tendon_mj.lab.replay.patch import read_intervals as read_intervals
+from tendon_mj.lab.replay.play import load_recorded as load_recorded
 from tendon_mj.lab.replay.readout import Readout as Readout
 from tendon_mj.lab.replay.readout import plain_commands as plain_commands
 from tendon_mj.lab.replay.schedule import Schedule as Schedule

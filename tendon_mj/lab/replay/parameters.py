@@ -5,6 +5,7 @@
 | sheath, servo | those of `tendon_mj.Parameters`: friction [-], axial_stiffness [N], … |
 | sheath | drawn_bend [rad] of its path at qpos0, see `DrawnBends` |
 | joint | stiffness, damping, frictionloss, armature, springref [SI of a hinge or slide] |
+| joint or tendon with limits | range_low, range_high, range_width, which scales both [its unit] |
 | body that moves | mass [kg], with which its inertia grows in proportion |
 | actuator | gear; kp, kv of a position servo |
 | | command_scale [-], command_offset [of its control], command_delay [s] |
@@ -64,6 +65,8 @@ _OBJ, _TRN = mujoco.mjtObj, mujoco.mjtTrn
 _HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value
 _ON_JOINT = _TRN.mjTRN_JOINT.value, _TRN.mjTRN_JOINTINPARENT.value
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
+RANGE_WIDTH: Final = "range_width"
+RANGE_ENDS: Final = ("range_low", "range_high")
 EXTRA_BEND: Final = "extra_bend"
 DRAWN_BEND: Final = "drawn_bend"
 CORRECTION: Final = ".drawn_bend.correction"  # custom text of a model: Σ φ_i to drawn_bend [rad]
@@ -80,7 +83,7 @@ _STIFF_STEPS, _STIFF_SOLIMP = 2.0, (0.9999, 0.9999, 0.001, 0.5, 2.0)  # time con
 _PLAIN_DRIVE = {**PLAIN_COMMAND, **dict.fromkeys(SLIP, 0.0)}
 _COMMANDS = {"command_scale": -math.inf, "command_offset": -math.inf, "command_delay": 0.0}  # least
 
-Kind = Literal["live", "joint", "body", "actuator", "motor", "sensor", "gravity"]
+Kind = Literal["live", "joint", "tendon", "body", "actuator", "motor", "sensor", "gravity"]
 
 
 def matching(name: str, names: Collection[str], where: str = "") -> list[str]:
@@ -289,6 +292,7 @@ class Adjustable:
         self._entries: dict[str, tuple[Parameter, tuple[_Place, ...]]] = {}
         _stiffen_friction(model)
         self._add_joints()
+        self._add_limits()
         self._add_bodies()
         self._add_actuators()
         self._add_sensors()
@@ -382,6 +386,31 @@ class Adjustable:
                 of_column = ("-", unit, "s")[k], (self.joint_commands, (joint, k), 1.0)
                 self._add(f"{name}.{parameter}", "joint", *of_column, low=low)
 
+    def _add_limits(self) -> None:
+        m = self.model
+        of_joints = m.wrap_type[m.tendon_adr] == mujoco.mjtWrap.mjWRAP_JOINT.value
+        moved = np.where(of_joints, m.wrap_objid[m.tendon_adr], -1)
+        kinds: tuple[Kind, Kind] = "joint", "tendon"
+        for kind, of, joints, limited, ranges in zip(
+            kinds,
+            (_OBJ.mjOBJ_JOINT, _OBJ.mjOBJ_TENDON),
+            (np.arange(m.njnt), moved),
+            (m.jnt_limited, m.tendon_limited),
+            (m.jnt_range, m.tendon_range),
+            strict=True,
+        ):
+            widths = np.ptp(ranges, axis=1)
+            for k in map(int, np.flatnonzero(limited & (widths > 0.0))):
+                name, joint = mujoco.mj_id2name(m, of, k), int(joints[k])
+                if not name:
+                    continue
+                unit = JOINT["springref"][joint < 0 or _slides(m, joint)]
+                scaled = [(ranges, (k, end), float(ranges[k, end] / widths[k])) for end in (0, 1)]
+                width = (widths, k, 1.0)
+                self._add(f"{name}.{RANGE_WIDTH}", kind, unit, width, *scaled, low=0.0)
+                for end, parameter in enumerate(RANGE_ENDS):
+                    self._add(f"{name}.{parameter}", kind, unit, (ranges, (k, end), 1.0))
+
     def _add_bodies(self) -> None:
         m = self.model
         for body in range(1, m.nbody):
@@ -453,7 +482,7 @@ def has_soft_friction(model: mujoco.MjModel, joint: str) -> bool:
 
 
 def stiff_friction(model: mujoco.MjModel) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """`solreffriction` and `solimpfriction` of a joint that sticks."""
+    """`solref` and `solimp` of dry friction that sticks, and of limits that hardly give way."""
     return (_STIFF_STEPS * model.opt.timestep, 1.0), _STIFF_SOLIMP
 
 

@@ -14,6 +14,7 @@
 | | joint ``<custom><text name="<joint>.command" data="…"/>`` |
 | ``scale`` … ``drift`` of a sensor | the sensor's ``user`` data, in the order of `Readout` |
 | ``efficiency``, ``rest_in`` … of it | ``<custom><text name="<sensor>.gear" data="…"/>``, all |
+| ``range_low`` … | ``<joint range>``, ``<fixed range>``, ``<spatial range>`` |
 | ``gravity.x`` … | ``<option gravity>`` |
 | a parameter's interval | ``<custom><text name="<parameter>.interval" data="<low> <high>"/>`` |
 """
@@ -38,10 +39,13 @@ from tendon_mj.lab.replay.parameters import (
     EXTRA_BEND,
     GEAR,
     GEARED,
+    RANGE_ENDS,
+    RANGE_WIDTH,
     SLIP,
     Adjustable,
     is_muscle,
 )
+from tendon_mj.lab.replay.play import add_plays, load_with_plays
 from tendon_mj.lab.replay.readout import JOINT_COMMAND, USER_NUMBERS, custom_numbers
 from tendon_mj.models import load_model, load_spec, model_path
 from tendon_mj.typing import FloatArray
@@ -124,10 +128,11 @@ class _Patch:
 
     def __init__(self, source: Path, parameters: Mapping[str, float]) -> None:
         self.source, self.parameters = source, parameters
-        self.adjustable = Adjustable(load_model(str(source)))
+        self.text, self.spec = Mjcf(source), load_spec(str(source))
+        add_plays(self.text, load_model(str(source)), parameters)
+        self.adjustable = Adjustable(load_with_plays(str(source), parameters))
         self.adjustable.set(parameters)
         self.model = self.adjustable.model
-        self.text, self.spec = Mjcf(source), load_spec(str(source))
         self.known = self.adjustable.parameters()
         # those that `attach` or `replicate` makes are not in the text
         actuators = self.text.actuators(self.model).items()
@@ -152,6 +157,8 @@ class _Patch:
         elif kind == "joint" and parameter.startswith("command_"):
             row = self.adjustable.joint_commands[self.model.joint(element).id]
             self.write_custom(element + JOINT_COMMAND, numbers(row))
+        elif parameter in (RANGE_WIDTH, *RANGE_ENDS):
+            self._write_limits(element, kind == "joint")
         elif kind == "joint":
             turns = self.model.joint(element).type[0] == mujoco.mjtJoint.mjJNT_HINGE.value
             in_degrees = parameter == "springref" and turns and self.spec.compiler.degree
@@ -175,6 +182,16 @@ class _Patch:
         else:
             gravity = numbers(self.model.opt.gravity)
             self.text.section("option", "gravity").set("gravity", gravity)
+
+    def _write_limits(self, element: str, of_joint: bool) -> None:
+        if not of_joint:
+            ends = self.model.tendon_range[self.model.tendon(element).id]
+            self.text.tendon(element).set("range", numbers(ends))
+            return
+        joint, ends = self.model.joint(element), self.model.joint(element).range
+        turns = joint.type[0] == mujoco.mjtJoint.mjJNT_HINGE.value
+        in_degrees = turns and self.spec.compiler.degree
+        self.text.joint(element).set("range", numbers(np.degrees(ends) if in_degrees else ends))
 
     def _write_live(self, element: str, parameter: str, value: float) -> None:
         if parameter == DRAWN_BEND:

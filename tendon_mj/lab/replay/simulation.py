@@ -9,9 +9,10 @@ import warnings
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
+from pathlib import Path
 from types import MappingProxyType
 from typing import Final, NamedTuple, Protocol
 
@@ -29,6 +30,7 @@ from tendon_mj.errors import (
     unknown,
 )
 from tendon_mj.lab.recordings import Measured, Recording, is_same_model
+from tendon_mj.lab.replay.finer_guides import split_guides
 from tendon_mj.lab.replay.motion import FrameRecorder
 from tendon_mj.lab.replay.parameters import (
     Adjustable,
@@ -38,9 +40,10 @@ from tendon_mj.lab.replay.parameters import (
     recording_of,
     values_for,
 )
+from tendon_mj.lab.replay.play import MakeModel, load_recorded, plays
 from tendon_mj.lab.replay.schedule import Rests, Schedule, described_values, stated_values
 from tendon_mj.lab.replay.units import UNKNOWN, column_unit, rate
-from tendon_mj.models import load_model
+from tendon_mj.models import load_model, load_spec
 from tendon_mj.plugin import sheaths, unsolved_evaluations
 from tendon_mj.typing import FloatArray
 
@@ -225,7 +228,7 @@ def replay_recording(
     """
     given = model is not None
     if model is None:
-        model = load_model(recording.model, beside=recording.beside)
+        model = load_recorded(recording, parameters or {})
     adjustable = Adjustable(copy.copy(model))
     schedule = Schedule(recording, adjustable.model, settle)
     stated = stated_values(recording, model, adjustable.parameters(), described, given=given)
@@ -464,6 +467,7 @@ class Simulator:
             joint's place or rate does, unless the resulting motion was measured, and so does a
             column with the joint itself in [drive].
         steps: time steps of one simulation of all recordings.
+        pieces: in how many each guide of the model is split, see `split`.
         sessions: True: a set may hold ``<parameter> @ <recording>``, which acts on that one alone.
 
     Raises:
@@ -473,6 +477,7 @@ class Simulator:
     """
 
     sessions = True
+    pieces = 1
 
     def __init__(
         self,
@@ -491,8 +496,16 @@ class Simulator:
         if threads is not None and threads < 1:
             raise InvalidValueError(f"threads = {threads} must be ≥ 1")
         self.model = copy.copy(model) if model is not None else self._load_model()
-        if _collides_never(self.model):  # saves looking for contacts, a tenth of the time
-            self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT.value
+        _skip_contacts(self.model)
+        # plays that the model lacks, where its text is at hand; and the model with all of them
+        self._plays, self._with_plays = {}, self.model
+        if model is None:
+            with suppress(TendonError):  # of joints that `attach` or `replicate` makes
+                self._with_plays = load_recorded(self.recordings[0], plays(self.model))
+                self._plays = plays(self.model)
+                _skip_contacts(self._with_plays)
+        # in how many each guide is split → the models with these, see `split`
+        self._models = {1: (self.model, self._with_plays)} if model is None else None
         self._schedules = [Schedule(r, self.model, settle, timestep) for r in self.recordings]
         self._settle = settle
         names = Adjustable(copy.copy(self.model)).names()
@@ -566,6 +579,38 @@ class Simulator:
             for s, step in zip(self._schedules, longest, strict=True)
         )
 
+    def split(self, pieces: int) -> Simulator:
+        """This simulator of a model with each guide in ``pieces``, see `split_guides`.
+
+        Itself where the model was given, and not named by the recordings; with the guides that it
+        has where MuJoCo refuses to compile it with others.
+        """
+        if self._models is None:
+            return self
+        if pieces not in self._models:
+            self._models[pieces] = self._split_models(pieces)
+        other = copy.copy(self)
+        other.pieces, (other.model, other._with_plays) = pieces, self._models[pieces]
+        return other._with(
+            Schedule(s.recording, other.model, self._settle, s.clock.timestep).up_to(s.samples)
+            for s in self._schedules
+        )
+
+    def _split_models(self, pieces: int) -> tuple[mujoco.MjModel, mujoco.MjModel]:
+        """The model and that with plays, with each guide in ``pieces``."""
+
+        def split(name: str, *, beside: Path | None = None) -> mujoco.MjModel:
+            return split_guides(load_spec(name, beside=beside), pieces)
+
+        try:
+            model = self._load_model(split)
+            with_plays = load_recorded(self.recordings[0], self._plays, split)
+        except ValueError:
+            model, with_plays = copy.copy(self.model), copy.copy(self._with_plays)
+        model.opt.disableflags = self.model.opt.disableflags
+        with_plays.opt.disableflags = self._with_plays.opt.disableflags
+        return model, with_plays
+
     def up_to(self, samples: Sequence[int]) -> Simulator:
         """This simulator for the first ``samples`` ≥ 1 of each recording; later ones mean nothing.
 
@@ -608,17 +653,18 @@ class Simulator:
             )
         return answers
 
-    def _load_model(self) -> mujoco.MjModel:
+    def _load_model(self, make: MakeModel = load_model) -> mujoco.MjModel:
         names = list(dict.fromkeys(recording.model for recording in self.recordings))
         if not names or not all(is_same_model(names[0], other) for other in names):
             raise RecordingError(
                 f"recordings of one model are needed, got {len(self.recordings)} recordings of"
                 f" {', '.join(map(repr, names)) or 'none'}"
             )
-        return load_model(names[0], beside=self.recordings[0].beside)
+        tables = (t for r in self.recordings for t in (r.known, r.uncertain, r.session))
+        return load_recorded(self.recordings[0], chain.from_iterable(tables), make)
 
     def _described_parameters(self) -> dict[str, Parameter]:
-        parameters = Adjustable(copy.copy(self.model)).parameters()
+        parameters = self._plays | Adjustable(copy.copy(self.model)).parameters()
         for recording, values in reversed([*zip(self.recordings, self._described, strict=True)]):
             try:
                 Adjustable(copy.copy(self.model)).set(values)
@@ -635,6 +681,13 @@ class Simulator:
             if parameters[key].unit == UNKNOWN:
                 parameters[key] = parameters[key]._replace(unit=column_unit(column))
         return parameters
+
+    def adjusted(self, values: Values) -> Adjustable:
+        """The model with these values, which has plays if one of them is not 0; a copy."""
+        given = any(values.get(name) for name in self._plays)
+        adjustable = Adjustable(copy.copy(self._with_plays if given else self.model))
+        adjustable.set({n: v for n, v in values.items() if given or n not in self._plays})
+        return adjustable
 
     def _jobs(self, parameter_sets: Sequence[Values]) -> list[_Job]:
         """Distinct simulations that answer all sets, the longest first."""
@@ -670,8 +723,7 @@ class Simulator:
     def _run(self, job: _Job) -> tuple[list[Series], set[str]]:
         """Series of every readout, and the sheaths with unsolved flows."""
         schedule = self._schedules[job.recording]
-        adjustable = Adjustable(copy.copy(self.model))  # of its own, so that no earlier one shows
-        adjustable.set(job.acting)
+        adjustable = self.adjusted(job.acting)
         schedule.prepare(adjustable)
         model, data = adjustable.model, adjustable.data
         if self._strict:
@@ -691,7 +743,9 @@ class Simulator:
         return series, stuck
 
 
-def _collides_never(model: mujoco.MjModel) -> bool:
+def _skip_contacts(model: mujoco.MjModel) -> None:
+    """Spare a model in which nothing collides the search for contacts, a tenth of the time."""
     kinds = np.bitwise_or.reduce(model.geom_contype, initial=0)
     partners = np.bitwise_or.reduce(model.geom_conaffinity, initial=0)
-    return not (kinds & partners) and model.npair == 0 and model.nflex == 0
+    if not (kinds & partners) and model.npair == 0 and model.nflex == 0:
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT.value

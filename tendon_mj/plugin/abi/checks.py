@@ -17,15 +17,16 @@ import ctypes
 import functools
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, Final
+from typing import Any, Final, SupportsIndex
 
 import mujoco
+import numpy as np
 
 from tendon_mj.errors import INTERRUPTED, InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.native import Called, LocalDoubles, Shared, Text, compiled
-from tendon_mj.plugin.abi.layout import mirror
+from tendon_mj.plugin.abi.layout import field_at, mirror
 from tendon_mj.plugin.abi.library import C, mju_error
-from tendon_mj.plugin.abi.memory import integer, set_integer, word
+from tendon_mj.plugin.abi.memory import integers, word
 
 _TENDON = mujoco.mjtObj.mjOBJ_TENDON
 # Text that Python and the C library read alike as a number.
@@ -38,25 +39,17 @@ class Draft:
     def __init__(self, address: int, attributes: Sequence[str]) -> None:
         self.address = address
         self.attributes = attributes
-        self.fields = mirror("mjModel").from_address(address)
 
-    def ints(self, field: str) -> Any:
-        """An array of int."""
-        return ctypes.cast(getattr(self.fields, field), ctypes.POINTER(ctypes.c_int))
+    def __getattr__(self, field: str) -> Any:
+        """A field, as `mujoco.MjModel` has it."""
+        value = self.__dict__[field] = field_at("mjModel", self.address, field)
+        return value
 
-    def doubles(self, field: str) -> Any:
-        """An array of mjtNum."""
-        return ctypes.cast(getattr(self.fields, field), ctypes.POINTER(ctypes.c_double))
-
-    def bools(self, field: str) -> Any:
-        """An array of mjtBool."""
-        return ctypes.cast(getattr(self.fields, field), ctypes.POINTER(ctypes.c_bool))
-
-    def name(self, kind: Any, index: int) -> str:
+    def name(self, kind: Any, index: SupportsIndex) -> str:
         """Name of an element, empty if it has none."""
-        return (C.mj_id2name(self.address, kind.value, index) or b"").decode()
+        return (C.mj_id2name(self.address, kind.value, int(index)) or b"").decode()
 
-    def names(self, kind: Any, count: int) -> list[str]:
+    def names_of(self, kind: Any, count: int) -> list[str]:
         """Names of the first ``count`` elements of a kind."""
         return [self.name(kind, k) for k in range(count)]
 
@@ -73,15 +66,14 @@ class Draft:
             values[attribute] = (raw or b"").decode()
         return values
 
-    def plugin(self, instance: int) -> str:
+    def plugin_name(self, instance: int) -> str:
         """Name of the plugin of an instance."""
-        slot = int(self.ints("plugin")[instance])
+        slot = int(self.plugin[instance])
         return bytes(C.mjp_getPluginAtSlot(slot).contents.name).decode()
 
     def siblings(self, instance: int) -> list[int]:
         """All instances of the same plugin, this one among them."""
-        slots = self.ints("plugin")
-        return [k for k in range(self.fields.nplugin) if slots[k] == slots[instance]]
+        return np.flatnonzero(self.plugin == self.plugin[instance]).tolist()
 
     def first(self, instance: int) -> int:
         """First instance of the same plugin.
@@ -89,25 +81,23 @@ class Draft:
         MuJoCo asks about every instance in turn. A check that looks at all of them when it is asked
         about the first looks at each once, and has nothing to keep from one call to the next.
         """
-        slots = self.ints("plugin")
-        return next(k for k in range(instance + 1) if slots[k] == slots[instance])
+        return self.siblings(instance)[0]
 
     def is_refused(self, instance: int) -> bool:
         """Whether an instance was refused when MuJoCo asked for the size of its state."""
-        return not self.ints("plugin_statenum")[instance]
+        return not self.plugin_statenum[instance]
 
     def actuators(self) -> dict[int, list[int]]:
         """Plugin instance to its actuators, in their order."""
-        owners = self.ints("actuator_plugin")
         actuators: dict[int, list[int]] = {}
-        for k in range(int(self.fields.nactuator)):
-            actuators.setdefault(owners[k], []).append(k)
+        for k, owner in enumerate(self.actuator_plugin.tolist()):
+            actuators.setdefault(owner, []).append(k)
         return actuators
 
     def where(self, instance: int) -> str:
         """Name of an instance in error messages."""
         name = self.name(mujoco.mjtObj.mjOBJ_PLUGIN, instance)
-        plugin = f"plugin {self.plugin(instance)}"
+        plugin = f"plugin {self.plugin_name(instance)}"
         return f"{plugin} instance {name!r}" if name else plugin
 
 
@@ -131,7 +121,7 @@ class _Tendons(Mapping[str, int]):
 
     @functools.cached_property
     def _names(self) -> list[str]:
-        return [name for name in self._model.names(_TENDON, self._model.fields.ntendon) if name]
+        return [name for name in self._model.names_of(_TENDON, self._model.ntendon) if name]
 
 
 def find(model: Draft, kind: Any, count: int, what: str, name: str, where: str) -> int:
@@ -142,7 +132,7 @@ def find(model: Draft, kind: Any, count: int, what: str, name: str, where: str) 
     """
     index: int = C.mj_name2id(model.address, kind.value, name.encode()) if name else -1
     if index < 0:
-        raise UnknownNameError(what, name, model.names(kind, count), where)
+        raise UnknownNameError(what, name, model.names_of(kind, count), where)
     return index
 
 
@@ -207,7 +197,7 @@ def _with_data(function: Callable[[int, int], int]) -> Callable[[int, int, int],
 @compiled
 def _count_at(reply: int) -> int:
     """The count in a reply; raises its message in MuJoCo where there is none."""
-    count = integer(reply, 0)
+    count = integers(reply)[0]
     if count == _SILENT:
         mju_error(_interrupted())
     if count < 0:
@@ -229,16 +219,16 @@ def asks(which: int) -> bool:
 def ask_size(which: int, m: int, instance: int) -> int:
     """Numbers of state of an instance, 0 where it was refused."""
     reply = _reply()
-    set_integer(reply, _SILENT)
+    integers(reply)[0] = _SILENT
     _ask_of_instance(word(_checks() + 8 * which), reply, m, instance)
-    return 0 if integer(reply, 0) == _REFUSED else _count_at(reply)
+    return 0 if integers(reply)[0] == _REFUSED else _count_at(reply)
 
 
 @compiled
 def ask_complete(which: int, m: int, d: int, instance: int) -> None:
     """Raise what `init` refuses."""
     reply = _reply()
-    set_integer(reply, _SILENT)
+    integers(reply)[0] = _SILENT
     _ask_of_data(word(_checks() + 8 * which), reply, m, d, instance)
     _count_at(reply)
 
@@ -247,7 +237,7 @@ def ask_complete(which: int, m: int, d: int, instance: int) -> None:
 def ask_sensor_size(which: int, m: int, instance: int, sensor: int) -> int:
     """Numbers of a sensor."""
     reply = _reply()
-    set_integer(reply, _SILENT)
+    integers(reply)[0] = _SILENT
     _ask_of_sensor(word(_checks() + 8 * which), reply, m, instance, sensor)
     return _count_at(reply)
 

@@ -9,15 +9,17 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from collections.abc import Mapping
-from typing import Any, Final
+import math
+from collections.abc import Callable, Mapping
+from types import SimpleNamespace
+from typing import Any, Final, TypeAlias
 
 import mujoco
 import numpy as np
 from mujoco.introspect import ast_nodes, structs
 
 from tendon_mj.errors import EngineError
-from tendon_mj.native import Constants
+from tendon_mj.native import Constants, Field, Struct
 
 _SCALARS: dict[str, Any] = {
     "char": ctypes.c_char,
@@ -54,16 +56,15 @@ LAYOUT: Final = Constants(
     m_sensor_historyadr m_sensor_delay m_sensor_interval m_plugin m_plugin_stateadr
     m_plugin_statenum m_plugin_attr m_plugin_attradr m_names m_name_jntadr m_name_tendonadr
     m_nnames m_numeric_adr m_numeric_size m_numeric_data m_nwrap m_ntendon m_njnt m_npluginattr
-    d_nplugin d_time d_qpos d_qvel d_act d_ctrl d_plugin_state d_plugin_data d_geom_xpos
+    d_nplugin d_time d_qpos d_qvel d_ctrl d_plugin_state d_plugin_data d_geom_xpos
     d_geom_xmat d_ten_length d_ten_velocity d_ten_wrapadr d_ten_wrapnum d_wrap_obj d_wrap_xpos
     d_subtree_com d_cdof d_moment_rownnz d_moment_rowadr d_moment_colind d_actuator_moment d_M
     d_qfrc_applied d_qfrc_bias d_qfrc_passive d_qfrc_smooth
     d_qfrc_constraint d_actuator_force d_sensordata d_site_xpos
     d_site_xmat d_cfrc_int d_cfrc_ext d_ne d_nf d_nefc d_efc_type d_efc_id d_efc_force d_history
-    m_tendon_springyield equality_bytes
+    equality_bytes
     """,
 )
-_SINCE_4 = ("m_tendon_springyield",)  # offset 0 on older releases
 
 
 # Byte offsets in `mjvScene` (s_), `mjvGeom` (g_) and `mjvOption` (v_); `geom_bytes` of each geom.
@@ -84,6 +85,13 @@ _OWNER = {
     "g": "mjvGeom",
     "v": "mjvOption",
 }
+
+
+# What compiled functions take; in Python, a `mujoco.MjModel` and so on.
+Model: TypeAlias = Any
+Data: TypeAlias = Any
+Option: TypeAlias = Any  # `mujoco.MjvOption`
+Scene: TypeAlias = Any
 
 
 def _ctype(declared: Any) -> Any:
@@ -119,6 +127,71 @@ def mirror(struct: str) -> Any:
     return _structure(structs.STRUCTS[struct].fields)
 
 
+@functools.cache
+def _declarations(struct: str) -> dict[str, Any]:
+    return {declared.name: declared for declared in structs.STRUCTS[struct].fields}
+
+
+@functools.cache
+def field(struct: str, name: str) -> Field | None:
+    """Description of a field of one of MuJoCo's structs, None if it has no such field."""
+    declared = _declarations(struct).get(name)
+    if declared is None:
+        return None
+    if isinstance(declared.type, ast_nodes.ValueType):
+        return Field(_kind(declared.type))
+    kind = _kind(declared.type.inner_type)
+    if kind in structs.STRUCTS:
+        return Field(kind, 1, "geom_bytes")
+    row: int | str = np.dtype(kind).itemsize
+    if isinstance(declared.type, ast_nodes.ArrayType):
+        return Field(kind, 1, row, is_inline=True)
+    columns = _columns(declared)
+    row = "equality_bytes" if name == "eq_data" else row * math.prod(columns)
+    return Field(kind, 1 + len(columns), row)
+
+
+def field_at(struct: str, address: int, name: str) -> Any:
+    """A field of the struct at an address, as the Python bindings have it.
+
+    Raises:
+        AttributeError: there is no such field.
+    """
+    held = mirror(struct).from_address(address)
+    value, described = getattr(held, name), field(struct, name)
+    if described is None or described.dimensions == 0:
+        return value
+    declared = _declarations(struct)[name]
+    shape = (getattr(held, declared.array_extent[0]), *_columns(declared))
+    dtype = np.dtype(_ctype(declared.type.inner_type))
+    if not value or 0 in shape:
+        return np.empty(shape, dtype)
+    # an array type of ctypes, one for each length, would leave some memory behind
+    shown = {"data": (value, False), "shape": shape, "typestr": dtype.str, "version": 3}
+    return np.asarray(SimpleNamespace(__array_interface__=shown))
+
+
+def _columns(declared: Any) -> list[int]:
+    """Extents of an array behind the first."""
+    extents = declared.array_extent[1:]
+    return [extent if isinstance(extent, int) else getattr(mujoco, extent) for extent in extents]
+
+
+def _kind(declared: Any) -> str:
+    """Kind of a number as NumPy has it, bytes for flags and letters; or symbol of a struct."""
+    if declared.name in structs.STRUCTS:
+        return str(declared.name)
+    dtype = np.dtype(_ctype(declared))
+    return "uint8" if dtype.itemsize == 1 else dtype.name
+
+
+_STRUCTS = {
+    symbol: Struct(symbol, prefix, functools.partial(field, symbol))
+    for prefix, symbol in _OWNER.items()
+}
+data_at: Callable[[int], Data] = _STRUCTS["mjData"]
+
+
 def offset(entry: str) -> int:
     """Offset of a field, which is named ``owner_field``."""
     if entry == "geom_bytes":
@@ -127,8 +200,6 @@ def offset(entry: str) -> int:
         return ctypes.sizeof(ctypes.c_double) * mujoco.mjNEQDATA
     owner, name = entry.split("_", 1)
     member = getattr(mirror(_OWNER[owner]), name, None)
-    if member is None and entry in _SINCE_4:
-        return 0
     if member is None:
         raise EngineError(
             f"mujoco {mujoco.__version__} has no {_OWNER[owner]}.{name}, which tendon-mj uses; "
@@ -182,8 +253,6 @@ def verify(layout: Mapping[str, int]) -> None:
     owners = {"m": (model, model), "o": (model, model.opt), "d": (data, data)}
     for entry, offset in layout.items():
         owner, name = entry.split("_", 1)
-        if entry in _SINCE_4 and offset == 0:
-            continue
         if entry == "equality_bytes":
             _require(model.eq_data.itemsize * model.eq_data.shape[1] == offset, "mjModel.eq_data")
             continue

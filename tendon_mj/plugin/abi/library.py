@@ -12,16 +12,8 @@ import mujoco
 
 from tendon_mj.errors import EngineError
 from tendon_mj.native import EngineFunction, External, LocalDoubles, apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.memory import (
-    byte,
-    double,
-    doubles,
-    integer,
-    pointer,
-    set_byte,
-    set_pointer,
-)
+from tendon_mj.plugin.abi.layout import Data, Model
+from tendon_mj.plugin.abi.memory import letters, word, words
 
 
 def _find() -> Path:
@@ -89,18 +81,18 @@ _copy = LocalDoubles(_LONGEST // 8 + 1)
 @apart
 def read_number(text: int, end: int) -> float:
     """Number at the beginning of a text, whatever the locale; ``end`` receives where it ends."""
-    point = byte(pointer(_localeconv()), 0)
+    point = letters(word(_localeconv()))[0]
     if point == _POINT:
         return _strtod(text, end)
     copy, count = _copy(), 0
-    letter = byte(text, 0)
+    letter = letters(text)[0]
     while letter != 0 and letter != point and count < _LONGEST:
-        set_byte(copy + count, point if letter == _POINT else letter)
+        letters(copy)[count] = point if letter == _POINT else letter
         count += 1
-        letter = byte(text, count)
-    set_byte(copy + count, 0)
+        letter = letters(text)[count]
+    letters(copy)[count] = 0
     value = _strtod(copy, end)
-    set_pointer(end, text + pointer(end) - copy)
+    words(end)[0] = text + word(end) - copy
     return value
 
 
@@ -109,37 +101,43 @@ _ACTUATION_OFF = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
 
 
 @compiled
-def control(m: int, d: int, actuator: int) -> float:
+def control(m: Model, d: Data, actuator: int) -> float:
     """Control of an actuator, within its range unless the flag `clampctrl` is off."""
-    adr = integer(pointer(m + LAYOUT.m_actuator_ctrladr), actuator)
-    value = double(pointer(d + LAYOUT.d_ctrl), adr)
-    clamps = integer(m + LAYOUT.o_disableflags, 0) & _CLAMPCTRL_OFF == 0
-    if clamps and byte(pointer(m + LAYOUT.m_actuator_ctrllimited), adr):
-        limits = doubles(pointer(m + LAYOUT.m_actuator_ctrlrange) + 16 * adr, 2)
+    adr = m.actuator_ctrladr[actuator]
+    value = d.ctrl[adr]
+    clamps = m.opt.disableflags & _CLAMPCTRL_OFF == 0
+    if clamps and m.actuator_ctrllimited[adr]:
+        limits = m.actuator_ctrlrange[adr]
         value = min(max(value, limits[0]), limits[1])
     return value
 
 
 @compiled
-def geared_control(m: int, d: int, actuator: int) -> float:
+def geared_control(m: Model, d: Data, actuator: int) -> float:
     """Control of an actuator times its gear; 0 where there is none, or it is disabled."""
-    if actuator < 0 or integer(m + LAYOUT.o_disableflags, 0) & _ACTUATION_OFF:
+    if actuator < 0 or m.opt.disableflags & _ACTUATION_OFF:
         return 0.0
     if mj_actuatorDisabled(m, actuator) != 0:
         return 0.0
-    adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
-    return double(pointer(m + LAYOUT.m_actuator_gear), 6 * adr) * control(m, d, actuator)
+    adr = m.actuator_outadr[actuator]
+    return m.actuator_gear[adr, 0] * control(m, d, actuator)
+
+
+@compiled
+def plugin_name(m: Model, instance: int) -> int:
+    """Address of the name of an instance's plugin."""
+    return word(mjp_getPluginAtSlot(m.plugin[instance]))
 
 
 RK4 = 1  # mjINT_RK4
 
 
 @compiled
-def is_stage(m: int, time: float, has_trial: float, trial_time: float) -> bool:
+def is_stage(m: Model, time: float, has_trial: float, trial_time: float) -> bool:
     """Whether this evaluation is an inner stage of Runge-Kutta, which must leave no trace."""
-    if integer(m + LAYOUT.o_integrator, 0) != RK4 or has_trial == 0.0:
+    if m.opt.integrator != RK4 or has_trial == 0.0:
         return False
-    h = double(m + LAYOUT.o_timestep, 0)
+    h = m.opt.timestep
     since = time - trial_time
     return 0.25 * h < since < 1.25 * h
 
@@ -157,17 +155,17 @@ def append(message: int, used: int, text: int, limit: int) -> int:
     `mju_warning` takes a format as `printf` does: a percent sign in a name is doubled.
     """
     index = 0
-    letter = byte(text, 0)
+    letter = letters(text)[0]
     while letter != 0 and used < limit - 1:
-        set_byte(message + used, letter)
+        letters(message)[used] = letter
         used += 1
         if letter == _PERCENT:
-            set_byte(message + used, letter)
+            letters(message)[used] = letter
             used += 1
         index += 1
-        letter = byte(text, index)
+        letter = letters(text)[index]
     if _INNER <= letter < _FIRST:  # no letter is cut in two, which no handler in Python survives
-        while used > 0 and _INNER <= byte(message, used - 1) < _FIRST:
+        while used > 0 and _INNER <= letters(message)[used - 1] < _FIRST:
             used -= 1
         used -= 1
     return used
@@ -180,5 +178,5 @@ def warn(before: int, name: int, after: int) -> None:
     used = append(message, 0, before, _SIZE // 4)
     used = append(message, used, name, _SIZE // 2)
     used = append(message, used, after, _SIZE - 1)
-    set_byte(message + used, 0)
+    letters(message)[used] = 0
     mju_warning(message)

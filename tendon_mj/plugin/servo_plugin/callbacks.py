@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from tendon_mj.native import LocalDoubles, apart, compiled, entry
 from tendon_mj.plugin.abi.checks import SERVO_INIT, SERVO_NSTATE, ask_complete, ask_size, asks
-from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import mjp_getPluginAtSlot
-from tendon_mj.plugin.abi.memory import double, doubles, integer, pointer, set_pointer, size
+from tendon_mj.plugin.abi.layout import Data, Model
+from tendon_mj.plugin.abi.library import plugin_name
+from tendon_mj.plugin.abi.memory import doubles, word
 from tendon_mj.plugin.compiled_checks import servo_state
 from tendon_mj.plugin.servo_plugin import state as sv
 from tendon_mj.plugin.servo_plugin.law import commit, evaluate
@@ -41,16 +41,14 @@ _SHEATH_FRICTION = ATTRIBUTES.index("friction")
 
 
 @compiled
-def _find_sheath(m: int, servo: int) -> int:
+def _find_sheath(m: Model, servo: int) -> int:
     """The sheath on the tendon that a servo names, −1 if there is none."""
-    slots = pointer(m + LAYOUT.m_plugin)
     tendon = resolve_from(m, servo, sv.TENDON, sv.INSTANCE, sv.TENDON, _TENDON)
-    count = size(m + LAYOUT.m_nplugin)
+    count = m.nplugin
     for step in range(count):  # backwards, as a servo comes after its sheath
         other = (servo - step + count) % count
-        name = pointer(mjp_getPluginAtSlot(integer(slots, other)))
         if (
-            at.index_of(name, _SHEATH_PLUGIN) == 0
+            at.index_of(plugin_name(m, other), _SHEATH_PLUGIN) == 0
             and not at.is_sensor(m, other)
             and tendon == resolve(m, other, at.TENDON, _TENDON)
         ):
@@ -59,30 +57,29 @@ def _find_sheath(m: int, servo: int) -> int:
 
 
 @compiled
-def _given(m: int, instance: int, gain: int, otherwise: float) -> float:
+def _given(m: Model, instance: int, gain: int, otherwise: float) -> float:
     """A configured gain, ``otherwise`` where it is not written."""
     given = at.is_given(m, instance, gain)
     return at.number(m, instance, gain) if given else otherwise
 
 
 @apart
-def _bind(m: int, instance: int, address: int, signature: float) -> None:
+def _bind(m: Model, instance: int, address: int, signature: float) -> None:
     """Find the actuator and the sheath."""
     bound = sv.binding_at(address)
     bound.signature = signature
     bound.capacity = sv.capacity_of(state_size_of(m, instance))
-    actuators = pointer(m + LAYOUT.m_actuator_plugin)
-    bound.actuator = range_of(actuators, size(m + LAYOUT.m_nactuator), instance)[1]
+    bound.actuator = range_of(m.actuator_plugin, m.nactuator, instance)[1]
     sheath = _find_sheath(m, instance)
     bound.sheath, bound.instance = -1.0, -1.0
     if sheath >= 0 and resolve(m, sheath, at.REEL_JOINT, _JOINT) >= 0:
-        bound.sheath = integer(pointer(m + LAYOUT.m_plugin_stateadr), sheath)
+        bound.sheath = m.plugin_stateadr[sheath]
         bound.instance = sheath
     bound.config_signature = pair_signature(m, instance, int(bound.instance))
 
 
 @compiled
-def _present(d: int, binding: int) -> float:
+def _present(d: Data, binding: int) -> float:
     """Signature of the model as its first sheath has seen it last, 0 without a sheath."""
     instance = int(sv.binding_at(binding).instance)
     sheath = binding_of(d, instance, SHEATH) if instance >= 0 else 0
@@ -90,7 +87,7 @@ def _present(d: int, binding: int) -> float:
 
 
 @apart
-def _reset(m: int, address: int, binding: int, instance: int) -> None:
+def _reset(m: Model, address: int, binding: int, instance: int) -> None:
     """Write the configured gains, and those that follow from them and from the sheath."""
     doubles(address, state_size_of(m, instance))[:] = 0.0
     values = sv.gains_at(address)
@@ -107,8 +104,7 @@ def _reset(m: int, address: int, binding: int, instance: int) -> None:
         values[_FRICTION] = _given(m, instance, _FRICTION, friction)
         joint = resolve(m, sheath, at.REEL_JOINT, _JOINT)
         if joint >= 0:
-            dof = integer(pointer(m + LAYOUT.m_jnt_dofadr), joint)
-            armature = double(pointer(m + LAYOUT.m_dof_armature), dof)
+            armature = m.dof_armature[m.jnt_dofadr[joint]]
             values[_INERTIA] = _given(m, instance, _INERTIA, armature)
     if binding == 0:
         binding = _passing()
@@ -118,7 +114,7 @@ def _reset(m: int, address: int, binding: int, instance: int) -> None:
 
 
 @compiled
-def _is_bound(m: int, d: int, instance: int) -> bool:
+def _is_bound(m: Model, d: Data, instance: int) -> bool:
     """Whether a servo is bound to the model as it is, and its state is one of this servo.
 
     The indices in its state are then those of the binding.
@@ -138,7 +134,7 @@ def _is_bound(m: int, d: int, instance: int) -> bool:
 
 
 @apart
-def _rebind(m: int, d: int, instance: int) -> None:
+def _rebind(m: Model, d: Data, instance: int) -> None:
     """Bind a servo again, and begin as after a reset where its state is not one of it."""
     binding, address = binding_of(d, instance, SERVO), state_of(m, d, instance)
     if binding == 0:
@@ -152,40 +148,40 @@ def _rebind(m: int, d: int, instance: int) -> None:
         _reset(m, address, binding, instance)
 
 
-@entry("tendon_mj_servo_nstate", "i32(ptr, i32)")
-def nstate(m: int, instance: int) -> int:
+@entry("tendon_mj_servo_nstate", "i32(mjModel, i32)")
+def nstate(m: Model, instance: int) -> int:
     """`nstate` of `mjpPlugin`."""
     if asks(SERVO_NSTATE):
         return ask_size(SERVO_NSTATE, m, instance)
     return servo_state(m, instance)
 
 
-@entry("tendon_mj_servo_init", "i32(ptr, ptr, i32)")
-def init(m: int, d: int, instance: int) -> int:
+@entry("tendon_mj_servo_init", "i32(mjModel, mjData, i32)")
+def init(m: Model, d: Data, instance: int) -> int:
     """`init` of `mjpPlugin`."""
     if asks(SERVO_INIT):
         ask_complete(SERVO_INIT, m, d, instance)
     else:
         servo_state(m, instance)  # of a binary model, whose `nstate` MuJoCo does not ask
-    set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, 0)
+    d.plugin_data[instance] = 0
     return 0
 
 
-@entry("tendon_mj_servo_destroy", "void(ptr, i32)")
-def destroy(d: int, instance: int) -> None:
+@entry("tendon_mj_servo_destroy", "void(mjData, i32)")
+def destroy(d: Data, instance: int) -> None:
     """`destroy` of `mjpPlugin`."""
     release(d, instance)
 
 
-@entry("tendon_mj_servo_reset", "void(ptr, ptr, ptr, i32)")
-def reset(m: int, state: int, block: int, instance: int) -> None:
+@entry("tendon_mj_servo_reset", "void(mjModel, ptr, ptr, i32)")
+def reset(m: Model, state: int, block: int, instance: int) -> None:
     """`reset` of `mjpPlugin`."""
-    binding = block + 8 if block != 0 and pointer(block) == SERVO else 0
+    binding = block + 8 if block != 0 and word(block) == SERVO else 0
     _reset(m, state, binding, instance)
 
 
-@entry("tendon_mj_servo_compute", "void(ptr, ptr, i32, i32)")
-def compute(m: int, d: int, instance: int, capability: int) -> None:
+@entry("tendon_mj_servo_compute", "void(mjModel, mjData, i32, i32)")
+def compute(m: Model, d: Data, instance: int, capability: int) -> None:
     """`compute` of `mjpPlugin`."""
     if not _is_bound(m, d, instance):
         _rebind(m, d, instance)
@@ -198,8 +194,8 @@ def compute(m: int, d: int, instance: int, capability: int) -> None:
         state.has_trial = 0.0
 
 
-@entry("tendon_mj_servo_advance", "void(ptr, ptr, i32)")
-def advance(m: int, d: int, instance: int) -> None:
+@entry("tendon_mj_servo_advance", "void(mjModel, mjData, i32)")
+def advance(m: Model, d: Data, instance: int) -> None:
     """`advance` of `mjpPlugin`."""
     address = state_of(m, d, instance)
     if sv.state_at(address).has_trial != 0.0 and _is_bound(m, d, instance):

@@ -11,9 +11,9 @@ from __future__ import annotations
 import math
 
 from tendon_mj.native import compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import RK4, control, is_stage
-from tendon_mj.plugin.abi.memory import byte, double, doubles, integer, pointer, size
+from tendon_mj.plugin.abi.memory import address_of
 from tendon_mj.plugin.servo_plugin.state import (
     Commands,
     Memory,
@@ -97,43 +97,40 @@ def limited(
 
 
 @compiled
-def _of_actuators(m: int, d: int, dof: int, own: int) -> float:
+def _of_actuators(m: Model, d: Data, dof: int, own: int) -> float:
     """Torque of the other actuators on a degree of freedom, each within its range of forces.
 
     MuJoCo has not summed them up yet. Those that a plugin drives come in the order of the plugins'
     instances, so that of a later one is still 0.
     """
-    forces, moments = pointer(d + LAYOUT.d_actuator_force), pointer(d + LAYOUT.d_actuator_moment)
-    columns = pointer(d + LAYOUT.d_moment_colind)
+    forces, moments = d.actuator_force, d.actuator_moment
+    columns = d.moment_colind
     total = 0.0
-    for actuator in range(size(m + LAYOUT.m_nactuator)):
+    for actuator in range(m.nactuator):
         if actuator == own:
             continue
-        first = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
-        for row in range(first, first + integer(pointer(m + LAYOUT.m_actuator_outnum), actuator)):
-            force = double(forces, row)
-            if byte(pointer(m + LAYOUT.m_actuator_forcelimited), actuator):
-                limits = doubles(pointer(m + LAYOUT.m_actuator_forcerange) + 16 * actuator, 2)
+        first = m.actuator_outadr[actuator]
+        for row in range(first, first + m.actuator_outnum[actuator]):
+            force = forces[row]
+            if m.actuator_forcelimited[actuator]:
+                limits = m.actuator_forcerange[actuator]
                 force = min(max(force, limits[0]), limits[1])
-            start = integer(pointer(d + LAYOUT.d_moment_rowadr), row)
-            for k in range(start, start + integer(pointer(d + LAYOUT.d_moment_rownnz), row)):
-                if integer(columns, k) == dof:
-                    total += double(moments, k) * force
+            start = d.moment_rowadr[row]
+            for k in range(start, start + d.moment_rownnz[row]):
+                if columns[k] == dof:
+                    total += moments[k] * force
     return total
 
 
 @compiled
-def known_torque(m: int, d: int, dof: int, own: int) -> float:
+def known_torque(m: Model, d: Data, dof: int, own: int) -> float:
     """Torque on a degree of freedom but for actuator ``own`` and constraints [N m].
 
     Springs, dampers, gravity, the tendon on its spool, applied forces, other actuators.
     Forces of contacts, limits and dry friction follow later in the step, from all of this.
     """
     return (
-        double(pointer(d + LAYOUT.d_qfrc_passive), dof)
-        + double(pointer(d + LAYOUT.d_qfrc_applied), dof)
-        - double(pointer(d + LAYOUT.d_qfrc_bias), dof)
-        + _of_actuators(m, d, dof, own)
+        d.qfrc_passive[dof] + d.qfrc_applied[dof] - d.qfrc_bias[dof] + _of_actuators(m, d, dof, own)
     )
 
 
@@ -242,24 +239,22 @@ def _is_due(state: State, time: float, early: float) -> bool:
 
 
 @compiled
-def evaluate(m: int, d: int, address: int) -> None:
+def evaluate(m: Model, d: Data, address: int) -> None:
     """Torque for the tension at hand, from the committed state; see docs/servo.md."""
     state, ring = state_at(address), commands_at(address)
     gains, actuator = state.gains, int(state.actuator)
     if actuator < 0 or state.sheath < 0.0:
         return
-    states = pointer(d + LAYOUT.d_plugin_state)
-    place = states + 8 * int(state.sheath)
+    place = address_of(d.plugin_state) + 8 * int(state.sheath)
     sheath = sheath_at(place)
     segments, guides, _ = unpack(place)
-    time, h = double(d + LAYOUT.d_time, 0), double(m + LAYOUT.o_timestep, 0)
-    dof = integer(pointer(m + LAYOUT.m_jnt_dofadr), int(sheath.reel_joint))
-    speed, radius = double(pointer(d + LAYOUT.d_qvel), dof), sheath.reel_radius
+    time, h = d.time, m.opt.timestep
+    dof = m.jnt_dofadr[int(sheath.reel_joint)]
+    speed, radius = d.qvel[dof], sheath.reel_radius
     spool = sheath.reel_torque  # which has just been applied
-    adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
-    force = doubles(pointer(d + LAYOUT.d_actuator_force) + 8 * adr, 1)
+    adr = m.actuator_outadr[actuator]
     if not math.isfinite(spool):
-        force[0], state.has_trial = 0.0, 0.0
+        d.actuator_force[adr], state.has_trial = 0.0, 0.0
         return
     held = 0.0 if state.backdriven != 0.0 else spool  # by a gear that cannot be driven back
     load = known_torque(m, d, dof, actuator) + held
@@ -280,7 +275,7 @@ def evaluate(m: int, d: int, address: int) -> None:
         state.sampled, state.trial_torque = due, torque - damping * speed
     if sampled:
         torque = _arrived(state, ring, time, early, stage)
-    elif integer(m + LAYOUT.o_integrator, 0) == RK4:
+    elif m.opt.integrator == RK4:
         torque -= damping * speed
     else:  # the damping as at the end of the step, whatever else turns the motor: always stable
         torque -= damping * speed
@@ -290,7 +285,7 @@ def evaluate(m: int, d: int, address: int) -> None:
         torque = min(max(torque, -gains.torque_limit), gains.torque_limit)
     if not stage:
         state.trial_time, state.has_trial = time, 1.0
-    force[0] = torque + held
+    d.actuator_force[adr] = torque + held
 
 
 @compiled

@@ -216,11 +216,18 @@ binding_at: Callable[[int], Binding] = Record(BINDING)
 _memories_at, _commands_at = Array(MEMORY), Array(COMMAND)
 
 
+MOST_COMMANDS: Final = 100_000  # on their way
+
+
+@compiled
 def capacity(period: float, delay: float, timestep: float) -> int:
-    """Commands that can be on their way at once; 0 for a servo that acts at once."""
+    """Commands that can be on their way at once; 0 for a servo that acts at once.
+
+    More than `MOST_COMMANDS` are not counted.
+    """
     if period == 0.0 and delay == 0.0:
         return 0
-    return math.ceil(delay / max(period, timestep) - 1e-9) + 2
+    return math.ceil(min(delay / max(period, timestep), 1.0 * MOST_COMMANDS) - 1e-9) + 2
 
 
 @compiled

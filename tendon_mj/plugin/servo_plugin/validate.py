@@ -61,7 +61,6 @@ def sampled_damping(held: float, delay: float) -> float:
 
 SERVO = "tendon_mj.servo"
 _OBJ = mujoco.mjtObj
-_MOST_SAMPLES = 100_000
 
 
 def _check_word(config: dict[str, str], name: str, known: Iterable[str], where: str) -> None:
@@ -71,7 +70,7 @@ def _check_word(config: dict[str, str], name: str, known: Iterable[str], where: 
 
 def _sheath_of(model: Draft, tendon: str, where: str) -> dict[str, str]:
     """Configuration of the sheath on a tendon."""
-    count = int(model.fields.ntendon)
+    count = model.ntendon
     find(model, _OBJ.mjOBJ_TENDON, count, "tendon", tendon, where)
     sheath = sheath_on(model, tendon, SHEATH)
     if sheath is None:
@@ -101,14 +100,13 @@ def state_size(address: int, instance: int) -> int:
             f"{where}: the sheath on tendon {config['tendon']!r} has no reel_joint that a motor "
             "could turn; give it reel_joint and reel_radius"
         )
-    timestep = float(model.fields.opt.timestep)
-    samples = sv.capacity(values["period"] or 0.0, values["delay"] or 0.0, timestep)
-    if samples > _MOST_SAMPLES:
+    period, delay = values["period"] or 0.0, values["delay"] or 0.0
+    commands = sv.capacity(period, delay, model.opt.timestep)
+    if commands > sv.MOST_COMMANDS:
         raise InvalidValueError(
-            f"{where}: delay = {values['delay']:g} [s] is {samples} samples to remember, more than "
-            f"{_MOST_SAMPLES}"
+            f"{where}: delay = {delay:g} [s] is more than {sv.MOST_COMMANDS} samples to remember"
         )
-    return sv.size_of(samples)
+    return sv.size_of(commands)
 
 
 def check_joint(address: int, instance: int) -> int:
@@ -144,9 +142,9 @@ def _check_servo(
     for actuator in mine:
         _check_actuator(model, actuator, wanted, where)
         _check_rivals(model, instance, config["tendon"], servos, where)
-    joints = int(model.fields.njnt)
+    joints = model.njnt
     joint = find(model, _OBJ.mjOBJ_JOINT, joints, "joint", wanted, where)
-    armature = model.doubles("dof_armature")[model.ints("jnt_dofadr")[joint]]
+    armature = model.dof_armature[model.jnt_dofadr[joint]]
     if not config["motor_inertia"] and not armature > 0.0:
         raise InvalidValueError(
             f"{where}: motor_inertia [kg m²] is missing, and joint {wanted!r} has no armature "
@@ -158,7 +156,7 @@ def _check_servo(
 def _check_damping(model: Draft, instance: int, inertia: float) -> None:
     """Damping that is not taken implicitly has a largest value."""
     where, config = model.where(instance), model.config(instance)
-    step, integrator = float(model.fields.opt.timestep), int(model.fields.opt.integrator)
+    step, integrator = model.opt.timestep, model.opt.integrator
     period, delay = (read_number(config, name, where) or 0.0 for name in ("period", "delay"))
     most = inertia * largest_damping(step, integrator, period, delay)
     how = f"period = {period:g} s and delay = {delay:g} s" if period or delay else "RK4"
@@ -187,21 +185,21 @@ def _check_rivals(
 def _check_actuator(model: Draft, actuator: int, wanted: str, where: str) -> None:
     name = model.name(_OBJ.mjOBJ_ACTUATOR, actuator)
     joint = ""
-    if model.ints("actuator_trntype")[actuator] == mujoco.mjtTrn.mjTRN_JOINT.value:
-        joint = model.name(_OBJ.mjOBJ_JOINT, model.ints("actuator_trnid")[2 * actuator])
+    if model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_JOINT.value:
+        joint = model.name(_OBJ.mjOBJ_JOINT, model.actuator_trnid[actuator, 0])
     if joint != wanted:
         drives = f"joint {joint!r}" if joint else "no joint"
         raise InvalidValueError(
             f"{where}: actuator {name!r} drives {drives}, but the tendon is wound in by joint "
             f"{wanted!r}, the sheath's reel_joint"
         )
-    gear = model.doubles("actuator_gear")[6 * actuator]
+    gear = model.actuator_gear[actuator, 0]
     if gear != 1.0:
         raise InvalidValueError(
             f"{where}: actuator {name!r} has gear = {gear:g}; it must be 1, a gear belongs into "
             "motor_inertia and the gains"
         )
-    if model.bools("actuator_forcelimited")[actuator]:
+    if model.actuator_forcelimited[actuator]:
         raise InvalidValueError(
             f"{where}: actuator {name!r} has a forcerange, which would also limit what the gear "
             "holds; use torque_limit"

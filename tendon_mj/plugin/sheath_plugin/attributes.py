@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.native import LocalDoubles, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.layout import Model
 from tendon_mj.plugin.abi.library import read_number
-from tendon_mj.plugin.abi.memory import byte, integer, pointer, size
+from tendon_mj.plugin.abi.memory import address_of, letters
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS
 
 # kind -> (quantity, unit, whether one number per "segment" or "guide" or one in all)
@@ -49,14 +49,9 @@ def is_one_number(kind: str) -> bool:
     return KINDS[kind][2] == "one"
 
 
-def width(kind: str, guides: int) -> int:
-    """How many numbers a sensor of this kind has on a sheath with so many guides."""
-    return {"one": 1, "segment": guides + 1, "guide": guides}[KINDS[kind][2]]
-
-
 @compiled
 def numbers_of(kind: int, guides: int) -> int:
-    """How many numbers ``measure`` writes."""
+    """How many numbers a sensor of a kind has on a sheath with so many guides."""
     if kind == TENSION:
         return guides + 1
     return guides if kind in (BEND_ANGLE, SLIP, FRICTION_WORK) else 1
@@ -125,49 +120,47 @@ SPRING_NAMES = as_rows(SPRINGS)
 
 
 @compiled
-def text_at(m: int, instance: int, attribute: int) -> int:
+def text_at(m: Model, instance: int, attribute: int) -> int:
     """Address of an attribute's value, a zero-terminated string."""
-    start = integer(pointer(m + LAYOUT.m_plugin_attradr), instance)
-    address = pointer(m + LAYOUT.m_plugin_attr) + start
+    address = address_of(m.plugin_attr) + m.plugin_attradr[instance]
     for _ in range(attribute):
-        while byte(address, 0) != 0:
+        while letters(address)[0] != 0:
             address += 1
         address += 1
     return address
 
 
 @compiled
-def is_given(m: int, instance: int, attribute: int) -> bool:
+def is_given(m: Model, instance: int, attribute: int) -> bool:
     """Whether an attribute is written."""
-    return byte(text_at(m, instance, attribute), 0) != 0
+    return letters(text_at(m, instance, attribute))[0] != 0
 
 
 @compiled
-def is_sensor(m: int, instance: int) -> bool:
+def is_sensor(m: Model, instance: int) -> bool:
     """Whether an instance has sensors of sheaths, and is not a sheath itself."""
     return is_given(m, instance, SENSOR)
 
 
 @compiled
-def is_sheath(m: int, other: int, instance: int) -> bool:
+def is_sheath(m: Model, other: int, instance: int) -> bool:
     """Whether an instance is a sheath, of the plugin of ``instance``."""
-    slots = pointer(m + LAYOUT.m_plugin)
-    return integer(slots, other) == integer(slots, instance) and not is_sensor(m, other)
+    return m.plugin[other] == m.plugin[instance] and not is_sensor(m, other)
 
 
 @compiled
-def first_sheath(m: int, instance: int) -> int:
+def first_sheath(m: Model, instance: int) -> int:
     """First sheath of a model, of the plugin of ``instance``; −1 for none."""
-    for other in range(size(m + LAYOUT.m_nplugin)):
+    for other in range(m.nplugin):
         if is_sheath(m, other, instance):
             return other
     return -1
 
 
 @compiled
-def last_sheath(m: int, instance: int) -> int:
+def last_sheath(m: Model, instance: int) -> int:
     """Last sheath of a model, of the plugin of ``instance``; −1 for none."""
-    for other in range(size(m + LAYOUT.m_nplugin) - 1, -1, -1):
+    for other in range(m.nplugin - 1, -1, -1):
         if is_sheath(m, other, instance):
             return other
     return -1
@@ -176,7 +169,7 @@ def last_sheath(m: int, instance: int) -> int:
 @compiled
 def number_at(address: int) -> float:
     """Number that a string holds, 0 for an empty one."""
-    return 0.0 if byte(address, 0) == 0 else read_number(address, _end())
+    return 0.0 if letters(address)[0] == 0 else read_number(address, _end())
 
 
 @compiled
@@ -184,7 +177,7 @@ def index_of(address: int, known: NDArray[np.uint8]) -> int:
     """Index of a string among the known words, −1 for none."""
     for word in range(known.shape[0]):
         k = 0
-        while k < 31 and byte(address, k) == known[word, k]:
+        while k < 31 and letters(address)[k] == known[word, k]:
             if known[word, k] == 0:
                 return word
             k += 1
@@ -192,30 +185,30 @@ def index_of(address: int, known: NDArray[np.uint8]) -> int:
 
 
 @compiled
-def sensor_kind(m: int, instance: int) -> int:
+def sensor_kind(m: Model, instance: int) -> int:
     """Index of an instance's kind of sensor, −1 for none."""
     return index_of(text_at(m, instance, SENSOR), KIND_NAMES)
 
 
 @compiled
-def is_input_at_last(m: int, instance: int) -> bool:
+def is_input_at_last(m: Model, instance: int) -> bool:
     """Whether the input end is the last site of the path."""
     return index_of(text_at(m, instance, INPUT_END), END_NAMES) == 1
 
 
 @compiled
-def is_cable_spring(m: int, instance: int) -> bool:
+def is_cable_spring(m: Model, instance: int) -> bool:
     """Whether the tendon's own spring is the cable's elasticity."""
     return index_of(text_at(m, instance, SPRING), SPRING_NAMES) == 1
 
 
 @compiled
-def has_length(m: int, instance: int) -> bool:
+def has_length(m: Model, instance: int) -> bool:
     """Whether a sheath's pretension or slack is written, so that its tendon has a length."""
     return is_given(m, instance, PRETENSION) or is_given(m, instance, SLACK)
 
 
 @compiled
-def number(m: int, instance: int, attribute: int) -> float:
+def number(m: Model, instance: int, attribute: int) -> float:
     """An attribute's number, 0 where it is not written."""
     return number_at(text_at(m, instance, attribute))

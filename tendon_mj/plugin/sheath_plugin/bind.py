@@ -16,9 +16,9 @@ from __future__ import annotations
 import mujoco
 
 from tendon_mj.native import LocalDoubles, apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.library import free, malloc, mjp_getPluginAtSlot
-from tendon_mj.plugin.abi.memory import doubles, integer, pointer, set_pointer, size
+from tendon_mj.plugin.abi.layout import Data, Model
+from tendon_mj.plugin.abi.library import free, malloc, plugin_name
+from tendon_mj.plugin.abi.memory import address_of, doubles, word, words
 from tendon_mj.plugin.compiled_checks import check_bound
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import is_fixed
@@ -30,7 +30,7 @@ from tendon_mj.plugin.sheath_plugin.input_force import (
     note_spring,
 )
 from tendon_mj.plugin.sheath_plugin.names import resolve
-from tendon_mj.plugin.sheath_plugin.path import count_wraps, mark_branches
+from tendon_mj.plugin.sheath_plugin.path import count_guides, mark_branches
 from tendon_mj.plugin.sheath_plugin.signature import (
     as_number,
     config_signature,
@@ -57,6 +57,7 @@ from tendon_mj.plugin.sheath_plugin.state import (
     state_of,
     state_size_of,
 )
+from tendon_mj.typing import IntArray
 
 _JOINT, _TENDON = mujoco.mjtObj.mjOBJ_JOINT.value, mujoco.mjtObj.mjOBJ_TENDON.value
 _COUNT = BINDING.itemsize // 8
@@ -66,51 +67,47 @@ _MOST = 2.0**53  # up to which doubles hold every whole number
 
 
 @compiled
-def range_of(owners: int, count: int, instance: int) -> tuple[int, int]:
+def range_of(owners: IntArray, count: int, instance: int) -> tuple[int, int]:
     """First and last element that belongs to an instance, (0, −1) if none does."""
     first, last = 0, -1
     for k in range(count):
-        if integer(owners, k) == instance:
+        if owners[k] == instance:
             first = k if last < 0 else first
             last = k
     return first, last
 
 
 @apart
-def _is_last_plugin(m: int, last: int) -> bool:
+def _is_last_plugin(m: Model, last: int) -> bool:
     """Whether only sensors of sheaths and servos come after the last sheath of a model."""
-    slots = pointer(m + LAYOUT.m_plugin)
-    for other in range(last + 1, size(m + LAYOUT.m_nplugin)):
-        name = pointer(mjp_getPluginAtSlot(integer(slots, other)))
-        if integer(slots, other) != integer(slots, last) and at.index_of(name, _SERVO_NAME) != 0:
+    for other in range(last + 1, m.nplugin):
+        is_servo = at.index_of(plugin_name(m, other), _SERVO_NAME) == 0
+        if m.plugin[other] != m.plugin[last] and not is_servo:
             return False
     return True
 
 
 @compiled
-def _count_guides(m: int, instance: int, bound: Binding) -> None:
+def _count_guides(m: Model, instance: int, bound: Binding) -> None:
     """Count the guides, arcs and pulleys of the path."""
     tendon = int(bound.tendon)
     bound.inner_guides = at.number(m, instance, at.INNER_GUIDES)
     bound.arc_guides = max(1.0, at.number(m, instance, at.ARC_GUIDES))
     bound.input_at_last = at.is_input_at_last(m, instance)
-    bound.arcs, bound.pulleys = count_wraps(m, tendon)
-    elements = integer(pointer(m + LAYOUT.m_tendon_num), tendon)
     bound.fixed = is_fixed(m, tendon)
-    sites = 0.0
-    if bound.fixed == 0.0:
-        sites = elements - bound.arcs - bound.pulleys - 2 * (1 + bound.pulleys)  # within branches
-    bound.guides = bound.inner_guides + sites + bound.arcs * bound.arc_guides + bound.pulleys
+    bound.guides, bound.arcs, bound.pulleys = count_guides(
+        m, tendon, bound.arc_guides, bound.inner_guides
+    )
     bound.branches = 0.0
     if bound.pulleys > 0.0:
-        first = 4 * integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
-        kinds, ends = pointer(m + LAYOUT.m_wrap_type), pointer(m + LAYOUT.m_wrap_objid)
-        h = hashed(kinds + first, 4 * elements)
-        bound.branches = as_number(mixed(h, hashed(ends + first, 4 * elements)))
+        first, elements = 4 * m.tendon_adr[tendon], m.tendon_num[tendon]
+        h = hashed(address_of(m.wrap_type) + first, 4 * elements)
+        ends = hashed(address_of(m.wrap_objid) + first, 4 * elements)
+        bound.branches = as_number(mixed(h, ends))
 
 
 @compiled
-def _bind_drive(m: int, instance: int, bound: Binding) -> None:
+def _bind_drive(m: Model, instance: int, bound: Binding) -> None:
     """Find the forces along the tendon, for a sheath without a reel or spools."""
     tendon = int(bound.tendon)
     bound.first_actuator, bound.last_actuator = -1.0, -1.0
@@ -119,7 +116,7 @@ def _bind_drive(m: int, instance: int, bound: Binding) -> None:
     bound.own_spring = cable
     if cable or is_wound(bound):
         return
-    for actuator in range(size(m + LAYOUT.m_nactuator)):
+    for actuator in range(m.nactuator):
         if acts_on(m, actuator, tendon):
             if bound.first_actuator < 0.0:
                 bound.first_actuator = actuator
@@ -136,13 +133,13 @@ def _bind_drive(m: int, instance: int, bound: Binding) -> None:
 
 
 @compiled
-def _is_pulled(m: int, instance: int, tendon: int) -> bool:
+def _is_pulled(m: Model, instance: int, tendon: int) -> bool:
     """Whether a spring pulls a tendon, or an equality or a limit one of no stated length."""
     return has_spring(m, tendon) or (not at.has_length(m, instance) and is_constrained(m, tendon))
 
 
 @compiled
-def _is_elastic(m: int, instance: int) -> bool:
+def _is_elastic(m: Model, instance: int) -> bool:
     """Whether the elasticity of a sheath's tendon is stated."""
     return (
         at.number(m, instance, at.AXIAL_STIFFNESS) != 0.0
@@ -153,23 +150,22 @@ def _is_elastic(m: int, instance: int) -> bool:
 
 
 @apart
-def _bind(m: int, instance: int, address: int, signature: float) -> None:
+def _bind(m: Model, instance: int, address: int, signature: float) -> None:
     """Look up what a sheath is attached to; its tendon is −1 where that cannot be."""
     bound = binding_at(address)
-    sensors, reels = pointer(m + LAYOUT.m_sensor_plugin), pointer(m + LAYOUT.m_actuator_plugin)
     bound.signature, bound.listed_for = signature, 0.0
     bound.config_signature = config_signature(m, instance)
     bound.first_sheath = at.first_sheath(m, instance)
     bound.last_sheath = at.last_sheath(m, instance)
     bound.is_last_plugin = _is_last_plugin(m, int(bound.last_sheath))
     bound.guides, bound.arcs = 0.0, 0.0
-    bound.dofs = size(m + LAYOUT.m_nv) if bound.first_sheath == instance else 0.0
+    bound.dofs = m.nv if bound.first_sheath == instance else 0.0
     bound.tendon = resolve(m, instance, at.TENDON, _TENDON)
     bound.reel_joint = resolve(m, instance, at.REEL_JOINT, _JOINT)
     bound.output_joint = resolve(m, instance, at.OUTPUT_JOINT, _JOINT)
-    first, last = range_of(sensors, size(m + LAYOUT.m_nsensor), instance)
+    first, last = range_of(m.sensor_plugin, m.nsensor, instance)
     bound.first_sensor, bound.last_sensor = first, last
-    bound.reel_actuator = range_of(reels, size(m + LAYOUT.m_nactuator), instance)[1]
+    bound.reel_actuator = range_of(m.actuator_plugin, m.nactuator, instance)[1]
     if bound.tendon < 0.0:
         return
     _count_guides(m, instance, bound)
@@ -179,18 +175,18 @@ def _bind(m: int, instance: int, address: int, signature: float) -> None:
 
 
 @apart
-def new_binding(d: int, instance: int, kind: int, count: int) -> int:
+def new_binding(d: Data, instance: int, kind: int, count: int) -> int:
     """Memory for so many numbers, all 0, in `mjData.plugin_data`; its address."""
     release(d, instance)
     block = malloc(8 * (count + 1))
-    set_pointer(block, kind)
+    words(block)[0] = kind
     doubles(block + 8, count)[:] = 0.0
-    set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, block)
+    d.plugin_data[instance] = block
     return block + 8
 
 
 @apart
-def reset_sheath(m: int, address: int, binding: int, instance: int) -> None:
+def reset_sheath(m: Model, address: int, binding: int, instance: int) -> None:
     """Write the configured parameters; the segments are initialised at the first evaluation.
 
     A ``binding`` of 0 is one that is not made yet.
@@ -216,7 +212,7 @@ def reset_sheath(m: int, address: int, binding: int, instance: int) -> None:
 
 
 @apart
-def check_bindable(m: int, d: int, instance: int) -> None:
+def check_bindable(m: Model, d: Data, instance: int) -> None:
     """Refuse a sheath that cannot act on its tendon."""
     passing = _passing()
     _bind(m, instance, passing, 0.0)
@@ -224,7 +220,7 @@ def check_bindable(m: int, d: int, instance: int) -> None:
 
 
 @compiled
-def _forget_drive(m: int, instance: int, address: int) -> None:
+def _forget_drive(m: Model, instance: int, address: int) -> None:
     """A sheath that was driven has no axial stiffness once what drove it is gone."""
     state = state_at(address)
     given = at.is_given(m, instance, at.AXIAL_STIFFNESS)
@@ -244,7 +240,7 @@ def _is_laid_as(address: int, binding: int) -> bool:
 
 
 @compiled
-def is_bound(m: int, d: int, instance: int) -> bool:
+def is_bound(m: Model, d: Data, instance: int) -> bool:
     """Whether a sheath is bound to the model as it is, and its state is one of this sheath.
 
     The indices in its state are then those of the binding.
@@ -256,7 +252,7 @@ def is_bound(m: int, d: int, instance: int) -> bool:
 
 
 @compiled
-def has_own_state(m: int, d: int, instance: int) -> bool:
+def has_own_state(m: Model, d: Data, instance: int) -> bool:
     """As ``is_bound``; of the indices in the state only the counts of the path are looked at."""
     binding = binding_of(d, instance, SHEATH)
     if binding == 0:
@@ -269,7 +265,7 @@ def has_own_state(m: int, d: int, instance: int) -> bool:
 
 
 @compiled
-def present_signature(d: int, bound: Binding) -> float:
+def present_signature(d: Data, bound: Binding) -> float:
     """Signature of the model as the first sheath has seen it last."""
     first = binding_of(d, int(bound.first_sheath), SHEATH)
     return binding_at(first).present if first != 0 else 0.0
@@ -282,7 +278,7 @@ def _count(number: float) -> float:
 
 
 @apart
-def _take_over(m: int, d: int, instance: int) -> bool:
+def _take_over(m: Model, d: Data, instance: int) -> bool:
     """Make a state that is not one of this sheath, as it is bound, one of it."""
     binding, address = binding_of(d, instance, SHEATH), state_of(m, d, instance)
     state, bound = state_at(address), binding_at(binding)
@@ -304,7 +300,7 @@ def _take_over(m: int, d: int, instance: int) -> bool:
 
 
 @compiled
-def ensure_bound(m: int, d: int, instance: int) -> bool:
+def ensure_bound(m: Model, d: Data, instance: int) -> bool:
     """Bind a sheath to the model, and its state to the sheath; return whether they are."""
     binding = binding_of(d, instance, SHEATH)
     if binding != 0:
@@ -319,7 +315,7 @@ def ensure_bound(m: int, d: int, instance: int) -> bool:
 
 
 @apart
-def _rebind(m: int, d: int, instance: int) -> None:
+def _rebind(m: Model, d: Data, instance: int) -> None:
     """Look up what a sheath is attached to, for the first time or again."""
     first = at.first_sheath(m, instance)
     if binding_of(d, first, SHEATH) == 0:
@@ -332,12 +328,11 @@ def _rebind(m: int, d: int, instance: int) -> None:
 
 
 @compiled
-def release(d: int, instance: int) -> None:
+def release(d: Data, instance: int) -> None:
     """Free what an instance is bound to."""
-    place = pointer(d + LAYOUT.d_plugin_data) + 8 * instance
-    block = pointer(place)
-    if block != 0 and SHEATH <= pointer(block) <= SERVO:
-        if pointer(block) == SHEATH:
-            free(pointer(block + 8 + WORKSPACE))
+    block = d.plugin_data[instance]
+    if block != 0 and SHEATH <= word(block) <= SERVO:
+        if word(block) == SHEATH:
+            free(word(block + 8 + WORKSPACE))
         free(block)
-        set_pointer(place, 0)
+        d.plugin_data[instance] = 0

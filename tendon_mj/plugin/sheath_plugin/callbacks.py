@@ -18,18 +18,9 @@ from tendon_mj.plugin.abi.checks import (
     ask_size,
     asks,
 )
-from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import free, malloc, mj_fwdActuation, mj_passive, mj_rne, warn
-from tendon_mj.plugin.abi.memory import (
-    byte,
-    coordinates,
-    copy_doubles,
-    doubles,
-    integer,
-    pointer,
-    set_pointer,
-    size,
-)
+from tendon_mj.plugin.abi.memory import address_of, coordinates, copy_doubles, doubles, word
 from tendon_mj.plugin.compiled_checks import sensor_width, sheath_state
 from tendon_mj.plugin.sheath_plugin.attributes import (
     first_sheath,
@@ -66,7 +57,11 @@ from tendon_mj.plugin.sheath_plugin.inextensible import (
     vector_at,
     workspace,
 )
-from tendon_mj.plugin.sheath_plugin.input_force import ON_TENDON, follow_constraint, is_pushed
+from tendon_mj.plugin.sheath_plugin.input_force import (
+    acts_on,
+    follow_constraint,
+    is_pushed,
+)
 from tendon_mj.plugin.sheath_plugin.names import own_name
 from tendon_mj.plugin.sheath_plugin.sensors import show, show_ends
 from tendon_mj.plugin.sheath_plugin.signature import pose_signature, pose_sum
@@ -98,7 +93,7 @@ _PUSHED = Text(
 
 
 @apart
-def _warn_once(m: int, d: int, instance: int) -> None:
+def _warn_once(m: Model, d: Data, instance: int) -> None:
     """Warn of the first evaluation of a sheath since the reset that was not solved."""
     state = state_at(state_of(m, d, instance))
     if state.unsolved > 0.0 and state.warned == 0.0:
@@ -108,7 +103,7 @@ def _warn_once(m: int, d: int, instance: int) -> None:
 
 
 @compiled
-def _warn_of_push(m: int, d: int, instance: int) -> None:
+def _warn_of_push(m: Model, d: Data, instance: int) -> None:
     """Warn of the first finished step of a simulation in which a motor pushed a driven tendon."""
     bound = binding_at(binding_of(d, instance, SHEATH))
     if bound.driven == 0.0 or bound.push_warned != 0.0:
@@ -120,77 +115,76 @@ def _warn_of_push(m: int, d: int, instance: int) -> None:
 
 
 @compiled
-def _is_skipped(m: int) -> bool:
+def _is_skipped(m: Model) -> bool:
     """Whether MuJoCo leaves all passive forces out, those of plugins too."""
-    return integer(m + LAYOUT.o_disableflags, 0) & _PASSIVE_OFF == _PASSIVE_OFF
+    return m.opt.disableflags & _PASSIVE_OFF == _PASSIVE_OFF
 
 
 @compiled
-def _quiet_reel(m: int, d: int, instance: int) -> None:
+def _quiet_reel(m: Model, d: Data, instance: int) -> None:
     """A reel acts through the tendon's length, not through a force of its own."""
     reel = state_at(state_of(m, d, instance)).reel_actuator
-    if not 0.0 <= reel < size(m + LAYOUT.m_nactuator):
+    if not 0.0 <= reel < m.nactuator:
         return
-    if integer(pointer(m + LAYOUT.m_actuator_plugin), int(reel)) == instance:
-        adr = integer(pointer(m + LAYOUT.m_actuator_outadr), int(reel))
-        doubles(pointer(d + LAYOUT.d_actuator_force) + 8 * adr, 1)[0] = 0.0
+    if m.actuator_plugin[int(reel)] == instance:
+        d.actuator_force[m.actuator_outadr[int(reel)]] = 0.0
 
 
 @compiled
-def _apply(m: int, d: int, work: int) -> None:
+def _apply(m: Model, d: Data, work: int) -> None:
     """Add the friction of all driven sheaths to the passive forces before it."""
-    nv = size(m + LAYOUT.m_nv)
+    nv = m.nv
     base, friction = vector_at(work, nv, BASE), vector_at(work, nv, FRICTION)
     before, added = coordinates(base), coordinates(friction)
-    passive = coordinates(pointer(d + LAYOUT.d_qfrc_passive))
+    passive = d.qfrc_passive
     for k in range(nv):
         passive[k] = before[k] + added[k]
 
 
 @compiled
-def _solve(m: int, d: int, work: int) -> None:
+def _solve(m: Model, d: Data, work: int) -> None:
     """Solve all driven sheaths, and apply their friction."""
     solve_driven(m, d, work)
     _apply(m, d, work)
-    sheaths = driven_sheaths(work, size(m + LAYOUT.m_nv))
+    sheaths = driven_sheaths(work, m.nv)
     for k in range(int(head_at(work).driven)):
         _warn_once(m, d, int(sheaths[k]))
 
 
 @compiled
-def _is_actuated(m: int) -> bool:
+def _is_actuated(m: Model) -> bool:
     """Whether MuJoCo computes actuators, after passive forces."""
-    off = integer(m + LAYOUT.o_disableflags, 0) & _ACTUATION_OFF != 0
-    return size(m + LAYOUT.m_nactuator) > 0 and not off
+    off = m.opt.disableflags & _ACTUATION_OFF != 0
+    return m.nactuator > 0 and not off
 
 
 @compiled
-def _is_listed(m: int, binding: int) -> bool:
+def _is_listed(m: Model, binding: int) -> bool:
     """Whether the workspace of the last sheath lists the driven sheaths of the model as it is."""
-    if binding == 0 or pointer(binding + WORKSPACE) == 0:
+    if binding == 0 or word(binding + WORKSPACE) == 0:
         return False
     bound = binding_at(binding)
-    return bound.listed_for == bound.signature and is_wide_enough(m, pointer(binding + WORKSPACE))
+    return bound.listed_for == bound.signature and is_wide_enough(m, word(binding + WORKSPACE))
 
 
 @apart
-def _evaluate_driven(m: int, d: int, last: int) -> None:
+def _evaluate_driven(m: Model, d: Data, last: int) -> None:
     """Set up all driven sheaths, which the last sheath does for all of them.
 
     They are solved once MuJoCo has computed actuators. `mj_inverse` does not: what it shows is the
     friction that was shown last, or, in another pose, that of tendons that slide as they move.
     """
-    binding, nv = binding_of(d, last, SHEATH), size(m + LAYOUT.m_nv)
+    binding, nv = binding_of(d, last, SHEATH), m.nv
     bound = binding_at(binding)
     first = int(bound.first_sheath)
     if not _is_listed(m, binding):  # all of them have been bound by now
         list_driven(m, d, workspace(m, d, first, last), first, last)
         bound.listed_for = bound.signature
-    work = pointer(binding + WORKSPACE)
+    work = word(binding + WORKSPACE)
     head = head_at(work)
     if head.driven == 0.0:
         return
-    copy_doubles(vector_at(work, nv, BASE), pointer(d + LAYOUT.d_qfrc_passive), nv)
+    copy_doubles(vector_at(work, nv, BASE), address_of(d.qfrc_passive), nv)
     if head.gives == 0.0:
         pose = pose_signature(m, d)
         moves = head.signature != pose
@@ -201,52 +195,49 @@ def _evaluate_driven(m: int, d: int, last: int) -> None:
             repeat_driven(m, d, work, moves)
         else:
             bias = malloc(8 * nv)
-            copy_doubles(bias, pointer(d + LAYOUT.d_qfrc_bias), nv)
-            mj_rne(m, d, 0, pointer(d + LAYOUT.d_qfrc_bias))
+            copy_doubles(bias, address_of(d.qfrc_bias), nv)
+            mj_rne(m, d, 0, d.qfrc_bias)
             _solve(m, d, work)
-            copy_doubles(pointer(d + LAYOUT.d_qfrc_bias), bias, nv)
+            copy_doubles(address_of(d.qfrc_bias), bias, nv)
             free(bias)
     _apply(m, d, work)
 
 
 @apart
-def _limit_forces(m: int, d: int) -> None:
+def _limit_forces(m: Model, d: Data) -> None:
     """Clamp the forces of actuators as MuJoCo will: the sum on a tendon, then each."""
-    kinds, targets = pointer(m + LAYOUT.m_actuator_trntype), pointer(m + LAYOUT.m_actuator_trnid)
-    limited, adr = pointer(m + LAYOUT.m_tendon_actfrclimited), pointer(m + LAYOUT.m_actuator_outadr)
-    forces, count = coordinates(pointer(d + LAYOUT.d_actuator_force)), size(m + LAYOUT.m_nactuator)
-    for tendon in range(size(m + LAYOUT.m_ntendon)):
-        if byte(limited, tendon) == 0:
+    forces, adr, count = d.actuator_force, m.actuator_outadr, m.nactuator
+    for tendon in range(m.ntendon):
+        if not m.tendon_actfrclimited[tendon]:
             continue
         total = 0.0
         for k in range(count):
-            if integer(kinds, k) == ON_TENDON and integer(targets, 2 * k) == tendon:
-                total += forces[integer(adr, k)]
-        limits = doubles(pointer(m + LAYOUT.m_tendon_actfrcrange) + 16 * tendon, 2)
+            if acts_on(m, k, tendon):
+                total += forces[adr[k]]
+        limits = m.tendon_actfrcrange[tendon]
         bound = min(max(total, limits[0]), limits[1])
         for k in range(count):
-            on_it = integer(kinds, k) == ON_TENDON and integer(targets, 2 * k) == tendon
-            if on_it and bound != total:
-                forces[integer(adr, k)] *= bound / total
+            if bound != total and acts_on(m, k, tendon):
+                forces[adr[k]] *= bound / total
     for k in range(count):
-        if byte(pointer(m + LAYOUT.m_actuator_forcelimited), k) != 0:
-            limits = doubles(pointer(m + LAYOUT.m_actuator_forcerange) + 16 * k, 2)
-            for out in range(integer(pointer(m + LAYOUT.m_actuator_outnum), k)):
-                force = forces[integer(adr, k) + out]
-                forces[integer(adr, k) + out] = min(max(force, limits[0]), limits[1])
+        if m.actuator_forcelimited[k]:
+            limits = m.actuator_forcerange[k]
+            for out in range(m.actuator_outnum[k]):
+                force = forces[adr[k] + out]
+                forces[adr[k] + out] = min(max(force, limits[0]), limits[1])
 
 
 @apart
-def _has_mechanical(m: int) -> bool:
+def _has_mechanical(m: Model) -> bool:
     """Whether an actuator has forces that MuJoCo adds after it has clamped all."""
-    for k in range(size(m + LAYOUT.m_nactuator)):
-        if integer(pointer(m + LAYOUT.m_actuator_biastype), k) == _DCMOTOR:
-            return True
-    return False
+    found = False
+    for k in range(m.nactuator):
+        found |= m.actuator_biastype[k] == _DCMOTOR
+    return found
 
 
 @apart
-def _meet_actuators(m: int, d: int, last: int) -> None:
+def _meet_actuators(m: Model, d: Data, last: int) -> None:
     """Let friction meet the forces of actuators, which MuJoCo has before it clamps them by now.
 
     It adds those of some, and those of plugins that come later, after that: then actuators are
@@ -262,12 +253,12 @@ def _meet_actuators(m: int, d: int, last: int) -> None:
             return
         list_driven(m, d, workspace(m, d, first, last), first, last)
     bound = binding_at(binding_of(d, last, SHEATH))
-    work = pointer(binding_of(d, last, SHEATH) + WORKSPACE)
+    work = word(binding_of(d, last, SHEATH) + WORKSPACE)
     head = head_at(work)
     if head.driven == 0.0 or head.is_nested != 0.0:
         return
     known = listed and head.signature == pose_signature(m, d)
-    forces, count = pointer(d + LAYOUT.d_actuator_force), size(m + LAYOUT.m_nout)
+    forces, count = address_of(d.actuator_force), m.nout
     kept = malloc(8 * count)
     copy_doubles(kept, forces, count)
     if bound.is_last_plugin == 0.0 or _has_mechanical(m):
@@ -292,8 +283,8 @@ def _meet_actuators(m: int, d: int, last: int) -> None:
     free(kept)
 
 
-@entry("tendon_mj_sheath_advance", "void(ptr, ptr, i32)")
-def advance(m: int, d: int, instance: int) -> None:
+@entry("tendon_mj_sheath_advance", "void(mjModel, mjData, i32)")
+def advance(m: Model, d: Data, instance: int) -> None:
     """`advance` of `mjpPlugin`."""
     if is_sensor(m, instance):
         return
@@ -306,41 +297,41 @@ def advance(m: int, d: int, instance: int) -> None:
             keep_unknown_forces(m, d, instance)
             last = binding_of(d, last_sheath(m, instance), SHEATH)
             if _is_actuated(m) and _is_listed(m, last):  # else its poses may be those of a copy
-                keep_slips(m, d, pointer(last + WORKSPACE))
+                keep_slips(m, d, word(last + WORKSPACE))
     if state.has_trial != 0.0 and is_ours:
         commit(address)
         _warn_of_push(m, d, instance)
         follow_constraint(m, d, state)
 
 
-@entry("tendon_mj_sheath_reset", "void(ptr, ptr, ptr, i32)")
-def reset(m: int, state: int, block: int, instance: int) -> None:
+@entry("tendon_mj_sheath_reset", "void(mjModel, ptr, ptr, i32)")
+def reset(m: Model, state: int, block: int, instance: int) -> None:
     """`reset` of `mjpPlugin`."""
-    binding = block + 8 if block != 0 and pointer(block) == SHEATH else 0
+    binding = block + 8 if block != 0 and word(block) == SHEATH else 0
     if is_sensor(m, instance):
         doubles(state, state_size_of(m, instance))[:] = 0.0
     else:
         reset_sheath(m, state, binding, instance)
 
 
-@entry("tendon_mj_sheath_nstate", "i32(ptr, i32)")
-def nstate(m: int, instance: int) -> int:
+@entry("tendon_mj_sheath_nstate", "i32(mjModel, i32)")
+def nstate(m: Model, instance: int) -> int:
     """`nstate` of `mjpPlugin`."""
     if asks(SHEATH_NSTATE):
         return ask_size(SHEATH_NSTATE, m, instance)
     return sheath_state(m, instance)
 
 
-@entry("tendon_mj_sheath_nsensordata", "i32(ptr, i32, i32)")
-def nsensordata(m: int, instance: int, sensor: int) -> int:
+@entry("tendon_mj_sheath_nsensordata", "i32(mjModel, i32, i32)")
+def nsensordata(m: Model, instance: int, sensor: int) -> int:
     """`nsensordata` of `mjpPlugin`."""
     if asks(SHEATH_NSENSORDATA):
         return ask_sensor_size(SHEATH_NSENSORDATA, m, instance, sensor)
     return sensor_width(m, instance)
 
 
-@entry("tendon_mj_sheath_init", "i32(ptr, ptr, i32)")
-def init(m: int, d: int, instance: int) -> int:
+@entry("tendon_mj_sheath_init", "i32(mjModel, mjData, i32)")
+def init(m: Model, d: Data, instance: int) -> int:
     """`init` of `mjpPlugin`."""
     if asks(SHEATH_INIT):
         ask_complete(SHEATH_INIT, m, d, instance)
@@ -348,18 +339,18 @@ def init(m: int, d: int, instance: int) -> int:
         sheath_state(m, instance)  # of a binary model, whose `nstate` MuJoCo does not ask
         if not is_sensor(m, instance):
             check_bindable(m, d, instance)
-    set_pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance, 0)
+    d.plugin_data[instance] = 0
     return 0
 
 
-@entry("tendon_mj_sheath_destroy", "void(ptr, i32)")
-def destroy(d: int, instance: int) -> None:
+@entry("tendon_mj_sheath_destroy", "void(mjData, i32)")
+def destroy(d: Data, instance: int) -> None:
     """`destroy` of `mjpPlugin`."""
     release(d, instance)
 
 
-@entry("tendon_mj_sheath_compute", "void(ptr, ptr, i32, i32)")
-def compute(m: int, d: int, instance: int, capability: int) -> None:
+@entry("tendon_mj_sheath_compute", "void(mjModel, mjData, i32, i32)")
+def compute(m: Model, d: Data, instance: int, capability: int) -> None:
     """`compute` of `mjpPlugin`."""
     if is_sensor(m, instance):
         if capability == _SENSOR:
@@ -383,7 +374,7 @@ def compute(m: int, d: int, instance: int, capability: int) -> None:
 
 
 @compiled
-def _evaluate(m: int, d: int, instance: int) -> None:
+def _evaluate(m: Model, d: Data, instance: int) -> None:
     """Evaluate a sheath, and with the last one all that are driven."""
     if ensure_bound(m, d, instance):
         evaluate(m, d, state_of(m, d, instance))
@@ -391,7 +382,7 @@ def _evaluate(m: int, d: int, instance: int) -> None:
 
 
 @compiled
-def _is_last(m: int, d: int, instance: int) -> bool:
+def _is_last(m: Model, d: Data, instance: int) -> bool:
     """Whether an instance is the last sheath of its model."""
     binding = binding_of(d, instance, SHEATH)
     last = int(binding_at(binding).last_sheath) if binding != 0 else last_sheath(m, instance)

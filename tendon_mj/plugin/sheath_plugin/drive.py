@@ -27,8 +27,7 @@ Equations: docs/theory.md, sections 7 and 8.
 from __future__ import annotations
 
 from tendon_mj.native import apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.memory import double, integer, pointer
+from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.sheath_plugin.state import State, input_strain
 from tendon_mj.plugin.sheath_plugin.strain import reset_to_linear, rest_strain, spool_torque
 from tendon_mj.sheath import Guides, Segment, Segments, convected, held, solve_flow, strain_at
@@ -37,22 +36,21 @@ _RIGIDITY = 0.25  # of the flank: (ωh)² of the drive on it; explicit steps are
 
 
 @compiled
-def wound_by(m: int, d: int, joint: float, radius: float) -> float:
+def wound_by(m: Model, d: Data, joint: float, radius: float) -> float:
     """Tendon that a spool on a joint has wound in since `qpos0` [m]; 0 without a joint."""
     if joint < 0.0:
         return 0.0
-    adr = integer(pointer(m + LAYOUT.m_jnt_qposadr), int(joint))
-    angle = double(pointer(d + LAYOUT.d_qpos), adr) - double(pointer(m + LAYOUT.m_qpos0), adr)
+    adr = m.jnt_qposadr[int(joint)]
+    angle = d.qpos[adr] - m.qpos0[adr]
     return radius * angle
 
 
 @compiled
-def flank_stiffness(m: int, state: State, elapsed: float) -> float:
+def flank_stiffness(m: Model, state: State, elapsed: float) -> float:
     """Stiffness of the contact between drive and drum [N/m]; inf without a joint to stop."""
     if state.law.backlash == 0.0 or state.reel_joint < 0.0:
         return float("inf")
-    dof = integer(pointer(m + LAYOUT.m_jnt_dofadr), int(state.reel_joint))
-    mobility = double(pointer(m + LAYOUT.m_dof_invweight0), dof) * state.reel_radius**2
+    mobility = m.dof_invweight0[m.jnt_dofadr[int(state.reel_joint)]] * state.reel_radius**2
     return _RIGIDITY / (mobility * elapsed * elapsed)
 
 
@@ -83,18 +81,18 @@ def torque_on_drive(state: State, segments: Segments, ahead: float, flank: float
 
 
 @apart
-def lay_wound(m: int, d: int, state: State, segments: Segments) -> None:
+def lay_wound(m: Model, d: Data, state: State, segments: Segments) -> None:
     """Initialise the segments: the tendon lies evenly along its first path.
 
     Its unstretched length is fixed by the pretension in the reference pose `qpos0`, as MuJoCo fixes
     a spring length: S = (L(qpos0) + s)/(1 + ε_0) with a slack of s, and the tendon has crept as
     much as it will under it.
     """
-    reference = double(pointer(m + LAYOUT.m_tendon_length0), int(state.tendon)) + state.law.slack
+    reference = m.tendon_length0[int(state.tendon)] + state.law.slack
     strain, creep = rest_strain(state.law)
     unstretched = reference / (1.0 + strain + creep)
     if state.own_spring != 0.0:  # which may be another since the reset
-        rest = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * int(state.tendon) + 1)
+        rest = m.tendon_lengthspring[int(state.tendon), 1]
         unstretched += rest - state.spring_length
         state.spring_length = rest
     state.wound_in = wound_by(m, d, state.reel_joint, state.reel_radius)

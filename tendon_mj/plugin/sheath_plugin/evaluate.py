@@ -10,17 +10,9 @@ from __future__ import annotations
 import math
 
 from tendon_mj.native import apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import free, geared_control, is_stage, malloc
-from tendon_mj.plugin.abi.memory import (
-    coordinates,
-    copy_doubles,
-    double,
-    doubles,
-    integer,
-    pointer,
-    size,
-)
+from tendon_mj.plugin.abi.memory import address_of, coordinates, copy_doubles, doubles
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
 from tendon_mj.plugin.sheath_plugin.bind import is_bound
 from tendon_mj.plugin.sheath_plugin.drive import (
@@ -197,7 +189,7 @@ def _are_finite(segments: Segments) -> bool:
 
 
 @compiled
-def _update_path(m: int, d: int, address: int, fresh: bool, stage: bool) -> None:
+def _update_path(m: Model, d: Data, address: int, fresh: bool, stage: bool) -> None:
     """Bring lengths, bends and spans up to date."""
     state = state_at(address)
     segments, guides, path = unpack(address)
@@ -209,8 +201,8 @@ def _update_path(m: int, d: int, address: int, fresh: bool, stage: bool) -> None
         arcs = unpack_arcs(address)
         trace_path(m, d, state, segments, guides, arcs, coordinates(path), stage)
         return
-    start = integer(pointer(d + LAYOUT.d_ten_wrapadr), int(state.tendon))
-    points = coordinates(pointer(d + LAYOUT.d_wrap_xpos) + 24 * start)
+    start = d.ten_wrapadr[int(state.tendon)]
+    points = coordinates(address_of(d.wrap_xpos) + 24 * start)
     update_path(points, coordinates(path), segments, guides, fresh)
     update_spans(m, int(state.tendon), segments)  # bodies are others in another model
 
@@ -253,7 +245,7 @@ def _solve_from_last_step(
 
 
 @compiled
-def _evaluate_driven(m: int, d: int, address: int, force: FloatArray) -> None:
+def _evaluate_driven(m: Model, d: Data, address: int, force: FloatArray) -> None:
     """Solve an elastic tendon whose input tension is given; add what friction makes of it."""
     state = state_at(address)
     segments, guides, _ = unpack(address)
@@ -281,7 +273,9 @@ def _evaluate_driven(m: int, d: int, address: int, force: FloatArray) -> None:
 
 
 @compiled
-def _evaluate_wound(m: int, d: int, address: int, time: float, elapsed: float, stage: bool) -> None:
+def _evaluate_wound(
+    m: Model, d: Data, address: int, time: float, elapsed: float, stage: bool
+) -> None:
     """Solve a tendon of given length between its ends, and apply its forces."""
     state = state_at(address)
     segments, guides, _ = unpack(address)
@@ -293,7 +287,7 @@ def _evaluate_wound(m: int, d: int, address: int, time: float, elapsed: float, s
         lay_wound(m, d, state, segments)
     rest = state.spring_length
     if state.own_spring != 0.0:
-        rest = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * int(state.tendon) + 1)
+        rest = m.tendon_lengthspring[int(state.tendon), 1]
         if not follow_spring(m, d, state):
             for j in range(last + 1):
                 segments[j].tension = 0.0
@@ -329,8 +323,7 @@ def _evaluate_wound(m: int, d: int, address: int, time: float, elapsed: float, s
     if not finite:
         state.has_trial = 0.0
         return
-    passive = coordinates(pointer(d + LAYOUT.d_qfrc_passive))
-    apply_forces(m, d, state, segments, passive)
+    apply_forces(m, d, state, segments, d.qfrc_passive)
     if not stage:
         state.trial_elapsed = elapsed
         _store_trial(state, segments, guides, wound_in, wound_out, rest, time)
@@ -348,18 +341,18 @@ def _show_trial(segments: Segments, guides: Guides) -> None:
 
 
 @compiled
-def _moment(m: int, d: int, state: State) -> tuple[float, bool, float]:
+def _moment(m: Model, d: Data, state: State) -> tuple[float, bool, float]:
     """Time [s]; whether this is an inner stage of Runge-Kutta; time since the last step [s]."""
-    time = double(d + LAYOUT.d_time, 0)
+    time = d.time
     stage = is_stage(m, time, state.has_trial, state.trial_time)
     elapsed = time - state.commit_time
     if not elapsed > 0.0:
-        elapsed = double(m + LAYOUT.o_timestep, 0)
+        elapsed = m.opt.timestep
     return time, stage, elapsed
 
 
 @compiled
-def evaluate(m: int, d: int, address: int) -> None:
+def evaluate(m: Model, d: Data, address: int) -> None:
     """Bring a tendon's path up to date in the pose at hand.
 
     One that is wound is solved from the committed state, and its forces applied; those that are
@@ -367,7 +360,7 @@ def evaluate(m: int, d: int, address: int) -> None:
     """
     state = state_at(address)
     if state.finished == 0.0:
-        state.commit_time = double(d + LAYOUT.d_time, 0) - double(m + LAYOUT.o_timestep, 0)
+        state.commit_time = d.time - m.opt.timestep
     time, stage, elapsed = _moment(m, d, state)
     _update_path(m, d, address, state.started == 0.0, stage)
     state.applied = 0.0
@@ -382,9 +375,9 @@ def evaluate(m: int, d: int, address: int) -> None:
 
 
 @apart
-def list_driven(m: int, d: int, work: int, first: int, last: int) -> None:
+def list_driven(m: Model, d: Data, work: int, first: int, last: int) -> None:
     """List the model's driven sheaths."""
-    head, sheaths = head_at(work), driven_sheaths(work, size(m + LAYOUT.m_nv))
+    head, sheaths = head_at(work), driven_sheaths(work, m.nv)
     head.driven = head.elastic = 0.0
     head.leader = first
     for instance in range(first, last + 1):
@@ -397,9 +390,9 @@ def list_driven(m: int, d: int, work: int, first: int, last: int) -> None:
 
 
 @apart
-def set_up_driven(m: int, d: int, work: int, first: int) -> None:
+def set_up_driven(m: Model, d: Data, work: int, first: int) -> None:
     """Set up the groups of all inextensible tendons in the pose at hand."""
-    head, sheaths = head_at(work), driven_sheaths(work, size(m + LAYOUT.m_nv))
+    head, sheaths = head_at(work), driven_sheaths(work, m.nv)
     head.members = head.groups = head.segments = head.rough = 0.0
     written = state_at(state_of(m, d, first)).end_sum != pose_sum(m, d)
     for k in range(int(head.driven)):
@@ -410,9 +403,9 @@ def set_up_driven(m: int, d: int, work: int, first: int) -> None:
 
 
 @apart
-def read_inputs(m: int, d: int, work: int) -> None:
+def read_inputs(m: Model, d: Data, work: int) -> None:
     """Read the force along each driven tendon."""
-    sheaths = driven_sheaths(work, size(m + LAYOUT.m_nv))
+    sheaths = driven_sheaths(work, m.nv)
     for k in range(int(head_at(work).driven)):
         address = state_of(m, d, int(sheaths[k]))
         state = state_at(address)
@@ -420,9 +413,9 @@ def read_inputs(m: int, d: int, work: int) -> None:
 
 
 @apart
-def _let_guides_yield(m: int, d: int, work: int) -> None:
+def _let_guides_yield(m: Model, d: Data, work: int) -> None:
     """Let the guides of elastic tendons yield so far that a step resolves the stretches between."""
-    count, nv, h = 0, size(m + LAYOUT.m_nv), double(m + LAYOUT.o_timestep, 0)
+    count, nv, h = 0, m.nv, m.opt.timestep
     sheaths, driven = driven_sheaths(work, nv), int(head_at(work).driven)
     for one in range(driven):
         address = state_of(m, d, int(sheaths[one]))
@@ -462,9 +455,9 @@ def _let_guides_yield(m: int, d: int, work: int) -> None:
 
 
 @apart
-def solve_driven(m: int, d: int, work: int) -> None:
+def solve_driven(m: Model, d: Data, work: int) -> None:
     """Solve all driven tendons under the forces at hand; their friction becomes FRICTION."""
-    nv, head = size(m + LAYOUT.m_nv), head_at(work)
+    nv, head = m.nv, head_at(work)
     force, sheaths = coordinates(vector_at(work, nv, FRICTION)), driven_sheaths(work, nv)
     for i in range(nv):
         force[i] = 0.0
@@ -484,9 +477,9 @@ def solve_driven(m: int, d: int, work: int) -> None:
 
 
 @apart
-def repeat_driven(m: int, d: int, work: int, moves: bool) -> None:
+def repeat_driven(m: Model, d: Data, work: int, moves: bool) -> None:
     """Set FRICTION without solving anything, from the tensions that were shown last."""
-    nv = size(m + LAYOUT.m_nv)
+    nv = m.nv
     force, sheaths = coordinates(vector_at(work, nv, FRICTION)), driven_sheaths(work, nv)
     for i in range(nv):
         force[i] = 0.0

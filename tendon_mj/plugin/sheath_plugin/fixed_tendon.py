@@ -20,8 +20,7 @@ from __future__ import annotations
 import mujoco
 
 from tendon_mj.native import apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.memory import double, integer, pointer
+from tendon_mj.plugin.abi.layout import Model
 from tendon_mj.plugin.sheath_plugin.state import State
 from tendon_mj.sheath import Guides, Segments
 from tendon_mj.typing import FloatArray
@@ -30,20 +29,18 @@ _ON_JOINT = mujoco.mjtWrap.mjWRAP_JOINT.value
 
 
 @compiled
-def is_fixed(m: int, tendon: int) -> bool:
+def is_fixed(m: Model, tendon: int) -> bool:
     """Whether a tendon is fixed, a sum of joint positions."""
-    first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
-    return integer(pointer(m + LAYOUT.m_wrap_type), first) == _ON_JOINT
+    return m.wrap_type[m.tendon_adr[tendon]] == _ON_JOINT
 
 
 @compiled
-def coefficient_of(m: int, tendon: int, joint: int) -> float:
+def coefficient_of(m: Model, tendon: int, joint: int) -> float:
     """Coefficient of a fixed tendon over this joint alone; 0 where it is not such a one."""
-    first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
-    if not is_fixed(m, tendon) or integer(pointer(m + LAYOUT.m_tendon_num), tendon) != 1:
+    first = m.tendon_adr[tendon]
+    if not is_fixed(m, tendon) or m.tendon_num[tendon] != 1:
         return 0.0
-    is_its = integer(pointer(m + LAYOUT.m_wrap_objid), first) == joint
-    return double(pointer(m + LAYOUT.m_wrap_prm), first) if is_its else 0.0
+    return m.wrap_prm[first] if m.wrap_objid[first] == joint else 0.0
 
 
 @compiled
@@ -63,11 +60,9 @@ def lay_fixed(state: State, segments: Segments, guides: Guides) -> None:
 
 
 @apart
-def add_fixed_row(m: int, state: State, row: FloatArray) -> None:
+def add_fixed_row(m: Model, state: State, row: FloatArray) -> None:
     """Add D of a fixed tendon."""
     tendon = int(state.tendon)
-    first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
-    for k in range(first, first + integer(pointer(m + LAYOUT.m_tendon_num), tendon)):
-        joint = integer(pointer(m + LAYOUT.m_wrap_objid), k)
-        dof = integer(pointer(m + LAYOUT.m_jnt_dofadr), joint)
-        row[dof] += metres(state) * double(pointer(m + LAYOUT.m_wrap_prm), k)
+    first = m.tendon_adr[tendon]
+    for k in range(first, first + m.tendon_num[tendon]):
+        row[m.jnt_dofadr[m.wrap_objid[k]]] += metres(state) * m.wrap_prm[k]

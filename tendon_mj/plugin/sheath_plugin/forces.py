@@ -30,16 +30,9 @@ import math
 import mujoco
 
 from tendon_mj.native import LocalDoubles, apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import mj_version, mju_transformSpatial
-from tendon_mj.plugin.abi.memory import (
-    coordinates,
-    double,
-    doubles,
-    integer,
-    pointer,
-    size,
-)
+from tendon_mj.plugin.abi.memory import doubles
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
 from tendon_mj.plugin.sheath_plugin.bind import is_bound
 from tendon_mj.plugin.sheath_plugin.input_force import uniform_force
@@ -58,30 +51,30 @@ from tendon_mj.typing import FloatArray
 
 
 @compiled
-def _last_dof(m: int, body: int) -> int:
+def _last_dof(m: Model, body: int) -> int:
     """The last degree of freedom that moves a body, −1 without one."""
-    body = integer(pointer(m + LAYOUT.m_body_weldid), body)
-    while body > 0 and integer(pointer(m + LAYOUT.m_body_dofnum), body) == 0:
-        body = integer(pointer(m + LAYOUT.m_body_parentid), body)
+    body = m.body_weldid[body]
+    while body > 0 and m.body_dofnum[body] == 0:
+        body = m.body_parentid[body]
     if body == 0:
         return -1
-    count = integer(pointer(m + LAYOUT.m_body_dofnum), body)
-    return integer(pointer(m + LAYOUT.m_body_dofadr), body) + count - 1
+    count = m.body_dofnum[body]
+    return m.body_dofadr[body] + count - 1
 
 
 @compiled
-def _span(d: int, state: State, segment: Segment) -> tuple[int, Vector, float]:
+def _span(d: Data, state: State, segment: Segment) -> tuple[int, Vector, float]:
     """Index of a span's near end in `wrap_xpos`, which the far one follows; their distance [m]."""
-    p = coordinates(pointer(d + LAYOUT.d_wrap_xpos))
-    k = 3 * (integer(pointer(d + LAYOUT.d_ten_wrapadr), int(state.tendon)) + int(segment.point))
+    p = d.wrap_xpos.flat
+    k = 3 * (d.ten_wrapadr[int(state.tendon)] + int(segment.point))
     ux, uy, uz = p[k + 3] - p[k], p[k + 4] - p[k + 1], p[k + 5] - p[k + 2]
     return k, (ux, uy, uz), math.sqrt(ux * ux + uy * uy + uz * uz)
 
 
 @compiled
 def _pull(
-    m: int,
-    d: int,
+    m: Model,
+    d: Data,
     state: State,
     segment: Segment,
     tension: float,
@@ -94,9 +87,9 @@ def _pull(
     if length == 0.0:
         return
     ux, uy, uz = u[0] / length, u[1] / length, u[2] / length
-    p = coordinates(pointer(d + LAYOUT.d_wrap_xpos))
-    roots, parents = pointer(m + LAYOUT.m_body_rootid), pointer(m + LAYOUT.m_dof_parentid)
-    centres, motions = pointer(d + LAYOUT.d_subtree_com), pointer(d + LAYOUT.d_cdof)
+    p = d.wrap_xpos.flat
+    roots, parents = m.body_rootid, m.dof_parentid
+    centres, motions = d.subtree_com, d.cdof
     for end in range(2):
         # the dofs of one end that are not the other's too: from the leaf to the common ancestor
         dof, other = (near, far) if end == 0 else (far, near)
@@ -104,23 +97,23 @@ def _pull(
             continue
         body = int(segment.near_body) if end == 0 else int(segment.far_body)
         sign, at_end = (-1.0, k) if end == 0 else (1.0, k + 3)
-        c = coordinates(centres + 24 * integer(roots, body))
+        c = centres[roots[body]]
         rx, ry, rz = p[at_end] - c[0], p[at_end + 1] - c[1], p[at_end + 2] - c[2]
         tx, ty, tz = ry * uz - rz * uy, rz * ux - rx * uz, rx * uy - ry * ux
         while dof != other and dof >= 0:
             if other > dof:
-                other = integer(parents, other)
+                other = parents[other]
                 continue
-            s = coordinates(motions + 48 * dof)
+            s = motions[dof]
             value = s[0] * tx + s[1] * ty + s[2] * tz + s[3] * ux + s[4] * uy + s[5] * uz
             force[dof] -= sign * value * tension
-            dof = integer(parents, dof)
+            dof = parents[dof]
 
 
 @compiled
 def pull_segment(
-    m: int,
-    d: int,
+    m: Model,
+    d: Data,
     state: State,
     segment: Segment,
     tension: float,
@@ -141,15 +134,14 @@ def _added(ea: float, counted: float, segment: Segment) -> float:
 
 
 @compiled
-def _add_torque(m: int, d: int, joint: float, torque: float) -> None:
+def _add_torque(m: Model, d: Data, joint: float, torque: float) -> None:
     """Add the torque that the tendon exerts on a spool's joint; nothing without a joint."""
     if joint >= 0.0:
-        dof = integer(pointer(m + LAYOUT.m_jnt_dofadr), int(joint))
-        doubles(pointer(d + LAYOUT.d_qfrc_passive) + 8 * dof, 1)[0] += torque
+        d.qfrc_passive[m.jnt_dofadr[int(joint)]] += torque
 
 
 @compiled
-def apply_forces(m: int, d: int, state: State, segments: Segments, force: FloatArray) -> None:
+def apply_forces(m: Model, d: Data, state: State, segments: Segments, force: FloatArray) -> None:
     """Add the tendon's forces on bodies along the path to ``force``; apply those on spools."""
     ea, counted, last = tension_unit(state), counted_strain(state), len(segments) - 1
     state.applied = 1.0
@@ -172,7 +164,7 @@ _vector6 = LocalDoubles(6)
 
 
 @compiled
-def _is_applied(m: int, d: int, instance: int, skipped: bool) -> bool:
+def _is_applied(m: Model, d: Data, instance: int, skipped: bool) -> bool:
     """Whether the state of a sheath holds the forces that act in this step."""
     if not is_bound(m, d, instance):
         return False
@@ -181,21 +173,20 @@ def _is_applied(m: int, d: int, instance: int, skipped: bool) -> bool:
 
 
 @compiled
-def _add(m: int, d: int, body: int, top: int, p: FloatArray, at: int, force: FloatArray) -> int:
+def _add(m: Model, d: Data, body: int, top: int, p: FloatArray, at: int, force: FloatArray) -> int:
     """Add the wrench of a force at a point to a body; return the index of its largest number.
 
     In `cfrc_int` it counts on the body and on all that carry it below ``top``, and on a ``top`` 0.
     """
-    root = integer(pointer(m + LAYOUT.m_body_rootid), body)
-    c = coordinates(pointer(d + LAYOUT.d_subtree_com) + 24 * root)
+    c = d.subtree_com[m.body_rootid[body]]
     x, y, z = p[at] - c[0], p[at + 1] - c[1], p[at + 2] - c[2]
     wrench = doubles(_vector6(), 6)
     wrench[0] = y * force[2] - z * force[1]
     wrench[1] = z * force[0] - x * force[2]
     wrench[2] = x * force[1] - y * force[0]
     wrench[3], wrench[4], wrench[5] = force[0], force[1], force[2]
-    outer = coordinates(pointer(d + LAYOUT.d_cfrc_ext))
-    inner = coordinates(pointer(d + LAYOUT.d_cfrc_int))
+    outer = d.cfrc_ext.flat
+    inner = d.cfrc_int.flat
     largest = 0
     for k in range(6):
         outer[6 * body + k] += wrench[k]
@@ -205,7 +196,7 @@ def _add(m: int, d: int, body: int, top: int, p: FloatArray, at: int, force: Flo
     while carrier > top:
         for k in range(6):
             inner[6 * carrier + k] -= wrench[k]
-        carrier = integer(pointer(m + LAYOUT.m_body_parentid), carrier)
+        carrier = m.body_parentid[carrier]
     if top == 0:
         for k in range(6):
             inner[k] -= wrench[k]
@@ -213,22 +204,22 @@ def _add(m: int, d: int, body: int, top: int, p: FloatArray, at: int, force: Flo
 
 
 @compiled
-def _common_body(m: int, one: int, other: int) -> int:
+def _common_body(m: Model, one: int, other: int) -> int:
     """The nearest body that carries both, or is one of them and carries the other."""
-    parents = pointer(m + LAYOUT.m_body_parentid)
+    parents = m.body_parentid
     while one != other:
         if one > other:
-            one = integer(parents, one)
+            one = parents[one]
         else:
-            other = integer(parents, other)
+            other = parents[other]
     return one
 
 
 @compiled
-def _add_span(m: int, d: int, state: State, segment: Segment, tension: float) -> int:
+def _add_span(m: Model, d: Data, state: State, segment: Segment, tension: float) -> int:
     """Add the wrenches of a span under a tension [N]; return an index that was added to, or −1."""
-    near, far, bodies = int(segment.near_body), int(segment.far_body), size(m + LAYOUT.m_nbody)
-    spans = integer(pointer(d + LAYOUT.d_ten_wrapnum), int(state.tendon)) - 1
+    near, far, bodies = int(segment.near_body), int(segment.far_body), m.nbody
+    spans = d.ten_wrapnum[int(state.tendon)] - 1
     if not 0.0 <= segment.point < spans or near == far:
         return -1
     if not (0 <= near < bodies and 0 <= far < bodies):
@@ -236,7 +227,7 @@ def _add_span(m: int, d: int, state: State, segment: Segment, tension: float) ->
     k, u, length = _span(d, state, segment)
     if length == 0.0:
         return -1
-    p, force = coordinates(pointer(d + LAYOUT.d_wrap_xpos)), doubles(_vector6(), 3)
+    p, force = d.wrap_xpos.flat, doubles(_vector6(), 3)
     top, index = _common_body(m, near, far), -1
     for i in range(3):
         force[i] = tension * u[i] / length
@@ -250,58 +241,48 @@ def _add_span(m: int, d: int, state: State, segment: Segment, tension: float) ->
 
 
 @compiled
-def _fill_sensor(m: int, d: int, sensor: int) -> None:
+def _fill_sensor(m: Model, d: Data, sensor: int) -> None:
     """Fill a sensor of force or torque from `cfrc_int`, as MuJoCo does."""
-    kind = integer(pointer(m + LAYOUT.m_sensor_type), sensor)
-    site = integer(pointer(m + LAYOUT.m_sensor_objid), sensor)
-    body = integer(pointer(m + LAYOUT.m_site_bodyid), site)
-    root = integer(pointer(m + LAYOUT.m_body_rootid), body)
-    at_site = _vector6()
-    mju_transformSpatial(
-        at_site,
-        pointer(d + LAYOUT.d_cfrc_int) + 48 * body,
-        1,
-        pointer(d + LAYOUT.d_site_xpos) + 24 * site,
-        pointer(d + LAYOUT.d_subtree_com) + 24 * root,
-        pointer(d + LAYOUT.d_site_xmat) + 72 * site,
-    )
-    start = integer(pointer(m + LAYOUT.m_sensor_adr), sensor)
-    shown = doubles(pointer(d + LAYOUT.d_sensordata) + 8 * start, 3)
-    cutoff = double(pointer(m + LAYOUT.m_sensor_cutoff), sensor)
-    limited = cutoff > 0.0 and integer(pointer(m + LAYOUT.m_sensor_datatype), sensor) == _REAL
+    kind = m.sensor_type[sensor]
+    site = m.sensor_objid[sensor]
+    body = m.site_bodyid[site]
+    at_site, centre = _vector6(), d.subtree_com[m.body_rootid[body]]
+    mju_transformSpatial(at_site, d.cfrc_int[body], 1, d.site_xpos[site], centre, d.site_xmat[site])
+    cutoff = m.sensor_cutoff[sensor]
+    limited = cutoff > 0.0 and m.sensor_datatype[sensor] == _REAL
     for k in range(3):
         value = doubles(at_site, 6)[k + 3 if kind == _FORCE else k]
-        shown[k] = min(max(value, -cutoff), cutoff) if limited else value
+        d.sensordata[m.sensor_adr[sensor] + k] = (
+            min(max(value, -cutoff), cutoff) if limited else value
+        )
 
 
 @compiled
-def _shows_this_step(m: int, d: int, sensor: int) -> bool:
+def _shows_this_step(m: Model, d: Data, sensor: int) -> bool:
     """Whether a sensor shows the present step, and not its history."""
-    if integer(pointer(m + LAYOUT.m_sensor_history), 2 * sensor) <= 0:
+    if m.sensor_history[sensor, 0] <= 0:
         return True
-    if double(pointer(m + LAYOUT.m_sensor_delay), sensor) > 0.0:
+    if m.sensor_delay[sensor] > 0.0:
         return False
-    interval = double(pointer(m + LAYOUT.m_sensor_interval), 2 * sensor)
-    start = integer(pointer(m + LAYOUT.m_sensor_historyadr), sensor)
-    before = double(pointer(d + LAYOUT.d_history), start)
-    return interval <= 0.0 or before + interval <= double(d + LAYOUT.d_time, 0)
+    interval = m.sensor_interval[sensor, 0]
+    before = d.history[m.sensor_historyadr[sensor]]
+    return interval <= 0.0 or before + interval <= d.time
 
 
 @apart
-def add_reactions(m: int, d: int, first: int, skipped: bool) -> None:
+def add_reactions(m: Model, d: Data, first: int, skipped: bool) -> None:
     """Add the wrenches of all sheaths, and fill the sensors that show them.
 
     The first sheath keeps the number that witnesses it; ``skipped``: MuJoCo skips passive forces.
     """
     keeper = state_at(state_of(m, d, first))
-    numbers, witness = coordinates(pointer(d + LAYOUT.d_cfrc_ext)), keeper.witness
-    if 0.0 < witness < 6.0 * size(m + LAYOUT.m_nbody) and (
-        numbers[int(witness)] == keeper.witness_value
-    ):
+    numbers, witness = d.cfrc_ext.flat, keeper.witness
+    is_index = 0.0 < witness < 6.0 * m.nbody
+    if is_index and numbers[int(witness)] == keeper.witness_value:
         return
     keeper.witness, changed = 0.0, False
     counts_tendons = mj_version() >= _COUNTS_TENDONS
-    for instance in range(first, size(m + LAYOUT.m_nplugin)):
+    for instance in range(first, m.nplugin):
         if not is_sheath(m, instance, first):
             continue
         if not _is_applied(m, d, instance, skipped):
@@ -322,8 +303,6 @@ def add_reactions(m: int, d: int, first: int, skipped: bool) -> None:
     if not changed:
         return
     keeper.witness_value = numbers[int(keeper.witness)]
-    kinds = pointer(m + LAYOUT.m_sensor_type)
-    for sensor in range(size(m + LAYOUT.m_nsensor)):
-        kind = integer(kinds, sensor)
-        if kind in (_FORCE, _TORQUE) and _shows_this_step(m, d, sensor):
+    for sensor in range(m.nsensor):
+        if m.sensor_type[sensor] in (_FORCE, _TORQUE) and _shows_this_step(m, d, sensor):
             _fill_sensor(m, d, sensor)

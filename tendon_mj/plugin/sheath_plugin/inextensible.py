@@ -35,17 +35,9 @@ import math
 from collections.abc import Callable
 
 from tendon_mj.native import Record, apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import RK4, free, malloc
-from tendon_mj.plugin.abi.memory import (
-    coordinates,
-    double,
-    doubles,
-    integer,
-    pointer,
-    set_pointer,
-    size,
-)
+from tendon_mj.plugin.abi.memory import coordinates, doubles, word, words
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import add_fixed_row
 from tendon_mj.plugin.sheath_plugin.forces import pull_segment
@@ -75,7 +67,7 @@ from tendon_mj.plugin.sheath_plugin.state import (
     unpack,
 )
 from tendon_mj.sheath import Guide, Guides, Segments, record_type
-from tendon_mj.typing import FloatArray
+from tendon_mj.typing import FloatArray, IntArray
 
 
 class Group:
@@ -193,11 +185,11 @@ def _half(work: int, nv: int, group: Group) -> FloatArray:
 
 
 @compiled
-def _places(work: int, nv: int, group: Group) -> int:
-    """Address of where these numbers are, whole numbers."""
+def _places(work: int, nv: int, group: Group) -> IntArray:
+    """Where these numbers are."""
     head = head_at(work)
     rows = _rows_at(work) + 8 * nv * int(head.room)
-    return rows + 16 * int(head.width) * int(group.row) + 8 * int(head.width)
+    return words(rows + 16 * int(head.width) * int(group.row) + 8 * int(head.width))
 
 
 @compiled
@@ -274,22 +266,22 @@ def response_at(work: int, nv: int) -> int:
 
 
 @compiled
-def is_wide_enough(m: int, work: int) -> bool:
+def is_wide_enough(m: Model, work: int) -> bool:
     """Whether there is memory for all dampers, of which another integrator has more."""
     head = head_at(work)
-    return head.width >= size(m + LAYOUT.m_nv) + most_dampers(m, int(head.sheaths))
+    return head.width >= m.nv + most_dampers(m, int(head.sheaths))
 
 
 @apart
-def workspace(m: int, d: int, first: int, last: int) -> int:
+def workspace(m: Model, d: Data, first: int, last: int) -> int:
     """Memory for the groups of all sheaths, kept in the binding of the last one."""
-    room, sheaths, nv = 0, 0, size(m + LAYOUT.m_nv)
+    room, sheaths, nv = 0, 0, m.nv
     for instance in range(first, last + 1):
         if is_sheath(m, instance, first) and binding_of(d, instance, SHEATH) != 0:
             guides = int(binding_at(binding_of(d, instance, SHEATH)).guides)
             room, sheaths = room + guides, sheaths + 1
     place = binding_of(d, last, SHEATH) + WORKSPACE
-    work = pointer(place)
+    work = word(place)
     spots = room + sheaths
     width = nv + most_dampers(m, sheaths)
     head = head_at(work)
@@ -302,7 +294,7 @@ def workspace(m: int, d: int, first: int, last: int) -> int:
         doubles(work, count)[:] = 0.0
         head = head_at(work)
         head.room, head.spots, head.sheaths, head.width = room, spots, sheaths, width
-        set_pointer(place, work)
+        words(place)[0] = work
     return work
 
 
@@ -432,9 +424,9 @@ _UNEXPLAINED = 1e-9  # of a length: a change beyond what velocities say that is 
 
 
 @apart
-def _set_rows(m: int, d: int, work: int, k: int, state: State, segments: Segments) -> None:
+def _set_rows(m: Model, d: Data, work: int, k: int, state: State, segments: Segments) -> None:
     """Set the rows D of a sheath's groups, less their shares of D_0 if its stretch is spread."""
-    nv = size(m + LAYOUT.m_nv)
+    nv = m.nv
     member, at_input, rows = _member(work, nv, k), _input_row(work, nv, k), _rows_at(work)
     owners, first, last = _owners(work, nv, member), int(member.first), int(member.last)
     doubles(rows + 8 * nv * first, nv * (last - first))[:] = 0.0
@@ -498,7 +490,7 @@ def _slid(member: Member, group: Group, guides: Guides) -> float:
 
 
 @apart
-def set_up(m: int, d: int, work: int, instance: int, stage: bool, written: bool) -> None:
+def set_up(m: Model, d: Data, work: int, instance: int, stage: bool, written: bool) -> None:
     """Set up the groups of a sheath in the pose at hand, and their friction as it was shown last.
 
     Where positions or velocities were ``written`` since the last step nothing slips meanwhile.
@@ -506,7 +498,7 @@ def set_up(m: int, d: int, work: int, instance: int, stage: bool, written: bool)
     address = state_of(m, d, instance)
     state = state_at(address)
     segments, guides, _ = unpack(address)
-    nv, head, h = size(m + LAYOUT.m_nv), head_at(work), double(m + LAYOUT.o_timestep, 0)
+    nv, head, h = m.nv, head_at(work), m.opt.timestep
     k, first = int(head.members), int(head.groups)
     member = _member(work, nv, k)
     member.instance, member.first, member.is_stage = instance, first, stage
@@ -530,7 +522,7 @@ def set_up(m: int, d: int, work: int, instance: int, stage: bool, written: bool)
     if not rough:
         return
     _set_rows(m, d, work, k, state, segments)
-    velocity = coordinates(pointer(d + LAYOUT.d_qvel))
+    velocity = d.qvel
     for g in range(first, last):
         group = _group(work, g)
         end = guides[int(group.end) - 1]
@@ -541,7 +533,7 @@ def set_up(m: int, d: int, work: int, instance: int, stage: bool, written: bool)
         drawn = group.passed / h - (speed - 0.5 * curved)  # by bodies that move without a velocity
         on_arc = end.is_on_arc != 0.0 or guides[int(group.begin)].is_on_arc != 0.0
         is_known = member.spreads + state.fixed == 0.0 and not on_arc and not written
-        if integer(m + LAYOUT.o_integrator, 0) == RK4 or not is_known:
+        if m.opt.integrator == RK4 or not is_known:
             drawn = 0.0
         if abs(h * drawn) <= _UNEXPLAINED * end.trial_way:
             drawn = 0.0
@@ -571,7 +563,7 @@ def _take_over(work: int, nv: int, group: Group, friction: float) -> None:
 
 
 @apart
-def _start(m: int, d: int, work: int, nv: int, k: int) -> None:
+def _start(m: Model, d: Data, work: int, nv: int, k: int) -> None:
     """Read T_0 of a sheath, and the tensions that its groups held."""
     member = _member(work, nv, k)
     state = state_at(state_of(m, d, int(member.instance)))
@@ -615,7 +607,7 @@ def _hold(work: int, nv: int, g: int) -> None:
 
 
 @apart
-def _repeat(m: int, d: int, work: int, nv: int, g: int, moves: bool) -> None:
+def _repeat(m: Model, d: Data, work: int, nv: int, g: int, moves: bool) -> None:
     """Let a group slide or hold as it was shown last, or, with ``moves``, slide as it moves."""
     group = _group(work, g)
     member = _member(work, nv, int(group.member))
@@ -631,9 +623,9 @@ def _repeat(m: int, d: int, work: int, nv: int, g: int, moves: bool) -> None:
 
 
 @apart
-def repeat(m: int, d: int, work: int, moves: bool) -> None:
+def repeat(m: Model, d: Data, work: int, moves: bool) -> None:
     """Set the friction of all groups as it was shown last, or, with ``moves``, as they move now."""
-    nv, head = size(m + LAYOUT.m_nv), head_at(work)
+    nv, head = m.nv, head_at(work)
     for k in range(int(head.members)):
         _start(m, d, work, nv, k)
         member = _member(work, nv, k)
@@ -656,9 +648,9 @@ _STILL = 1e-12  # of its length, by which tendon that counts as still may pass a
 
 
 @apart
-def prepare(m: int, d: int, work: int) -> None:
+def prepare(m: Model, d: Data, work: int) -> None:
     """Set up M̂ with the dampers that are integrated implicitly."""
-    nv, head = size(m + LAYOUT.m_nv), head_at(work)
+    nv, head = m.nv, head_at(work)
     response = response_at(work, nv)
     prepare_response(m, d, response)
     if not is_implicit(m):
@@ -674,7 +666,7 @@ def prepare(m: int, d: int, work: int) -> None:
 
 
 @apart
-def _go_half_way(m: int, work: int, nv: int, h: float) -> None:
+def _go_half_way(m: Model, work: int, nv: int, h: float) -> None:
     """Set all rows half way, and the mobility of the groups."""
     head, response = head_at(work), response_at(work, nv)
     weights, room = _half_vector(work, nv, _WEIGHTS), _half_vector(work, nv, _ALONG)
@@ -693,7 +685,7 @@ def _go_half_way(m: int, work: int, nv: int, h: float) -> None:
         for i in range(width):
             if room[i] != 0.0:
                 half[count] = room[i]
-                set_pointer(places + 8 * count, i)
+                places[count] = i
                 mobility += weights[i] * room[i] * room[i]
                 count += 1
         group.count, group.mobility, group.eases = count, mobility, group.share
@@ -702,7 +694,7 @@ def _go_half_way(m: int, work: int, nv: int, h: float) -> None:
             at_input = _input_half(work, nv, int(group.member))
             eases = 0.0
             for i in range(count):
-                place = pointer(places + 8 * i)
+                place = places[i]
                 eases += half[i] * weights[place] * at_input[place]
             group.eases += h * member.damping * eases
 
@@ -713,7 +705,7 @@ def _across(work: int, nv: int, group: Group, half: FloatArray) -> float:
     row, places = _half(work, nv, group), _places(work, nv, group)
     total = 0.0
     for k in range(int(group.count)):
-        total += row[k] * half[pointer(places + 8 * k)]
+        total += row[k] * half[places[k]]
     return total
 
 
@@ -723,7 +715,7 @@ def _add_half(work: int, nv: int, group: Group, half: FloatArray, factor: float)
     row, places = _half(work, nv, group), _places(work, nv, group)
     weights = _half_vector(work, nv, _WEIGHTS)
     for k in range(int(group.count)):
-        i = pointer(places + 8 * k)
+        i = places[k]
         half[i] += factor * weights[i] * row[k]
 
 
@@ -779,7 +771,7 @@ def _missing(work: int, nv: int, group: Group) -> tuple[float, float]:
     forces = _half_vector(work, nv, _FORCES)
     missing, sizes = group.wanted, abs(group.wanted) + group.mobility * abs(group.friction)
     for k in range(int(group.count)):
-        part = row[k] * forces[pointer(places + 8 * k)]
+        part = row[k] * forces[places[k]]
         missing, sizes = missing + part, sizes + abs(part)
     return missing, sizes
 
@@ -916,7 +908,7 @@ def _settle(work: int, nv: int, h: float) -> None:
 
 
 @apart
-def _release(m: int, d: int, work: int, nv: int) -> bool:
+def _release(m: Model, d: Data, work: int, nv: int) -> bool:
     """Let groups that broke loose slide at μ_d; return whether there are any."""
     released = False
     for g in range(int(head_at(work).groups)):
@@ -964,7 +956,7 @@ def _write_guides(work: int, nv: int, group: Group, segments: Segments, guides: 
 
 
 @apart
-def _write(m: int, d: int, work: int, nv: int, k: int, time: float) -> None:
+def _write(m: Model, d: Data, work: int, nv: int, k: int, time: float) -> None:
     """Write the result of a sheath, and keep it on trial."""
     member = _member(work, nv, k)
     address = state_of(m, d, int(member.instance))
@@ -984,7 +976,7 @@ def _write(m: int, d: int, work: int, nv: int, k: int, time: float) -> None:
         segment.tension = segment.trial_tension + changed / segment.divisor
         if member.is_fixed == 0.0:
             segment.tension = max(0.0, segment.tension)
-    state.trial_time, state.trial_elapsed = time, double(m + LAYOUT.o_timestep, 0)
+    state.trial_time, state.trial_elapsed = time, m.opt.timestep
     state.has_trial = 1.0 if math.isfinite(state.input_force) else 0.0
 
 
@@ -999,7 +991,7 @@ def _add_friction(work: int, nv: int) -> None:
 
 
 @apart
-def _add_up(m: int, d: int, work: int, nv: int) -> FloatArray:
+def _add_up(m: Model, d: Data, work: int, nv: int) -> FloatArray:
     """Add up the forces that are known before friction."""
     known = known_forces(m, d, int(head_at(work).leader))
     base = coordinates(vector_at(work, nv, BASE))
@@ -1010,9 +1002,9 @@ def _add_up(m: int, d: int, work: int, nv: int) -> FloatArray:
 
 
 @apart
-def solve(m: int, d: int, work: int) -> None:
+def solve(m: Model, d: Data, work: int) -> None:
     """Solve the friction of all groups under the forces at hand, and add it to FRICTION."""
-    nv, head, h = size(m + LAYOUT.m_nv), head_at(work), double(m + LAYOUT.o_timestep, 0)
+    nv, head, h = m.nv, head_at(work), m.opt.timestep
     stage = False
     for k in range(int(head.members)):
         member = _member(work, nv, k)
@@ -1059,15 +1051,15 @@ def solve(m: int, d: int, work: int) -> None:
         group.friction = tension - incoming
     _add_friction(work, nv)
     _add_to(known, friction, 1.0, nv)
-    time = double(d + LAYOUT.d_time, 0)
+    time = d.time
     for k in range(int(head.members)):
         _write(m, d, work, nv, k, time)
 
 
 @apart
-def keep_slips(m: int, d: int, work: int) -> None:
+def keep_slips(m: Model, d: Data, work: int) -> None:
     """Keep how all groups slip at the end of the step, as in the pose at its beginning."""
-    nv, velocity = size(m + LAYOUT.m_nv), coordinates(pointer(d + LAYOUT.d_qvel))
+    nv, velocity = m.nv, d.qvel
     for g in range(int(head_at(work).groups)):
         group = _group(work, g)
         _, guides, _ = unpack(state_of(m, d, int(_member(work, nv, int(group.member)).instance)))
@@ -1079,12 +1071,12 @@ def keep_slips(m: int, d: int, work: int) -> None:
 
 
 @apart
-def keep_unknown_forces(m: int, d: int, first: int) -> None:
+def keep_unknown_forces(m: Model, d: Data, first: int) -> None:
     """Keep the forces of the step that ends which friction did not know."""
     unknown, known = unknown_forces(m, d, first), known_forces(m, d, first)
-    smooth = coordinates(pointer(d + LAYOUT.d_qfrc_smooth))
-    constraint = coordinates(pointer(d + LAYOUT.d_qfrc_constraint))
-    for i in range(size(m + LAYOUT.m_nv)):
+    smooth = d.qfrc_smooth
+    constraint = d.qfrc_constraint
+    for i in range(m.nv):
         force = smooth[i] + constraint[i] - known[i]
         unknown[i] = force if math.isfinite(force) else 0.0
 

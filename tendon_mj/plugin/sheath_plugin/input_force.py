@@ -6,13 +6,11 @@ with g f_a the gear times the force of each actuator on the tendon, x how much t
 or shorter than its spring's range, v = dL/dt, k and c MuJoCo's polynomials, and λ the force of
 equalities and of the tendon's limit. It pulls where it is negative.
 
-MuJoCo computes actuators after passive forces, so the first sheath that is driven has them
-computed; the result is the same when MuJoCo computes them again. Where controls or activations are
-others by then, it has passive forces computed again: a control that is set between `mj_step1` and
-`mj_step2`, or by `mjcb_control`, meets friction in the same step, and so do those that
-`mjd_transitionFD` varies. Constraints are solved last: λ
-follows what was solved in the steps before, by a fifth of the difference in each, so that a
-constraint and the friction that answers it settle instead of alternating.
+MuJoCo computes actuators after passive forces, and driven tendons are solved once it has: a
+control that is set between `mj_step1` and `mj_step2`, or by `mjcb_control`, meets friction in the
+same step, and so do those that `mjd_transitionFD` varies. Constraints are solved last: λ is that
+of the step before. On an elastic tendon it follows by a fifth of the difference in each step, so
+that a constraint and the friction that answers it settle instead of alternating.
 
 A tendon whose own spring is the cable's elasticity is not driven. Its stiffness k and rest length S
 make EA = k S, and S is its unstretched length: a shorter S is tendon wound in at the input. MuJoCo
@@ -24,14 +22,14 @@ from __future__ import annotations
 import mujoco
 
 from tendon_mj.native import apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import mj_actuatorDamping, mju_polyForce
-from tendon_mj.plugin.abi.memory import byte, coordinates, double, doubles, integer, pointer, size
+from tendon_mj.plugin.abi.memory import doubles
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import coefficient_of, metres
 from tendon_mj.plugin.sheath_plugin.response import damping_of
 from tendon_mj.plugin.sheath_plugin.state import DAMPING_POLY, State
 
-ON_TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
+_ON_TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
 _ON_JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
 _ON_JOINT_IN_PARENT = mujoco.mjtTrn.mjTRN_JOINTINPARENT.value
 _TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
@@ -48,87 +46,79 @@ _SAME = 1e-9  # relative; a tendon that is longer than its path by less is not s
 
 
 @compiled
-def acts_on(m: int, actuator: int, tendon: int) -> bool:
+def acts_on(m: Model, actuator: int, tendon: int) -> bool:
     """Whether an actuator's transmission is a tendon, or the joint that a cable not drawn turns."""
-    kind = integer(pointer(m + LAYOUT.m_actuator_trntype), actuator)
-    target = integer(pointer(m + LAYOUT.m_actuator_trnid), 2 * actuator)
+    kind, target = m.actuator_trntype[actuator], m.actuator_trnid[actuator, 0]
     if kind in (_ON_JOINT, _ON_JOINT_IN_PARENT):
         return coefficient_of(m, tendon, target) != 0.0
-    return kind == ON_TENDON and target == tendon
+    return kind == _ON_TENDON and target == tendon
 
 
 @compiled
-def _force_per_force(m: int, actuator: int, tendon: int) -> float:
+def _force_per_force(m: Model, actuator: int, tendon: int) -> float:
     """Force along a tendon per force of an actuator that acts on it."""
-    adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
-    gear = double(pointer(m + LAYOUT.m_actuator_gear), 6 * adr)
-    if integer(pointer(m + LAYOUT.m_actuator_trntype), actuator) == ON_TENDON:
+    gear = m.actuator_gear[m.actuator_outadr[actuator], 0]
+    if m.actuator_trntype[actuator] == _ON_TENDON:
         return gear
-    joint = integer(pointer(m + LAYOUT.m_actuator_trnid), 2 * actuator)
-    return gear / coefficient_of(m, tendon, joint)
+    return gear / coefficient_of(m, tendon, m.actuator_trnid[actuator, 0])
 
 
 @compiled
-def has_spring(m: int, tendon: int) -> bool:
+def has_spring(m: Model, tendon: int) -> bool:
     """Whether a tendon has a stiffness of its own."""
-    higher = doubles(pointer(m + LAYOUT.m_tendon_stiffnesspoly) + 16 * tendon, _POLY)
-    linear = double(pointer(m + LAYOUT.m_tendon_stiffness), tendon)
+    higher = m.tendon_stiffnesspoly[tendon]
+    linear = m.tendon_stiffness[tendon]
     return linear != 0.0 or higher[0] != 0.0 or higher[1] != 0.0
 
 
 @compiled
-def is_constrained(m: int, tendon: int) -> bool:
+def is_constrained(m: Model, tendon: int) -> bool:
     """Whether an equality or a limit may act on a tendon."""
-    if byte(pointer(m + LAYOUT.m_tendon_limited), tendon) != 0:
+    if m.tendon_limited[tendon]:
         return True
-    kinds = pointer(m + LAYOUT.m_eq_type)
-    firsts, seconds = pointer(m + LAYOUT.m_eq_obj1id), pointer(m + LAYOUT.m_eq_obj2id)
-    for k in range(size(m + LAYOUT.m_neq)):
-        if integer(kinds, k) == _OF_TENDONS and (
-            integer(firsts, k) == tendon or integer(seconds, k) == tendon
-        ):
+    for k in range(m.neq):
+        if m.eq_type[k] == _OF_TENDONS and tendon in (m.eq_obj1id[k], m.eq_obj2id[k]):
             return True
     return False
 
 
 @compiled
-def _spring(m: int, d: int, tendon: int) -> float:
+def _spring(m: Model, d: Data, tendon: int) -> float:
     if not has_spring(m, tendon):
         return 0.0
-    length = double(pointer(d + LAYOUT.d_ten_length), tendon)
-    low = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * tendon)
-    high = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * tendon + 1)
+    length = d.ten_length[tendon]
+    low, high = m.tendon_lengthspring[tendon, 0], m.tendon_lengthspring[tendon, 1]
     x = length - high if length > high else (length - low if length < low else 0.0)
-    linear = double(pointer(m + LAYOUT.m_tendon_stiffness), tendon)
-    poly = pointer(m + LAYOUT.m_tendon_stiffnesspoly) + 16 * tendon
+    linear = m.tendon_stiffness[tendon]
+    poly = m.tendon_stiffnesspoly[tendon]
     return -x * mju_polyForce(linear, poly, x, _POLY, 0)
 
 
 @compiled
-def _damper(m: int, d: int, address: int, tendon: int) -> float:
+def _damper(m: Model, d: Data, address: int, tendon: int) -> float:
     work = address + DAMPING_POLY
     poly = doubles(work, _POLY)
-    own = doubles(pointer(m + LAYOUT.m_tendon_dampingpoly) + 16 * tendon, _POLY)
+    own = m.tendon_dampingpoly[tendon]
     poly[0], poly[1] = own[0], own[1]
-    linear = double(pointer(m + LAYOUT.m_tendon_damping), tendon)
-    if integer(pointer(m + LAYOUT.m_tendon_actuatorid), tendon) != -1:
+    linear = m.tendon_damping[tendon]
+    if m.tendon_actuatorid[tendon] != -1:
         linear += mj_actuatorDamping(m, _TENDON, tendon, work)
     if linear == 0.0 and poly[0] == 0.0 and poly[1] == 0.0:
         return 0.0
-    v = double(pointer(d + LAYOUT.d_ten_velocity), tendon)
+    v = d.ten_velocity[tendon]
     return -v * mju_polyForce(linear, work, v, _POLY, 1)
 
 
 @apart
-def tendon_damping(m: int, state: State) -> float:
+def tendon_damping(m: Model, state: State) -> float:
     """Linear damping of a tendon itself [N s/m]."""
-    if integer(m + LAYOUT.o_disableflags, 0) & _DAMPER_OFF:
+    if m.opt.disableflags & _DAMPER_OFF:
         return 0.0
-    return double(pointer(m + LAYOUT.m_tendon_damping), int(state.tendon)) / metres(state) ** 2
+    return m.tendon_damping[int(state.tendon)] / metres(state) ** 2
 
 
 @apart
-def actuator_damping(m: int, d: int, state: State) -> float:
+def actuator_damping(m: Model, d: Data, state: State) -> float:
     """Force along a tendon per velocity of it that its actuators add implicitly [N s/m]."""
     damping = 0.0
     if state.first_actuator >= 0.0:
@@ -140,24 +130,24 @@ def actuator_damping(m: int, d: int, state: State) -> float:
 
 
 @compiled
-def _of_actuators(m: int, d: int, state: State, motors: bool) -> float:
+def _of_actuators(m: Model, d: Data, state: State, motors: bool) -> float:
     """The force of actuators along a tendon [N], or of its ``motors`` alone, which have no bias."""
-    force, biases = 0.0, pointer(m + LAYOUT.m_actuator_biastype)
+    force = 0.0
     if state.first_actuator >= 0.0:
         for actuator in range(int(state.first_actuator), int(state.last_actuator) + 1):
-            counts = not motors or integer(biases, actuator) == _NO_BIAS
+            counts = not motors or m.actuator_biastype[actuator] == _NO_BIAS
             if counts and acts_on(m, actuator, int(state.tendon)):
-                adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
+                adr = m.actuator_outadr[actuator]
                 gear = _force_per_force(m, actuator, int(state.tendon))
-                force += gear * double(pointer(d + LAYOUT.d_actuator_force), adr)
+                force += gear * d.actuator_force[adr]
     return force
 
 
 @compiled
-def _unconstrained(m: int, d: int, address: int, state: State) -> float:
+def _unconstrained(m: Model, d: Data, address: int, state: State) -> float:
     """The force of actuators, spring and damper [N]."""
     tendon, force = int(state.tendon), 0.0
-    off = integer(m + LAYOUT.o_disableflags, 0)
+    off = m.opt.disableflags
     if not off & _ACTUATION_OFF:
         force = _of_actuators(m, d, state, False)
     if not off & _SPRING_OFF:
@@ -168,7 +158,7 @@ def _unconstrained(m: int, d: int, address: int, state: State) -> float:
 
 
 @apart
-def is_pushed(m: int, d: int, state: State) -> bool:
+def is_pushed(m: Model, d: Data, state: State) -> bool:
     """Whether motors push a tendon: actuators whose force is their control alone.
 
     A servo pushes in passing, where its command is behind the tendon.
@@ -178,7 +168,7 @@ def is_pushed(m: int, d: int, state: State) -> bool:
 
 
 @compiled
-def input_force(m: int, d: int, address: int, state: State) -> float:
+def input_force(m: Model, d: Data, address: int, state: State) -> float:
     """Force along the tendon [N], pulling where it is negative."""
     force = _unconstrained(m, d, address, state) / metres(state)
     if state.constrained != 0.0:
@@ -187,64 +177,59 @@ def input_force(m: int, d: int, address: int, state: State) -> float:
 
 
 @compiled
-def holds_length(m: int, tendon: int) -> bool:
+def holds_length(m: Model, tendon: int) -> bool:
     """Whether a limit, or an equality with no other tendon, holds the length of a tendon itself."""
-    if byte(pointer(m + LAYOUT.m_tendon_limited), tendon) != 0:
+    if m.tendon_limited[tendon]:
         return True
-    for k in range(size(m + LAYOUT.m_neq)):
-        if integer(pointer(m + LAYOUT.m_eq_type), k) == _OF_TENDONS and (
-            integer(pointer(m + LAYOUT.m_eq_obj1id), k) == tendon
-            and integer(pointer(m + LAYOUT.m_eq_obj2id), k) < 0
-        ):
+    for k in range(m.neq):
+        is_of_tendons = m.eq_type[k] == _OF_TENDONS
+        if is_of_tendons and m.eq_obj1id[k] == tendon and m.eq_obj2id[k] < 0:
             return True
     return False
 
 
 @apart
-def _constraint_force(m: int, d: int, tendon: int) -> float:
+def _constraint_force(m: Model, d: Data, tendon: int) -> float:
     """λ of the constraints that MuJoCo has solved [N], pulling where negative."""
-    force, equalities = 0.0, integer(d + LAYOUT.d_ne, 0)
+    force, equalities = 0.0, d.ne
     for row in range(equalities):
-        which = integer(pointer(d + LAYOUT.d_efc_id), row)
-        value = double(pointer(d + LAYOUT.d_efc_force), row)
-        if integer(pointer(m + LAYOUT.m_eq_type), which) == _OF_TENDONS:
-            second = integer(pointer(m + LAYOUT.m_eq_obj2id), which)
-            if integer(pointer(m + LAYOUT.m_eq_obj1id), which) == tendon:
+        which = d.efc_id[row]
+        value = d.efc_force[row]
+        if m.eq_type[which] == _OF_TENDONS:
+            second = m.eq_obj2id[which]
+            if m.eq_obj1id[which] == tendon:
                 force += value
             if second == tendon:
-                x = double(pointer(d + LAYOUT.d_ten_length), second)
-                x -= double(pointer(m + LAYOUT.m_tendon_length0), second)
-                c = coordinates(pointer(m + LAYOUT.m_eq_data) + LAYOUT.equality_bytes * which)
+                x = d.ten_length[second] - m.tendon_length0[second]
+                c = m.eq_data[which]
                 force -= value * (c[1] + x * (2.0 * c[2] + x * (3.0 * c[3] + x * 4.0 * c[4])))
-    begin, end = equalities + integer(d + LAYOUT.d_nf, 0), integer(d + LAYOUT.d_nefc, 0)
+    begin, end = equalities + d.nf, d.nefc
     for row in range(begin, end):
-        kind = integer(pointer(d + LAYOUT.d_efc_type), row)
+        kind = d.efc_type[row]
         if kind > _TENDON_LIMIT:  # contacts come last
             break
-        if kind == _TENDON_LIMIT and integer(pointer(d + LAYOUT.d_efc_id), row) == tendon:
-            length = double(pointer(d + LAYOUT.d_ten_length), tendon)
-            ends = coordinates(pointer(m + LAYOUT.m_tendon_range) + 16 * tendon)
-            value = double(pointer(d + LAYOUT.d_efc_force), row)
+        if kind == _TENDON_LIMIT and d.efc_id[row] == tendon:
+            length = d.ten_length[tendon]
+            ends = m.tendon_range[tendon]
+            value = d.efc_force[row]
             force += value if length - ends[0] < ends[1] - length else -value
     return force
 
 
 @apart
-def uniform_force(m: int, d: int, address: int, state: State) -> float:
+def uniform_force(m: Model, d: Data, address: int, state: State) -> float:
     """Force along the tendon with the constraints just solved and its `frictionloss` [N]."""
     tendon = int(state.tendon)
     force = _unconstrained(m, d, address, state) + _constraint_force(m, d, tendon)
-    begin = integer(d + LAYOUT.d_ne, 0)
-    for row in range(begin, begin + integer(d + LAYOUT.d_nf, 0)):
-        if integer(pointer(d + LAYOUT.d_efc_type), row) == _TENDON_LOSS and (
-            integer(pointer(d + LAYOUT.d_efc_id), row) == tendon
-        ):
-            force += double(pointer(d + LAYOUT.d_efc_force), row)
+    begin = d.ne
+    for row in range(begin, begin + d.nf):
+        if d.efc_type[row] == _TENDON_LOSS and d.efc_id[row] == tendon:
+            force += d.efc_force[row]
     return force
 
 
 @compiled
-def follow_constraint(m: int, d: int, state: State) -> None:
+def follow_constraint(m: Model, d: Data, state: State) -> None:
     """Let the force of this step's constraints count from the next step on."""
     if state.constrained != 0.0:
         solved = _constraint_force(m, d, int(state.tendon))
@@ -254,21 +239,21 @@ def follow_constraint(m: int, d: int, state: State) -> None:
 
 
 @compiled
-def _stiffness_times_length(m: int, tendon: int, length: float) -> float:
+def _stiffness_times_length(m: Model, tendon: int, length: float) -> float:
     """k S of a tendon's own spring [N], k = T/x of a polynomial at the length at hand."""
-    rest = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * tendon + 1)
-    linear = double(pointer(m + LAYOUT.m_tendon_stiffness), tendon)
-    poly = pointer(m + LAYOUT.m_tendon_stiffnesspoly) + 16 * tendon
+    rest = m.tendon_lengthspring[tendon, 1]
+    linear = m.tendon_stiffness[tendon]
+    poly = m.tendon_stiffnesspoly[tendon]
     return mju_polyForce(linear, poly, max(0.0, length - rest), _POLY, 0) * rest
 
 
 @apart
-def note_spring(m: int, state: State, has_length: bool) -> None:
+def note_spring(m: Model, state: State, has_length: bool) -> None:
     """Derive EA, and T_0 or the slack, from the tendon's own spring, unless they are configured."""
     tendon = int(state.tendon)
-    rest = double(pointer(m + LAYOUT.m_tendon_lengthspring), 2 * tendon + 1)
-    stiffness = double(pointer(m + LAYOUT.m_tendon_stiffness), tendon)
-    length = double(pointer(m + LAYOUT.m_tendon_length0), tendon)
+    rest = m.tendon_lengthspring[tendon, 1]
+    stiffness = m.tendon_stiffness[tendon]
+    length = m.tendon_length0[tendon]
     state.spring_length = rest
     state.spring_product = max(0.0, _stiffness_times_length(m, tendon, length))
     if state.law.axial_stiffness == 0.0:
@@ -279,15 +264,15 @@ def note_spring(m: int, state: State, has_length: bool) -> None:
 
 
 @compiled
-def follow_spring(m: int, d: int, state: State) -> bool:
+def follow_spring(m: Model, d: Data, state: State) -> bool:
     """Follow the tendon's own spring as `mjModel` now has it; return whether it can pull.
 
     EA changes in the ratio in which k S does.
     """
     tendon = int(state.tendon)
-    length = double(pointer(d + LAYOUT.d_ten_length), tendon)
+    length = d.ten_length[tendon]
     product = _stiffness_times_length(m, tendon, length)
-    off = integer(m + LAYOUT.o_disableflags, 0) & _SPRING_OFF != 0
+    off = m.opt.disableflags & _SPRING_OFF != 0
     state.input_force = 0.0 if off else _spring(m, d, tendon)
     if state.spring_product > 0.0 and product != state.spring_product:
         if not product > 0.0:

@@ -23,9 +23,9 @@ import numpy as np
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.native import apart
 from tendon_mj.plugin.abi.checks import Draft
-from tendon_mj.plugin.abi.layout import LAYOUT
+from tendon_mj.plugin.abi.layout import Model
 from tendon_mj.plugin.abi.library import C, free, malloc, mj_id2name, mj_name2id
-from tendon_mj.plugin.abi.memory import byte, integer, pointer, set_byte, size
+from tendon_mj.plugin.abi.memory import letters
 from tendon_mj.plugin.sheath_plugin import attributes as at
 
 _OBJ = mujoco.mjtObj
@@ -89,18 +89,16 @@ def prefix_and_suffix(
 
 
 @apart
-def own_name(m: int, instance: int) -> int:
+def own_name(m: Model, instance: int) -> int:
     """Address of an instance's name, or of its sensor's or actuator's; 0 without any."""
     name = mj_id2name(m, _PLUGIN, instance)
-    if name != 0 and byte(name, 0) != 0:
+    if name != 0 and letters(name)[0] != 0:
         return name
-    owners = pointer(m + LAYOUT.m_sensor_plugin)
-    for k in range(size(m + LAYOUT.m_nsensor)):
-        if integer(owners, k) == instance:
+    for k in range(m.nsensor):
+        if m.sensor_plugin[k] == instance:
             return mj_id2name(m, _SENSOR, k)
-    owners = pointer(m + LAYOUT.m_actuator_plugin)
-    for k in range(size(m + LAYOUT.m_nactuator)):
-        if integer(owners, k) == instance:
+    for k in range(m.nactuator):
+        if m.actuator_plugin[k] == instance:
             return mj_id2name(m, _ACTUATOR, k)
     return 0
 
@@ -109,13 +107,13 @@ def own_name(m: int, instance: int) -> int:
 def _length(text: int) -> int:
     """Bytes of a zero-terminated string; 0 at address 0."""
     count = 0
-    while text != 0 and byte(text, count) != 0:
+    while text != 0 and letters(text)[count] != 0:
         count += 1
     return count
 
 
 @apart
-def _index(m: int, kind: int, own: int, end: int, start: int, text: int) -> int:
+def _index(m: Model, kind: int, own: int, end: int, start: int, text: int) -> int:
     """Index of the element called own[:end] + text + own[start:], −1 for none."""
     count, last = _length(text), _length(own) - start
     name = malloc(end + count + last + 1)
@@ -123,18 +121,18 @@ def _index(m: int, kind: int, own: int, end: int, start: int, text: int) -> int:
         free(name)
         return -1
     for k in range(end):
-        set_byte(name + k, byte(own, k))
+        letters(name)[k] = letters(own)[k]
     for k in range(count):
-        set_byte(name + end + k, byte(text, k))
+        letters(name)[end + k] = letters(text)[k]
     for k in range(last + 1):
-        set_byte(name + end + count + k, byte(own, start + k) if k < last else 0)
+        letters(name)[end + count + k] = letters(own)[start + k] if k < last else 0
     index = mj_name2id(m, kind, name)
     free(name)
     return index
 
 
 @apart
-def _affixes(m: int, own: int, written: int, tendon: int) -> tuple[int, int]:
+def _affixes(m: Model, own: int, written: int, tendon: int) -> tuple[int, int]:
     """Where the prefix of a name ends and its suffix starts, as `prefix_and_suffix` has it."""
     last, inner = _length(own), _length(written)
     exists, first, prefix_end, suffix_start = False, True, 0, last
@@ -153,11 +151,11 @@ def _affixes(m: int, own: int, written: int, tendon: int) -> tuple[int, int]:
 
 
 @apart
-def _shared(m: int, own: int, tendon: int) -> tuple[int, int]:
+def _shared(m: Model, own: int, tendon: int) -> tuple[int, int]:
     """As `_affixes`, by the first that `around_tendon` gives."""
     last, inner = _length(own), _length(tendon)
     prefix_end, suffix_start = last, last
-    for index in range(size(m + LAYOUT.m_ntendon) if inner > 0 else 0):
+    for index in range(m.ntendon if inner > 0 else 0):
         name = mj_id2name(m, _TENDON, index)
         count = _length(name)
         for end in range(min(last, count - inner + 1)):
@@ -169,7 +167,7 @@ def _shared(m: int, own: int, tendon: int) -> tuple[int, int]:
                 and _same(name, end + inner, own, start, last - start)
             ):
                 prefix_end, suffix_start = end, start
-            if byte(own, end) != byte(name, end):
+            if letters(own)[end] != letters(name)[end]:
                 break
     return (0, last) if prefix_end == last else (prefix_end, suffix_start)
 
@@ -178,14 +176,14 @@ def _shared(m: int, own: int, tendon: int) -> tuple[int, int]:
 def _same(text: int, at: int, other: int, other_at: int, count: int) -> bool:
     """Whether ``count`` bytes of two strings are the same, each from its own place on."""
     k = 0
-    while k < count and byte(text, at + k) == byte(other, other_at + k):
+    while k < count and letters(text)[at + k] == letters(other)[other_at + k]:
         k += 1
     return k == count
 
 
 @apart
 def resolve_from(
-    m: int, instance: int, tendon: int, written: int, attribute: int, kind: int
+    m: Model, instance: int, tendon: int, written: int, attribute: int, kind: int
 ) -> int:
     """As ``resolve``, of a plugin whose attributes `tendon` and `instance` are these."""
     own = own_name(m, instance)
@@ -199,7 +197,7 @@ def resolve_from(
 
 
 @apart
-def resolve(m: int, instance: int, attribute: int, kind: int) -> int:
+def resolve(m: Model, instance: int, attribute: int, kind: int) -> int:
     """Index of the element, an `mjtObj`, that an attribute of a sheath names, −1 for none."""
     return resolve_from(m, instance, at.TENDON, at.INSTANCE, attribute, kind)
 
@@ -278,25 +276,22 @@ def _own_name(model: Draft, instance: int) -> str:
     name = model.name(_OBJ.mjOBJ_PLUGIN, instance)
     if name:
         return name
-    for kind, field, count in (
-        (_OBJ.mjOBJ_SENSOR, "sensor_plugin", int(model.fields.nsensor)),
-        (_OBJ.mjOBJ_ACTUATOR, "actuator_plugin", int(model.fields.nactuator)),
+    for kind, owners in (
+        (_OBJ.mjOBJ_SENSOR, model.sensor_plugin),
+        (_OBJ.mjOBJ_ACTUATOR, model.actuator_plugin),
     ):
-        if count:
-            owners = np.ctypeslib.as_array(model.ints(field), (count,))
-            for first in np.flatnonzero(owners == instance)[:1]:
-                return model.name(kind, int(first))
+        for first in np.flatnonzero(owners == instance)[:1]:
+            return model.name(kind, first)
     return ""
 
 
 def _carries(model: Draft, tendon: int, affixes: Affixes) -> bool:
     """Whether all that is named on a tendon's path has a prefix and a suffix."""
-    start, count = model.ints("tendon_adr")[tendon], model.ints("tendon_num")[tendon]
-    names = []
-    for k in range(start, start + count):
-        kind = _ON_PATH.get(model.ints("wrap_type")[k])
+    start, names = model.tendon_adr[tendon], []
+    for k in range(start, start + model.tendon_num[tendon]):
+        kind = _ON_PATH.get(model.wrap_type[k])
         if kind is not None:
-            names.append(model.name(kind, model.ints("wrap_objid")[k]))
+            names.append(model.name(kind, model.wrap_objid[k]))
     return all(n.startswith(affixes.prefix) and n.endswith(affixes.suffix) for n in names if n)
 
 
@@ -322,7 +317,7 @@ def by_tendon(configs: Mapping[int, Mapping[str, str]]) -> dict[str, list[int]]:
 def sheaths_of(model: Draft, plugin: str) -> dict[str, list[int]]:
     """Instances of the sheaths on each tendon; ``plugin`` is the sheaths' name."""
     reader = Draft(model.address, ("tendon", "sensor"))
-    instances = (k for k in range(int(reader.fields.nplugin)) if reader.plugin(k) == plugin)
+    instances = (k for k in range(reader.nplugin) if reader.plugin_name(k) == plugin)
     return by_tendon({k: own_config(reader, k) for k in instances})
 
 
@@ -334,7 +329,7 @@ def sheath_on(model: Draft, tendon: str, plugin: str) -> int | None:
     """
     reader = Draft(model.address, ("tendon", "sensor"))
     for instance in _last_seen.sheaths.get(tendon, ()):
-        if instance < int(reader.fields.nplugin) and reader.plugin(instance) == plugin:
+        if instance < reader.nplugin and reader.plugin_name(instance) == plugin:
             config = own_config(reader, instance)
             if config["tendon"] == tendon and not config["sensor"]:
                 return instance

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from tendon_mj.native import apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.memory import double, integer, pointer
+from tendon_mj.plugin.abi.layout import Model
+from tendon_mj.plugin.sheath_plugin.fixed_tendon import is_fixed
 from tendon_mj.plugin.sheath_plugin.state import state_at, unpack
 from tendon_mj.sheath import Guides, Segments
 from tendon_mj.typing import FloatArray
@@ -174,41 +174,68 @@ def update_path(
 
 
 @compiled
-def update_spans(m: int, tendon: int, segments: Segments) -> None:
+def update_spans(m: Model, tendon: int, segments: Segments) -> None:
     """Store which bodies each segment pulls together."""
-    first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
-    sites, bodies = pointer(m + LAYOUT.m_wrap_objid), pointer(m + LAYOUT.m_site_bodyid)
+    first = m.tendon_adr[tendon]
+    sites, bodies = m.wrap_objid, m.site_bodyid
     for j in range(len(segments)):
         segment = segments[j]
         segment.point, segment.divisor = j, 1.0
-        segment.near_body = integer(bodies, integer(sites, first + j))
-        segment.far_body = integer(bodies, integer(sites, first + j + 1))
+        segment.near_body = bodies[sites[first + j]]
+        segment.far_body = bodies[sites[first + j + 1]]
 
 
 @compiled
-def count_wraps(m: int, tendon: int) -> tuple[int, int]:
+def count_wraps(m: Model, tendon: int) -> tuple[int, int]:
     """How many geoms and how many pulleys a tendon has on its path."""
-    kinds = pointer(m + LAYOUT.m_wrap_type)
-    first = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
+    first = m.tendon_adr[tendon]
     geoms = pulleys = 0
-    for element in range(first, first + integer(pointer(m + LAYOUT.m_tendon_num), tendon)):
-        kind = integer(kinds, element)
+    for element in range(first, first + m.tendon_num[tendon]):
+        kind = m.wrap_type[element]
         pulleys += kind == PULLEY
         geoms += kind >= SPHERE
     return geoms, pulleys
 
 
+@compiled
+def count_guides(
+    m: Model, tendon: int, arc_guides: float, inner_guides: float
+) -> tuple[float, int, int]:
+    """How many guides a tendon's path has, and how many geoms and pulleys are on it."""
+    arcs, pulleys = count_wraps(m, tendon)
+    sites = 0  # within branches
+    if not is_fixed(m, tendon):
+        sites = m.tendon_num[tendon] - arcs - pulleys - 2 * (1 + pulleys)
+    return inner_guides + sites + arcs * arc_guides + pulleys, arcs, pulleys
+
+
+NOT_GIVEN = -1  # a count
+
+
+@compiled
+def capacity(m: Model, guides: int, arc_guides: int, inner_guides: int) -> tuple[int, int]:
+    """Guides and arcs to allocate memory for, by counts that may be `NOT_GIVEN`.
+
+    MuJoCo asks before the model has the paths of its tendons, so without ``guides`` all points of
+    the model that other tendons need not have are counted.
+    """
+    points = max(0, m.nwrap - m.ntendon - 1)
+    if guides != NOT_GIVEN:
+        return guides, guides // arc_guides if arc_guides != NOT_GIVEN else 0
+    return points * max(1, arc_guides) + inner_guides, points
+
+
 @apart
-def mark_branches(m: int, address: int) -> None:
+def mark_branches(m: Model, address: int) -> None:
     """Mark the ends of branches, the divisor of each segment, and which branch feeds which.
 
     A branch that begins at the site where an earlier one ended is fed by that.
     """
     state = state_at(address)
     segments, guides, _ = unpack(address)
-    kinds = pointer(m + LAYOUT.m_wrap_type)
-    first = integer(pointer(m + LAYOUT.m_tendon_adr), int(state.tendon))
-    count = integer(pointer(m + LAYOUT.m_tendon_num), int(state.tendon))
+    kinds = m.wrap_type
+    first = m.tendon_adr[int(state.tendon)]
+    count = m.tendon_num[int(state.tendon)]
     count = count if state.fixed == 0.0 else 0
     for j in range(len(segments)):
         segments[j].divisor, segments[j].point = 1.0, -1.0
@@ -216,9 +243,9 @@ def mark_branches(m: int, address: int) -> None:
         guides[i].is_pulley, guides[i].fed_by = 0.0, -1.0
     j, divisor = int(state.inner_guides), 1.0
     for element in range(first, first + count):
-        kind = integer(kinds, element)
+        kind = kinds[element]
         if kind == PULLEY:
-            divisor = double(pointer(m + LAYOUT.m_wrap_prm), element)
+            divisor = m.wrap_prm[element]
             guides[j].is_pulley = 1.0
             guides[j].fed_by = _fed_by(m, address, element + 1)
             j += 1
@@ -226,8 +253,8 @@ def mark_branches(m: int, address: int) -> None:
             for _ in range(int(state.arc_guides)):
                 segments[j].divisor = divisor
                 j += 1
-        elif element > first and integer(kinds, element - 1) != PULLEY:
-            last = element == first + count - 1 or integer(kinds, element + 1) == PULLEY
+        elif element > first and kinds[element - 1] != PULLEY:
+            last = element == first + count - 1 or kinds[element + 1] == PULLEY
             segments[j].divisor = divisor
             if not last:
                 j += 1
@@ -235,24 +262,24 @@ def mark_branches(m: int, address: int) -> None:
 
 
 @apart
-def _fed_by(m: int, address: int, begins: int) -> int:
+def _fed_by(m: Model, address: int, begins: int) -> int:
     """Last segment of the branch that ends at the site ``begins`` of another, −1 without one."""
     state = state_at(address)
-    kinds, objects = pointer(m + LAYOUT.m_wrap_type), pointer(m + LAYOUT.m_wrap_objid)
-    element = integer(pointer(m + LAYOUT.m_tendon_adr), int(state.tendon))
-    site, j = integer(objects, begins), int(state.inner_guides)
+    kinds, objects = m.wrap_type, m.wrap_objid
+    element = m.tendon_adr[int(state.tendon)]
+    site, j = objects[begins], int(state.inner_guides)
     last = -1
     while element < begins - 1:
-        kind = integer(kinds, element)
-        ends = kind == SITE and integer(kinds, element + 1) == PULLEY
-        if ends and last < 0 and integer(objects, element) == site:
+        kind = kinds[element]
+        ends = kind == SITE and kinds[element + 1] == PULLEY
+        if ends and last < 0 and objects[element] == site:
             last = j
         if kind == PULLEY:
             j += 1
             element += 1  # the site that begins a branch is not a guide
         elif kind != SITE:
             j += int(state.arc_guides)
-        elif element > integer(pointer(m + LAYOUT.m_tendon_adr), int(state.tendon)) and not ends:
+        elif element > m.tendon_adr[int(state.tendon)] and not ends:
             j += 1
         element += 1
     return last

@@ -15,16 +15,8 @@ from collections.abc import Callable
 import mujoco
 
 from tendon_mj.native import Record, apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.memory import (
-    byte,
-    coordinates,
-    double,
-    doubles,
-    integer,
-    pointer,
-    size,
-)
+from tendon_mj.plugin.abi.layout import Data, Model
+from tendon_mj.plugin.abi.memory import coordinates
 from tendon_mj.sheath import record_type
 from tendon_mj.typing import FloatArray
 
@@ -34,7 +26,6 @@ _OFF = mujoco.mjtDisableBit.mjDSBL_DAMPER.value
 _EULER_OFF = _OFF | mujoco.mjtDisableBit.mjDSBL_EULERDAMP.value
 _ACTUATION_OFF = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
 _AFFINE = mujoco.mjtBias.mjBIAS_AFFINE.value
-_BIAS_BYTES = 8 * mujoco.mjNBIAS
 _SMALL = 1e-3  # h k rᵀM̂⁻¹r up to which a damper changes nothing that matters
 
 
@@ -52,74 +43,71 @@ _response_at: Callable[[int], _Response] = Record(_RESPONSE)
 
 
 @compiled
-def _numbers(m: int) -> int:
+def _numbers(m: Model) -> int:
     """Numbers of a factor of M."""
-    last = size(m + LAYOUT.m_nv) - 1
+    last = m.nv - 1
     if last < 0:
         return 0
-    begin = integer(pointer(m + LAYOUT.m_M_rowadr), last)
-    return begin + integer(pointer(m + LAYOUT.m_M_rownnz), last)
+    return m.M_rowadr[last] + m.M_rownnz[last]
 
 
 @compiled
-def is_implicit(m: int) -> bool:
+def is_implicit(m: Model) -> bool:
     """Whether MuJoCo integrates the velocity terms of actuators and tendons implicitly."""
-    integrator = integer(m + LAYOUT.o_integrator, 0)
-    return integrator != _EULER and integrator != _RK4
+    return m.opt.integrator not in (_EULER, _RK4)
 
 
 @compiled
-def most_dampers(m: int, tendons: int) -> int:
+def most_dampers(m: Model, tendons: int) -> int:
     """Dampers that may be integrated implicitly, with so many sheathed tendons."""
-    return size(m + LAYOUT.m_nactuator) + tendons if is_implicit(m) else 0
+    return m.nactuator + tendons if is_implicit(m) else 0
 
 
 @compiled
-def response_size(m: int, tendons: int) -> int:
+def response_size(m: Model, tendons: int) -> int:
     """Numbers of memory for the response, with so many sheathed tendons."""
-    nv = size(m + LAYOUT.m_nv)
+    nv = m.nv
     return _COUNT + _numbers(m) + 2 * nv + (most_dampers(m, tendons) + 1) * (nv + 1)
 
 
 @compiled
-def damping_of(m: int, d: int, actuator: int) -> float:
+def damping_of(m: Model, d: Data, actuator: int) -> float:
     """Force per velocity of an actuator, where it is implicit [N s/m or N m s/rad]."""
-    off = integer(m + LAYOUT.o_disableflags, 0)
-    if off & _ACTUATION_OFF != 0 or not is_implicit(m):
+    if m.opt.disableflags & _ACTUATION_OFF or not is_implicit(m):
         return 0.0
-    if integer(pointer(m + LAYOUT.m_actuator_biastype), actuator) != _AFFINE:
+    if m.actuator_biastype[actuator] != _AFFINE:
         return 0.0
-    damping = -doubles(pointer(m + LAYOUT.m_actuator_biasprm) + _BIAS_BYTES * actuator, 3)[2]
-    if damping != 0.0 and byte(pointer(m + LAYOUT.m_actuator_forcelimited), actuator) != 0:
-        adr = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
-        limits = doubles(pointer(m + LAYOUT.m_actuator_forcerange) + 16 * actuator, 2)
-        if not limits[0] < double(pointer(d + LAYOUT.d_actuator_force), adr) < limits[1]:
+    damping = -m.actuator_biasprm[actuator, 2]
+    if damping != 0.0 and m.actuator_forcelimited[actuator]:
+        adr = m.actuator_outadr[actuator]
+        limits = m.actuator_forcerange[actuator]
+        if not limits[0] < d.actuator_force[adr] < limits[1]:
             return 0.0
     return damping
 
 
 @apart
-def _factor(m: int, d: int, factor: FloatArray, inverse: FloatArray) -> None:
+def _factor(m: Model, d: Data, factor: FloatArray, inverse: FloatArray) -> None:
     """Factor M + h B."""
-    nv, count = size(m + LAYOUT.m_nv), _numbers(m)
-    inertia = coordinates(pointer(d + LAYOUT.d_M))
+    nv, count = m.nv, _numbers(m)
+    inertia = d.M
     for k in range(count):
         factor[k] = inertia[k]
-    starts, counts = pointer(m + LAYOUT.m_M_rowadr), pointer(m + LAYOUT.m_M_rownnz)
-    columns, h = pointer(m + LAYOUT.m_M_colind), double(m + LAYOUT.o_timestep, 0)
-    integrator, off = integer(m + LAYOUT.o_integrator, 0), integer(m + LAYOUT.o_disableflags, 0)
+    starts, counts = m.M_rowadr, m.M_rownnz
+    columns, h = m.M_colind, m.opt.timestep
+    integrator, off = m.opt.integrator, m.opt.disableflags
     damped = off & (_EULER_OFF if integrator == _EULER else _OFF) == 0 and integrator != _RK4
     if damped:
-        damping = coordinates(pointer(m + LAYOUT.m_dof_damping))
+        damping = m.dof_damping
         for i in range(nv):
-            factor[integer(starts, i) + integer(counts, i) - 1] += h * max(0.0, damping[i])
+            factor[starts[i] + counts[i] - 1] += h * max(0.0, damping[i])
     for k in range(nv - 1, -1, -1):
-        start, others = integer(starts, k), integer(counts, k) - 1
+        start, others = starts[k], counts[k] - 1
         inverse[k] = 1.0 / factor[start + others]
         for a in range(others - 1, -1, -1):  # from the nearest ancestor on
-            i = integer(columns, start + a)
+            i = columns[start + a]
             share = factor[start + a] * inverse[k]
-            row = integer(starts, i)
+            row = starts[i]
             for b in range(a + 1):
                 factor[row + b] -= share * factor[start + b]
         for a in range(others):
@@ -127,29 +115,29 @@ def _factor(m: int, d: int, factor: FloatArray, inverse: FloatArray) -> None:
 
 
 @compiled
-def _solve_upper(m: int, factor: FloatArray, x: FloatArray) -> None:
+def _solve_upper(m: Model, factor: FloatArray, x: FloatArray) -> None:
     """Replace x by L⁻ᵀ x."""
-    starts, counts = pointer(m + LAYOUT.m_M_rowadr), pointer(m + LAYOUT.m_M_rownnz)
-    columns = pointer(m + LAYOUT.m_M_colind)
-    for i in range(size(m + LAYOUT.m_nv) - 1, -1, -1):
+    starts, counts = m.M_rowadr, m.M_rownnz
+    columns = m.M_colind
+    for i in range(m.nv - 1, -1, -1):
         if x[i] != 0.0:
-            start, pull = integer(starts, i), x[i]
-            for a in range(start, start + integer(counts, i) - 1):
-                x[integer(columns, a)] -= factor[a] * pull
+            start, pull = starts[i], x[i]
+            for a in range(start, start + counts[i] - 1):
+                x[columns[a]] -= factor[a] * pull
 
 
 @apart
-def _solve(m: int, factor: FloatArray, inverse: FloatArray, x: FloatArray) -> None:
+def _solve(m: Model, factor: FloatArray, inverse: FloatArray, x: FloatArray) -> None:
     """Replace x by (M + h B)⁻¹ x."""
-    nv = size(m + LAYOUT.m_nv)
-    starts, counts = pointer(m + LAYOUT.m_M_rowadr), pointer(m + LAYOUT.m_M_rownnz)
-    columns = pointer(m + LAYOUT.m_M_colind)
+    nv = m.nv
+    starts, counts = m.M_rowadr, m.M_rownnz
+    columns = m.M_colind
     _solve_upper(m, factor, x)
     for i in range(nv):
         x[i] *= inverse[i]
-        start = integer(starts, i)
-        for a in range(start, start + integer(counts, i) - 1):
-            x[i] -= factor[a] * x[integer(columns, a)]
+        start = starts[i]
+        for a in range(start, start + counts[i] - 1):
+            x[i] -= factor[a] * x[columns[a]]
 
 
 @compiled
@@ -178,10 +166,10 @@ def _row_at(work: int, k: int) -> FloatArray:
 
 
 @apart
-def prepare_response(m: int, d: int, work: int) -> None:
+def prepare_response(m: Model, d: Data, work: int) -> None:
     """Set up M̂ without any damper, in the pose at hand."""
     response = _response_at(work)
-    response.numbers, response.dofs, response.rows = _numbers(m), size(m + LAYOUT.m_nv), 0.0
+    response.numbers, response.dofs, response.rows = _numbers(m), m.nv, 0.0
     _factor(m, d, _factor_at(work), _inverse_at(work))
 
 
@@ -203,7 +191,7 @@ def set_weights(work: int, weights: FloatArray) -> None:
 
 
 @apart
-def go_half_way(m: int, work: int, force: FloatArray, half: FloatArray) -> None:
+def go_half_way(m: Model, work: int, force: FloatArray, half: FloatArray) -> None:
     """Set ``half`` to L⁻ᵀ F, and to u F of each damper, for a force F."""
     dofs = int(_response_at(work).dofs)
     for i in range(dofs):
@@ -217,7 +205,7 @@ def go_half_way(m: int, work: int, force: FloatArray, half: FloatArray) -> None:
 
 
 @apart
-def respond(m: int, work: int, x: FloatArray) -> None:
+def respond(m: Model, work: int, x: FloatArray) -> None:
     """Replace a force by M̂⁻¹ times it."""
     response = _response_at(work)
     dofs, rows = int(response.dofs), int(response.rows)
@@ -236,7 +224,7 @@ def respond(m: int, work: int, x: FloatArray) -> None:
 
 
 @apart
-def add_damper(m: int, work: int, moment: FloatArray, damping: float) -> None:
+def add_damper(m: Model, work: int, moment: FloatArray, damping: float) -> None:
     """Add h k r rᵀ to M̂; a damper that is too weak to matter is left out."""
     response = _response_at(work)
     dofs = int(response.dofs)
@@ -247,51 +235,48 @@ def add_damper(m: int, work: int, moment: FloatArray, damping: float) -> None:
     mobility = 0.0
     for i in range(dofs):
         mobility += moment[i] * row[i]
-    strength = double(m + LAYOUT.o_timestep, 0) * damping
+    strength = m.opt.timestep * damping
     if strength * mobility > _SMALL:
         row[dofs] = strength / (1.0 + strength * mobility)
         response.rows += 1.0
 
 
 @compiled
-def _add_moment(m: int, d: int, output: int, factor: float, force: FloatArray) -> None:
+def _add_moment(m: Model, d: Data, output: int, factor: float, force: FloatArray) -> None:
     """Add a multiple of the moment of an actuator's output to ``force``."""
-    moments, columns = pointer(d + LAYOUT.d_actuator_moment), pointer(d + LAYOUT.d_moment_colind)
-    start = integer(pointer(d + LAYOUT.d_moment_rowadr), output)
-    for k in range(start, start + integer(pointer(d + LAYOUT.d_moment_rownnz), output)):
-        force[integer(columns, k)] += double(moments, k) * factor
+    moments, columns = d.actuator_moment, d.moment_colind
+    start = d.moment_rowadr[output]
+    for k in range(start, start + d.moment_rownnz[output]):
+        force[columns[k]] += moments[k] * factor
 
 
 @apart
-def add_actuator_dampers(m: int, d: int, work: int, moment: FloatArray) -> None:
+def add_actuator_dampers(m: Model, d: Data, work: int, moment: FloatArray) -> None:
     """Add the dampers of all actuators to M̂; ``moment`` is room for their moments."""
-    nv = size(m + LAYOUT.m_nv)
-    for actuator in range(size(m + LAYOUT.m_nactuator)):
+    nv = m.nv
+    for actuator in range(m.nactuator):
         damping = damping_of(m, d, actuator)
         if not damping > 0.0:
             continue
         for i in range(nv):
             moment[i] = 0.0
-        output = integer(pointer(m + LAYOUT.m_actuator_outadr), actuator)
-        _add_moment(m, d, output, 1.0, moment)
+        _add_moment(m, d, m.actuator_outadr[actuator], 1.0, moment)
         add_damper(m, work, moment, damping)
 
 
 @apart
-def add_smooth_forces(m: int, d: int, force: FloatArray) -> None:
+def add_smooth_forces(m: Model, d: Data, force: FloatArray) -> None:
     """Add the forces of actuators, as they are by now, applied forces and bias to ``force``.
 
     MuJoCo sums them up later. Forces on bodies, `xfrc_applied`, and those of constraints are not
     among them.
     """
-    nv = size(m + LAYOUT.m_nv)
-    applied = coordinates(pointer(d + LAYOUT.d_qfrc_applied))
-    bias = coordinates(pointer(d + LAYOUT.d_qfrc_bias))
-    for i in range(nv):
+    applied, bias = d.qfrc_applied, d.qfrc_bias
+    for i in range(m.nv):
         force[i] += applied[i] - bias[i]
-    if integer(m + LAYOUT.o_disableflags, 0) & _ACTUATION_OFF != 0:
+    if m.opt.disableflags & _ACTUATION_OFF:
         return
-    forces = pointer(d + LAYOUT.d_actuator_force)
-    for output in range(size(m + LAYOUT.m_nout)):
-        if double(forces, output) != 0.0:
-            _add_moment(m, d, output, double(forces, output), force)
+    forces = d.actuator_force
+    for output in range(m.nout):
+        if forces[output] != 0.0:
+            _add_moment(m, d, output, forces[output], force)

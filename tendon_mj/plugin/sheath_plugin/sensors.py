@@ -11,8 +11,8 @@ from collections.abc import Callable
 import mujoco
 
 from tendon_mj.native import Record, apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.memory import doubles, integer, pointer, size
+from tendon_mj.plugin.abi.layout import Data, Model
+from tendon_mj.plugin.abi.memory import address_of, doubles
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.attributes import (
     BEND_ANGLE,
@@ -98,7 +98,7 @@ def _shown_at(binding: int) -> FloatArray:
 
 
 @compiled
-def _present(d: int, instance: int) -> float:
+def _present(d: Data, instance: int) -> float:
     """Signature of the model as its first sheath has seen it last, 0 without a sheath."""
     first = int(_binding_at(binding_of(d, instance, SENSORS)).first_sheath)
     sheath = binding_of(d, first, SHEATH) if first >= 0 else 0
@@ -106,17 +106,17 @@ def _present(d: int, instance: int) -> float:
 
 
 @apart
-def _find_shown(m: int, d: int, instance: int) -> None:
+def _find_shown(m: Model, d: Data, instance: int) -> None:
     """Find the sheath that each sensor of the instance shows."""
-    sensors = size(m + LAYOUT.m_nsensor)
+    sensors = m.nsensor
     address = binding_of(d, instance, SENSORS)
     if address == 0 or sensors > _binding_at(address).capacity:
         address = new_binding(d, instance, SENSORS, _COUNT + sensors + 1)
         _binding_at(address).capacity = sensors
     bound, shown = _binding_at(address), _shown_at(address)
-    owners, objects = pointer(m + LAYOUT.m_sensor_plugin), pointer(m + LAYOUT.m_sensor_objid)
-    types = pointer(m + LAYOUT.m_sensor_objtype)
-    first, last = range_of(owners, size(m + LAYOUT.m_nsensor), instance)
+    owners, objects = m.sensor_plugin, m.sensor_objid
+    types = m.sensor_objtype
+    first, last = range_of(owners, m.nsensor, instance)
     bound.first_sheath = at.first_sheath(m, instance)
     bound.signature = _present(d, instance)
     bound.first_sensor, bound.last_sensor = first, last
@@ -124,7 +124,7 @@ def _find_shown(m: int, d: int, instance: int) -> None:
     bound.is_of_one = at.is_given(m, instance, at.TENDON)
     tendon = resolve(m, instance, at.TENDON, _TENDON)
     shown[:] = -1.0
-    for other in range(size(m + LAYOUT.m_nplugin)):
+    for other in range(m.nplugin):
         if not at.is_sheath(m, other, instance):
             continue
         sheath = binding_of(d, other, SHEATH)
@@ -136,36 +136,36 @@ def _find_shown(m: int, d: int, instance: int) -> None:
                 shown[0] = other
             continue
         for sensor in range(first, last + 1):
-            mine = integer(owners, sensor) == instance and integer(types, sensor) == _TENDON
-            if mine and integer(objects, sensor) == runs:
+            mine = owners[sensor] == instance and types[sensor] == _TENDON
+            if mine and objects[sensor] == runs:
                 shown[sensor] = other
 
 
 @compiled
-def show(m: int, d: int, instance: int) -> None:
+def show(m: Model, d: Data, instance: int) -> None:
     """Fill the sensors of an instance with `sensor`."""
     address = binding_of(d, instance, SENSORS)
     if address == 0 or _binding_at(address).signature != _present(d, instance):
         _find_shown(m, d, instance)
         address = binding_of(d, instance, SENSORS)
     bound, shown = _binding_at(address), _shown_at(address)
-    owners, widths = pointer(m + LAYOUT.m_sensor_plugin), pointer(m + LAYOUT.m_sensor_dim)
+    owners, widths = m.sensor_plugin, m.sensor_dim
     kind = int(bound.kind)
     for sensor in range(int(bound.first_sensor), int(bound.last_sensor) + 1):
         source = shown[0] if bound.is_of_one != 0.0 else shown[sensor]
-        if integer(owners, sensor) != instance or source < 0.0:
+        if owners[sensor] != instance or source < 0.0:
             continue
         if not has_own_state(m, d, int(source)):
             continue
         sheath = state_of(m, d, int(source))
         count = numbers_of(kind, int(state_at(sheath).guides))
-        if 0 < count <= integer(widths, sensor):
-            adr = integer(pointer(m + LAYOUT.m_sensor_adr), sensor)
-            _measure(sheath, kind, pointer(d + LAYOUT.d_sensordata) + 8 * adr)
+        if 0 < count <= widths[sensor]:
+            adr = m.sensor_adr[sensor]
+            _measure(sheath, kind, address_of(d.sensordata) + 8 * adr)
 
 
 @compiled
-def show_ends(m: int, d: int, instance: int) -> None:
+def show_ends(m: Model, d: Data, instance: int) -> None:
     """Fill the sensors on the sheath's own instance with T_in and T_out."""
     if not has_own_state(m, d, instance):
         return
@@ -174,10 +174,9 @@ def show_ends(m: int, d: int, instance: int) -> None:
     first, last = bound.first_sensor, bound.last_sensor
     segments, _, _ = unpack(sheath)
     ea = tension_unit(state)
-    owners = pointer(m + LAYOUT.m_sensor_plugin)
+    owners = m.sensor_plugin
     for sensor in range(int(first), int(last) + 1):
-        if integer(owners, sensor) == instance:
-            adr = integer(pointer(m + LAYOUT.m_sensor_adr), sensor)
-            shown = doubles(pointer(d + LAYOUT.d_sensordata) + 8 * adr, 2)
-            shown[0] = ea * segments[0].tension
-            shown[1] = ea * segments[len(segments) - 1].tension
+        if owners[sensor] == instance:
+            adr = m.sensor_adr[sensor]
+            d.sensordata[adr] = ea * segments[0].tension
+            d.sensordata[adr + 1] = ea * segments[len(segments) - 1].tension

@@ -8,10 +8,11 @@ of a text and one at the beginning of the next.
 
 from __future__ import annotations
 
-from tendon_mj.native import apart, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.memory import byte, double, integer, plus, pointer, size, times, word
+from tendon_mj.native import LocalDoubles, apart, compiled
+from tendon_mj.plugin.abi.layout import Data, Model
+from tendon_mj.plugin.abi.memory import address_of, coordinates, letters, plus, times, word
 from tendon_mj.plugin.sheath_plugin.input_force import has_spring
+from tendon_mj.typing import FloatArray
 
 _FACTOR = -7046029254386353131  # 2⁶⁴ divided by the golden ratio, as an int64
 _FACTOR_2, _FACTOR_3, _FACTOR_4 = (  # its powers, as int64s
@@ -21,6 +22,7 @@ _GOLDEN = 0.6180339887498949  # multiples of which are spread evenly mod 1
 _MIXER = -4417276706812531889
 _BITS = (1 << 52) - 1
 _HALF = (1 << 32) - 1
+_time = LocalDoubles(1)
 _LEAST = 1 << 52  # from which every double, up to twice that, is a whole number
 
 
@@ -63,7 +65,7 @@ def hashed(text: int, count: int) -> int:
         return plus(total, _weighed(text + count - 8, power, _FACTOR))
     for k in range(start, count):
         power = times(power, _FACTOR)
-        total = plus(total, times(byte(text, k), power))
+        total = plus(total, times(letters(text)[k], power))
     return total
 
 
@@ -81,85 +83,81 @@ def is_signature(number: float) -> bool:
 
 
 @compiled
-def _configured(m: int, instance: int) -> int:
+def _configured(m: Model, instance: int) -> int:
     """h of the attributes of an instance."""
-    starts = pointer(m + LAYOUT.m_plugin_attradr)
-    start = integer(starts, instance)
-    end = size(m + LAYOUT.m_npluginattr)
-    if instance + 1 < size(m + LAYOUT.m_nplugin):
-        end = integer(starts, instance + 1)
-    return hashed(pointer(m + LAYOUT.m_plugin_attr) + start, end - start)
+    start, end = m.plugin_attradr[instance], m.npluginattr
+    if instance + 1 < m.nplugin:
+        end = m.plugin_attradr[instance + 1]
+    return hashed(address_of(m.plugin_attr) + start, end - start)
 
 
 @compiled
-def config_signature(m: int, instance: int) -> float:
+def config_signature(m: Model, instance: int) -> float:
     """Signature of the attributes of an instance, numbers and names as they are written."""
     return as_number(_configured(m, instance))
 
 
 @compiled
-def pair_signature(m: int, instance: int, other: int) -> float:
+def pair_signature(m: Model, instance: int, other: int) -> float:
     """Signature of the attributes of an instance and of another that it depends on, −1 for none."""
     h = _configured(m, instance)
     return as_number(mixed(h, _configured(m, other) if other >= 0 else 0))
 
 
 @apart
-def model_signature(m: int) -> float:
+def model_signature(m: Model) -> float:
     """Signature of what decides, in a model, on what its sheaths, sensors and servos act.
 
     That is its configurations and names, as another model may take its place in memory, and the
     numbers of it that programs may write while it is simulated: which site or geom a tendon runs
     over, what acts on it, what is shown.
     """
-    tendons, equalities = size(m + LAYOUT.m_ntendon), size(m + LAYOUT.m_neq)
-    actuators = size(m + LAYOUT.m_nactuator)
-    names = pointer(m + LAYOUT.m_names)
-    first = integer(pointer(m + LAYOUT.m_name_tendonadr), 0)
-    h = mixed(m, hashed(names + first, size(m + LAYOUT.m_nnames) - first))
-    if size(m + LAYOUT.m_njnt) > 0:
-        first = integer(pointer(m + LAYOUT.m_name_jntadr), 0)
-        last = integer(pointer(m + LAYOUT.m_name_jntadr), size(m + LAYOUT.m_njnt) - 1)
+    names = address_of(m.names)
+    first = m.name_tendonadr[0]
+    h = mixed(address_of(m), hashed(names + first, m.nnames - first))
+    if m.njnt > 0:
+        first = m.name_jntadr[0]
+        last = m.name_jntadr[m.njnt - 1]
         h = mixed(h, hashed(names + first, last - first + 1))
     for start, count in (
-        (m + LAYOUT.m_plugin_attr, size(m + LAYOUT.m_npluginattr)),
-        (m + LAYOUT.m_wrap_objid, 4 * size(m + LAYOUT.m_nwrap)),
-        (m + LAYOUT.m_tendon_limited, tendons),
-        (m + LAYOUT.m_eq_obj1id, 4 * equalities),
-        (m + LAYOUT.m_eq_obj2id, 4 * equalities),
-        (m + LAYOUT.m_actuator_trntype, 4 * actuators),
-        (m + LAYOUT.m_actuator_trnid, 8 * actuators),
-        (m + LAYOUT.m_sensor_objid, 4 * size(m + LAYOUT.m_nsensor)),
+        (address_of(m.plugin_attr), m.npluginattr),
+        (address_of(m.wrap_objid), 4 * m.nwrap),
+        (address_of(m.tendon_limited), m.ntendon),
+        (address_of(m.eq_obj1id), 4 * m.neq),
+        (address_of(m.eq_obj2id), 4 * m.neq),
+        (address_of(m.actuator_trntype), 4 * m.nactuator),
+        (address_of(m.actuator_trnid), 8 * m.nactuator),
+        (address_of(m.sensor_objid), 4 * m.nsensor),
     ):
-        h = mixed(h, hashed(pointer(start), count))
-    for tendon in range(tendons):
+        h = mixed(h, hashed(start, count))
+    for tendon in range(m.ntendon):
         h = mixed(h, int(has_spring(m, tendon)))
     return as_number(h)
 
 
 @compiled
-def _weighted_sum(numbers: int, count: int, fraction: float) -> float:
+def _weighted_sum(numbers: FloatArray, count: int, fraction: float) -> float:
     """Sum of numbers, each with another weight between 1 and 2."""
     total = 0.0
     for k in range(count):
         fraction += _GOLDEN
         if fraction >= 1.0:
             fraction -= 1.0
-        total += (1.0 + fraction) * double(numbers, k)
+        total += (1.0 + fraction) * numbers[k]
     return total
 
 
 @compiled
-def pose_sum(m: int, d: int) -> float:
+def pose_sum(m: Model, d: Data) -> float:
     """Weighted sum of positions and velocities, by which a state can tell that one was written."""
-    positions = _weighted_sum(pointer(d + LAYOUT.d_qpos), size(m + LAYOUT.m_nq), 0.0)
-    return positions + _weighted_sum(pointer(d + LAYOUT.d_qvel), size(m + LAYOUT.m_nv), 0.5)
+    positions = _weighted_sum(d.qpos, m.nq, 0.0)
+    return positions + _weighted_sum(d.qvel, m.nv, 0.5)
 
 
 @compiled
-def pose_signature(m: int, d: int) -> float:
+def pose_signature(m: Model, d: Data) -> float:
     """Signature of time, positions and velocities."""
-    h = mixed(
-        hashed(d + LAYOUT.d_time, 8), hashed(pointer(d + LAYOUT.d_qpos), 8 * size(m + LAYOUT.m_nq))
-    )
-    return as_number(mixed(h, hashed(pointer(d + LAYOUT.d_qvel), 8 * size(m + LAYOUT.m_nv))))
+    time = _time()
+    coordinates(time)[0] = d.time
+    h = mixed(hashed(time, 8), hashed(address_of(d.qpos), 8 * m.nq))
+    return as_number(mixed(h, hashed(address_of(d.qvel), 8 * m.nv)))

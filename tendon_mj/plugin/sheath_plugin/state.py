@@ -16,8 +16,8 @@ from typing import Any, Final, NamedTuple, get_type_hints
 import numpy as np
 
 from tendon_mj.native import Array, Record, compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.memory import coordinates, copy_doubles, doubles, integer, pointer
+from tendon_mj.plugin.abi.layout import Data, Model
+from tendon_mj.plugin.abi.memory import address_of, coordinates, copy_doubles, doubles, word
 from tendon_mj.sheath import (
     ANY,
     ARC,
@@ -223,7 +223,7 @@ def unpack_arcs(address: int) -> Arcs:
 
 
 @compiled
-def unknown_forces(m: int, d: int, first: int) -> FloatArray:
+def unknown_forces(m: Model, d: Data, first: int) -> FloatArray:
     """Forces (nv,) that friction did not know in the last step, as those of constraints [N, N m].
 
     They are kept in the ``first`` sheath of the model.
@@ -234,7 +234,7 @@ def unknown_forces(m: int, d: int, first: int) -> FloatArray:
 
 
 @compiled
-def known_forces(m: int, d: int, first: int) -> FloatArray:
+def known_forces(m: Model, d: Data, first: int) -> FloatArray:
     """Forces (nv,) that friction knows in the step on trial, and its own [N, N m]."""
     address = state_of(m, d, first)
     state = state_at(address)
@@ -300,29 +300,28 @@ def adopt_binding(address: int, binding: int) -> None:
 
 
 @compiled
-def state_of(m: int, d: int, instance: int) -> int:
+def state_of(m: Model, d: Data, instance: int) -> int:
     """Address of an instance's state."""
-    start = integer(pointer(m + LAYOUT.m_plugin_stateadr), instance)
-    return pointer(d + LAYOUT.d_plugin_state) + 8 * start
+    return address_of(d.plugin_state) + 8 * m.plugin_stateadr[instance]
 
 
 SHEATH, SENSORS, SERVO = (0x74656E646F6E0001 + k for k in range(3))  # kinds of what is bound
 
 
 @compiled
-def binding_of(d: int, instance: int, kind: int) -> int:
+def binding_of(d: Data, instance: int, kind: int) -> int:
     """Address of what an instance of a kind is bound to; 0 where nothing of this kind is there.
 
     With a model whose instances come in another order an instance meets what another was bound to.
     """
-    block = pointer(pointer(d + LAYOUT.d_plugin_data) + 8 * instance)
-    return block + 8 if block != 0 and pointer(block) == kind else 0
+    block = d.plugin_data[instance]
+    return block + 8 if block != 0 and word(block) == kind else 0
 
 
 @compiled
-def state_size_of(m: int, instance: int) -> int:
+def state_size_of(m: Model, instance: int) -> int:
     """How many numbers of state an instance has."""
-    return integer(pointer(m + LAYOUT.m_plugin_statenum), instance)
+    return m.plugin_statenum[instance]
 
 
 class View(NamedTuple):

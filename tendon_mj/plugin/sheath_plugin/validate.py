@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 import mujoco
+import numpy as np
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin.abi.checks import Draft, find, read_number
@@ -20,7 +21,7 @@ from tendon_mj.plugin.sheath_plugin.attributes import (
     KINDS,
     SPRINGS,
     is_one_number,
-    width,
+    numbers_of,
 )
 from tendon_mj.plugin.sheath_plugin.names import (
     by_tendon,
@@ -29,6 +30,7 @@ from tendon_mj.plugin.sheath_plugin.names import (
     sheath_on,
     sheaths_of,
 )
+from tendon_mj.plugin.sheath_plugin.path import NOT_GIVEN, capacity
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS, size_of
 from tendon_mj.plugin.sheath_plugin.validate_tendon import (
     DRIVE,
@@ -88,16 +90,14 @@ def _check_objects(model: Draft, instance: int, config: Mapping[str, str]) -> No
         InvalidValueError: a sensor without a tendon, or with two.
         UnknownNameError: its tendon has no sheath.
     """
-    owners, types = model.ints("sensor_plugin"), model.ints("sensor_objtype")
-    objects = model.ints("sensor_objid")
-    mine = [k for k in range(int(model.fields.nsensor)) if owners[k] == instance]
     sheathed = [] if config["tendon"] else list(sheaths_of(model, NAME))
-    for sensor in mine:
+    for sensor in np.flatnonzero(model.sensor_plugin == instance):
         where = f"{model.where(instance)}: sensor {model.name(_OBJ.mjOBJ_SENSOR, sensor)!r}"
-        on_tendon = types[sensor] == _OBJ.mjOBJ_TENDON.value
-        tendon = model.name(_OBJ.mjOBJ_TENDON, objects[sensor]) if on_tendon else ""
+        kind, shown = model.sensor_objtype[sensor], model.sensor_objid[sensor]
+        on_tendon = kind == _OBJ.mjOBJ_TENDON.value
+        tendon = model.name(_OBJ.mjOBJ_TENDON, shown) if on_tendon else ""
         if config["tendon"]:
-            if types[sensor] != _OBJ.mjOBJ_UNKNOWN.value and tendon != config["tendon"]:
+            if kind != _OBJ.mjOBJ_UNKNOWN.value and tendon != config["tendon"]:
                 raise InvalidValueError(
                     f"{where} has another object than tendon {config['tendon']!r}, which its "
                     "configuration names; remove one of them"
@@ -150,26 +150,18 @@ def _count(config: dict[str, str], name: str, default: int, where: str) -> int:
 
 
 def _capacity(model: Draft, config: dict[str, str], where: str) -> tuple[int, int]:
-    """Numbers of guides and of arcs to allocate.
-
-    MuJoCo asks before the model has the paths of its tendons, so without `guides` all points of the
-    model that other tendons need not have are counted.
-    """
-    points = max(0, int(model.fields.nwrap) - int(model.fields.ntendon) - 1)
-    each = _count(config, "arc_guides", 1, where)
-    inner = _count(config, "inner_guides", 0, where)
-    if each < 1:
+    """Numbers of guides and of arcs to allocate."""
+    each = _count(config, "arc_guides", NOT_GIVEN, where)
+    if each == 0:
         raise InvalidValueError(f"{where}: arc_guides = {each} must be 1 or more")
-    if not config["guides"]:
-        return points * each + inner, points
-    guides = _count(config, "guides", 0, where)
-    return guides, guides // each if config["arc_guides"] else 0
+    guides = _count(config, "guides", NOT_GIVEN, where)
+    return capacity(model, guides, each, _count(config, "inner_guides", 0, where))
 
 
 def _find_spool(model: Draft, name: str, where: str) -> None:
-    joints = int(model.fields.njnt)
+    joints = model.njnt
     joint = find(model, _OBJ.mjOBJ_JOINT, joints, "joint", name, where)
-    if model.ints("jnt_type")[joint] not in (_JNT.mjJNT_HINGE.value, _JNT.mjJNT_SLIDE.value):
+    if model.jnt_type[joint] not in (_JNT.mjJNT_HINGE.value, _JNT.mjJNT_SLIDE.value):
         raise InvalidValueError(f"{where} {name!r} is not a hinge or slide")
 
 
@@ -191,7 +183,7 @@ def state_size(address: int, instance: int) -> int:
     if config["sensor"]:
         return 1  # none is used
     first = next(k for k in model.siblings(instance) if not model.config(k)["sensor"])
-    dofs = int(model.fields.nv) if first == instance else 0
+    dofs = model.nv if first == instance else 0
     return size_of(*_capacity(model, config, model.where(instance)), dofs)
 
 
@@ -200,7 +192,7 @@ def _check_instance(
 ) -> None:
     """Check the configuration of one instance; ``sheaths`` are those of each tendon."""
     where = model.where(instance)
-    tendons = int(model.fields.ntendon)
+    tendons = model.ntendon
     if config["tendon"] or not config["sensor"]:
         find(model, _OBJ.mjOBJ_TENDON, tendons, "tendon", config["tendon"], where)
     rivals = [k for k in sheaths.get(config["tendon"], ()) if k != instance]
@@ -226,7 +218,7 @@ def _check_instance(
 def _check_size(model: Draft, configs: Mapping[int, dict[str, str]]) -> None:
     """Refuse sheaths that would fill memory: MuJoCo counts all numbers of state in 32 bits."""
     guides = {k: _capacity(model, config, model.where(k)) for k, config in configs.items()}
-    sizes = {k: size_of(*counts, int(model.fields.nv)) for k, counts in guides.items()}
+    sizes = {k: size_of(*counts, model.nv) for k, counts in guides.items()}
     total = sum(sizes.values())
     if total > _MOST:
         largest = max(sizes, key=sizes.__getitem__)
@@ -252,7 +244,8 @@ def reading_size(address: int, instance: int, sensor: int) -> int:
     sheath = None if is_one_number(config["sensor"]) else sheath_on(model, config["tendon"], NAME)
     if sheath is None:
         return 1
-    return width(config["sensor"], _capacity(model, model.config(sheath), model.where(sheath))[0])
+    guides, _ = _capacity(model, model.config(sheath), model.where(sheath))
+    return numbers_of(list(KINDS).index(config["sensor"]), guides)
 
 
 def check_tendon(address: int, instance: int) -> int:
@@ -279,7 +272,7 @@ def _check_complete(model: Draft, instance: int, reels: Sequence[int]) -> None:
     if config["sensor"]:
         return
     where, name = model.where(instance), config["tendon"]
-    tendons = int(model.fields.ntendon)
+    tendons = model.ntendon
     tendon = find(model, _OBJ.mjOBJ_TENDON, tendons, "tendon", name, where)
     drive = read_drive(model, config, tendon, reels)
     check_drive(config, drive, where, name)
@@ -289,6 +282,6 @@ def _check_complete(model: Draft, instance: int, reels: Sequence[int]) -> None:
         raise InvalidValueError(f"{where}: tendon {name!r} {problem}")
     check_alone(model, drive, where, name)
     check_elastic(model, tendon, where, name)
-    check_counts(config, kinds, where, name)
+    check_counts(model, config, tendon, where)
     if sleeps(model):
         check_awake(model, tendon, (config["reel_joint"], config["output_joint"]), where)

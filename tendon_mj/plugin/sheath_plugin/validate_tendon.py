@@ -7,7 +7,6 @@ on bodies that may fall asleep are refused.
 
 from __future__ import annotations
 
-import ctypes
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final, NamedTuple
@@ -16,14 +15,14 @@ import mujoco
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.plugin.abi.checks import Draft
-from tendon_mj.plugin.abi.layout import mirror
 from tendon_mj.plugin.abi.library import C
+from tendon_mj.plugin.sheath_plugin.fixed_tendon import is_fixed
+from tendon_mj.plugin.sheath_plugin.input_force import acts_on, is_constrained
 from tendon_mj.plugin.sheath_plugin.names import own_config
+from tendon_mj.plugin.sheath_plugin.path import count_guides
 
 _OBJ, _WRAP, _POLICY = mujoco.mjtObj, mujoco.mjtWrap, mujoco.mjtSleepPolicy
-_JOINT, _SITE, _PULLEY = (
-    k.value for k in (_WRAP.mjWRAP_JOINT, _WRAP.mjWRAP_SITE, _WRAP.mjWRAP_PULLEY)
-)
+_SITE, _PULLEY = _WRAP.mjWRAP_SITE.value, _WRAP.mjWRAP_PULLEY.value
 _GEOMS = (_WRAP.mjWRAP_SPHERE.value, _WRAP.mjWRAP_CYLINDER.value)
 _NEVER = (_POLICY.mjSLEEP_NEVER.value, _POLICY.mjSLEEP_AUTO_NEVER.value)
 UNDRAWN = ("extra_bend", "constant_friction")  # friction that is not where the path bends
@@ -32,9 +31,6 @@ _JOINTS = ("reel_joint", "output_joint")
 _LENGTHS = ("pretension", "slack")
 _OF_A_SHEATH = ("backlash", "sheath_compliance", "viscous_friction", "tendon_mass")
 _OF_A_REEL = (*_LENGTHS, *_OF_A_SHEATH)
-_ON_TENDON_OR_JOINT = tuple(
-    getattr(mujoco.mjtTrn, f"mjTRN_{kind}").value for kind in ("TENDON", "JOINT", "JOINTINPARENT")
-)
 _GIVEN = (
     "has no meaning where an actuator, a spring, an equality or a limit gives the input tension of"
     " tendon {!r}"
@@ -82,26 +78,16 @@ class Drive(NamedTuple):
 
 def read_drive(model: Draft, config: Mapping[str, str], tendon: int, reels: Sequence[int]) -> Drive:
     """Drive of a tendon whose sheath has these reels."""
-    higher = model.doubles("tendon_stiffnesspoly")[2 * tendon : 2 * tendon + 2]
-    is_fixed = _JOINT in kinds_on(model, tendon)
+    fixed = is_fixed(model, tendon)
     return Drive(
-        is_fixed=is_fixed,
+        is_fixed=fixed,
         is_wound=bool(reels) or any(config[joint] for joint in _JOINTS),
         is_cable=config["spring"] == "cable",
-        spring=(model.doubles("tendon_stiffness")[tendon], *higher),
-        spring_range=tuple(model.doubles("tendon_lengthspring")[2 * tendon : 2 * tendon + 2]),
+        spring=(model.tendon_stiffness[tendon], *model.tendon_stiffnesspoly[tendon]),
+        spring_range=tuple(model.tendon_lengthspring[tendon]),
         pullers=[k for k in _on_tendon(model, tendon) if k not in reels],
-        is_constrained=not (is_fixed or any(config[name] for name in _LENGTHS))
-        and _is_constrained(model, tendon),
-    )
-
-
-def _is_constrained(model: Draft, tendon: int) -> bool:
-    """Whether an equality or a limit may act on a tendon."""
-    kinds, firsts, seconds = (model.ints(f"eq_{k}") for k in ("type", "obj1id", "obj2id"))
-    return model.bools("tendon_limited")[tendon] or any(
-        kinds[k] == mujoco.mjtEq.mjEQ_TENDON.value and tendon in (firsts[k], seconds[k])
-        for k in range(int(model.fields.neq))
+        is_constrained=not (fixed or any(config[name] for name in _LENGTHS))
+        and is_constrained(model, tendon),
     )
 
 
@@ -208,9 +194,9 @@ def check_elastic(model: Draft, tendon: int, where: str, name: str) -> None:
     Raises:
         InvalidValueError: names the tendon and the force at which it does.
     """
-    if not hasattr(model.fields, "tendon_springyield"):
+    if not hasattr(model, "tendon_springyield"):
         return
-    limit = model.doubles("tendon_springyield")[tendon]
+    limit = model.tendon_springyield[tendon]
     if limit > 0.0:
         raise InvalidValueError(
             f"{where}: tendon {name!r} has springyield = {limit:g} N, and a sheath does not follow "
@@ -219,20 +205,13 @@ def check_elastic(model: Draft, tendon: int, where: str, name: str) -> None:
 
 
 def _on_tendon(model: Draft, tendon: int) -> list[int]:
-    """Actuators on a tendon, or on the one joint of a fixed one, but servos.
-
-    The plugin of servos checks them itself.
-    """
-    kinds_of_path, first = kinds_on(model, tendon), model.ints("tendon_adr")[tendon]
-    joint = model.ints("wrap_objid")[first] if kinds_of_path == [_JOINT] else -1
-    kinds, targets = model.ints("actuator_trntype"), model.ints("actuator_trnid")
-    owners = model.ints("actuator_plugin")
+    """Actuators that act on a tendon but servos, which their own plugin checks."""
+    owners = model.actuator_plugin
     return [
         k
-        for k in range(int(model.fields.nactuator))
-        if targets[2 * k] == (tendon if kinds[k] == mujoco.mjtTrn.mjTRN_TENDON.value else joint)
-        and kinds[k] in _ON_TENDON_OR_JOINT
-        and (owners[k] < 0 or model.plugin(owners[k]) != "tendon_mj.servo")
+        for k in range(model.nactuator)
+        if acts_on(model, k, tendon)
+        and (owners[k] < 0 or model.plugin_name(owners[k]) != "tendon_mj.servo")
     ]
 
 
@@ -255,20 +234,20 @@ def check_reels(
             f"{model.where(instance)}: a sheath has one reel, not {len(reels)}: {names}"
         )
     for reel in reels:
-        if model.ints("actuator_trntype")[reel] != mujoco.mjtTrn.mjTRN_TENDON.value:
+        if model.actuator_trntype[reel] != mujoco.mjtTrn.mjTRN_TENDON.value:
             continue
-        acts_on = model.name(_OBJ.mjOBJ_TENDON, model.ints("actuator_trnid")[2 * reel])
-        if acts_on != config["tendon"]:
+        target = model.name(_OBJ.mjOBJ_TENDON, model.actuator_trnid[reel, 0])
+        if target != config["tendon"]:
             raise InvalidValueError(
-                f"{model.where(instance)}: reel {names} acts on tendon {acts_on!r}, the sheath "
+                f"{model.where(instance)}: reel {names} acts on tendon {target!r}, the sheath "
                 f"on {config['tendon']!r}"
             )
 
 
 def kinds_on(model: Draft, tendon: int) -> list[int]:
     """Kinds of the elements on a tendon's path, as `mjtWrap` has them."""
-    start, count = model.ints("tendon_adr")[tendon], model.ints("tendon_num")[tendon]
-    return list(model.ints("wrap_type")[start : start + count])
+    start, count = model.tendon_adr[tendon], model.tendon_num[tendon]
+    return model.wrap_type[start : start + count].tolist()
 
 
 def unsuited(kinds: Sequence[int], driven: bool) -> str:
@@ -290,8 +269,8 @@ def misplaced_input(model: Draft, tendon: int, input_end: str) -> str:
     kinds = kinds_on(model, tendon)
     if input_end != "last" or _PULLEY not in kinds:
         return ""
-    element = model.ints("tendon_adr")[tendon] + kinds.index(_PULLEY) - 1
-    site = model.name(_OBJ.mjOBJ_SITE, model.ints("wrap_objid")[element])
+    element = model.tendon_adr[tendon] + kinds.index(_PULLEY) - 1
+    site = model.name(_OBJ.mjOBJ_SITE, model.wrap_objid[element])
     return (
         f"branches at a pulley, behind its site {site!r}, and every branch has its input where it "
         "begins: leave out input_end = last and draw each branch from its input on, or give each "
@@ -299,20 +278,17 @@ def misplaced_input(model: Draft, tendon: int, input_end: str) -> str:
     )
 
 
-def check_counts(config: dict[str, str], kinds: Sequence[int], where: str, tendon: str) -> None:
-    """Check that the counts, where they are given, are those of the path."""
-    if _JOINT in kinds:  # its one guide is an inner one, between two ends
-        kinds = [_SITE, _SITE]
-    arcs, pulleys = sum(k in _GEOMS for k in kinds), kinds.count(_PULLEY)
-    on_arcs = arcs * int(config["arc_guides"] or 1)
-    sites = len(kinds) - arcs - pulleys - 2 * (1 + pulleys)
-    guides = sites + on_arcs + pulleys + int(config["inner_guides"] or 0)
+def check_counts(model: Draft, config: Mapping[str, str], index: int, where: str) -> None:
+    """Check that the counts, where they are given, are those of the path of a tendon."""
+    tendon, arc_guides = config["tendon"], int(config["arc_guides"] or 1)
+    inner_guides = int(config["inner_guides"] or 0)
+    guides, arcs, pulleys = count_guides(model, index, arc_guides, inner_guides)
     if config["guides"] and int(config["guides"]) != guides:
         raise InvalidValueError(
             f"{where}: guides = {config['guides']}, but tendon {tendon!r} runs over {guides} "
             "between its ends; remove the attribute or correct it"
         )
-    if arcs and guides == on_arcs + pulleys:
+    if arcs and guides == arcs * arc_guides + pulleys:
         for name in (k for k in UNDRAWN if config[k] and float(config[k]) != 0.0):
             raise InvalidValueError(
                 f"{where}: {name} = {config[name]} is shared by guides at sites, as the tendon may "
@@ -327,9 +303,7 @@ def check_counts(config: dict[str, str], kinds: Sequence[int], where: str, tendo
 
 def sleeps(model: Draft) -> bool:
     """Whether a model lets bodies fall asleep."""
-    option = mirror("mjModel").opt.offset + mirror("mjOption").enableflags.offset
-    flags = ctypes.c_int.from_address(model.address + option).value
-    return bool(flags & mujoco.mjtEnableBit.mjENBL_SLEEP.value)
+    return bool(model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP.value)
 
 
 def check_awake(model: Draft, tendon: int, spools: Iterable[str], where: str) -> None:
@@ -341,18 +315,18 @@ def check_awake(model: Draft, tendon: int, spools: Iterable[str], where: str) ->
     bodies = []
     for name in filter(None, spools):
         joint = C.mj_name2id(model.address, _OBJ.mjOBJ_JOINT.value, name.encode())
-        bodies.append(model.ints("jnt_bodyid")[joint])
-    start, count = model.ints("tendon_adr")[tendon], model.ints("tendon_num")[tendon]
+        bodies.append(model.jnt_bodyid[joint])
+    start, count = model.tendon_adr[tendon], model.tendon_num[tendon]
     for k in range(start, start + count):
-        kind, element = model.ints("wrap_type")[k], model.ints("wrap_objid")[k]
+        kind, element = model.wrap_type[k], model.wrap_objid[k]
         if kind == _SITE:
-            bodies.append(model.ints("site_bodyid")[element])
+            bodies.append(model.site_bodyid[element])
         elif kind in _GEOMS:
-            bodies.append(model.ints("geom_bodyid")[element])
+            bodies.append(model.geom_bodyid[element])
     for body in bodies:
-        tree = model.ints("body_treeid")[body]
-        if tree >= 0 and model.ints("tree_sleep_policy")[tree] not in _NEVER:
-            root = model.name(_OBJ.mjOBJ_BODY, model.ints("body_rootid")[body])
+        tree = model.body_treeid[body]
+        if tree >= 0 and model.tree_sleep_policy[tree] not in _NEVER:
+            root = model.name(_OBJ.mjOBJ_BODY, model.body_rootid[body])
             raise InvalidValueError(
                 f"{where}: tendon {model.name(_OBJ.mjOBJ_TENDON, tendon)!r} moves body {root!r}, "
                 'which may fall asleep while the tendon pulls; give that body sleep="never"'

@@ -18,18 +18,9 @@ import numpy as np
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.native import LocalDoubles, Text, apart, compiled, entry
 from tendon_mj.plugin.abi.checks import Draft
-from tendon_mj.plugin.abi.layout import LAYOUT, SCENE
+from tendon_mj.plugin.abi.layout import Data, Model, Option, Scene
 from tendon_mj.plugin.abi.library import C, mj_name2id, mjv_connector, mjv_initGeom
-from tendon_mj.plugin.abi.memory import (
-    byte,
-    double,
-    doubles,
-    integer,
-    pointer,
-    set_integer,
-    set_single,
-    single,
-)
+from tendon_mj.plugin.abi.memory import address_of, doubles
 from tendon_mj.plugin.sheath_plugin.attributes import is_sensor
 from tendon_mj.plugin.sheath_plugin.bind import is_bound
 from tendon_mj.plugin.sheath_plugin.state import state_at, state_of, tension_unit, unpack
@@ -81,14 +72,13 @@ _name = Text(TENSION_SCALE)
 
 
 @compiled
-def tension_scale(m: int) -> tuple[float, float]:
+def tension_scale(m: Model) -> tuple[float, float]:
     """Tensions at the ends of the colour bar [N], both 0 where the model has none."""
     numeric = mj_name2id(m, _NUMERIC, _name())
-    if numeric < 0 or integer(pointer(m + LAYOUT.m_numeric_size), numeric) < 2:
+    if numeric < 0 or m.numeric_size[numeric] < 2:
         return 0.0, 0.0
-    start = integer(pointer(m + LAYOUT.m_numeric_adr), numeric)
-    scale = pointer(m + LAYOUT.m_numeric_data) + 8 * start
-    return double(scale, 0), double(scale, 1)
+    start = m.numeric_adr[numeric]
+    return m.numeric_data[start], m.numeric_data[start + 1]
 
 
 def check_tension_scale(model: Draft) -> None:
@@ -100,8 +90,8 @@ def check_tension_scale(model: Draft) -> None:
     numeric = C.mj_name2id(model.address, _NUMERIC, TENSION_SCALE.encode())
     if numeric < 0:
         return
-    start, count = model.ints("numeric_adr")[numeric], model.ints("numeric_size")[numeric]
-    check_limits(*model.doubles("numeric_data")[start : start + count])
+    start, count = model.numeric_adr[numeric], model.numeric_size[numeric]
+    check_limits(*model.numeric_data[start : start + count])
 
 
 def check_limits(*limits: float) -> None:
@@ -130,56 +120,50 @@ _POINT = 24  # bytes
 
 
 @compiled
-def _is_hidden(m: int, option: int, tendon: int) -> bool:
+def _is_hidden(m: Model, option: Option, tendon: int) -> bool:
     """Whether MuJoCo does not draw a tendon."""
-    group = min(max(integer(pointer(m + LAYOUT.m_tendon_group), tendon), 0), _GROUPS - 1)
-    shown = byte(option + SCENE.v_flags, _SHOWN) and byte(option + SCENE.v_tendongroup, group)
-    return not shown or single(pointer(m + LAYOUT.m_tendon_rgba), 4 * tendon + 3) == 0.0
+    group = min(max(m.tendon_group[tendon], 0), _GROUPS - 1)
+    shown = option.flags[_SHOWN] and option.tendongroup[group]
+    return not shown or m.tendon_rgba[tendon, 3] == 0.0
 
 
 @compiled
-def _new_geom(scene: int) -> int:
-    """Address of the scene's next geom, 0 and the scene's status where it is full."""
-    count = integer(scene + SCENE.s_ngeom, 0)
-    if count >= integer(scene + SCENE.s_maxgeom, 0):
-        set_integer(scene + SCENE.s_status, 1)
-        return 0
-    return pointer(scene + SCENE.s_geoms) + SCENE.geom_bytes * count
+def _has_room(scene: Scene) -> bool:
+    """Whether a scene has room for a geom; its status tells where it has not."""
+    if scene.ngeom >= scene.maxgeom:
+        scene.status = 1
+        return False
+    return True
 
 
 @compiled
-def _add_geom(scene: int, geom: int, tendon: int, red: float, green: float, blue: float) -> None:
-    """Make the geom that `_new_geom` gave part of the scene, as a part of a tendon."""
-    set_single(geom + SCENE.g_rgba, 0, SHADED * red)
-    set_single(geom + SCENE.g_rgba, 1, SHADED * green)
-    set_single(geom + SCENE.g_rgba, 2, SHADED * blue)
-    set_single(geom + SCENE.g_rgba, 3, 1.0)
-    set_single(geom + SCENE.g_emission, 0, 1.0 / SHADED)
-    set_single(geom + SCENE.g_specular, 0, 0.0)
-    count = integer(scene + SCENE.s_ngeom, 0)
-    set_integer(geom + SCENE.g_objtype, _TENDON)
-    set_integer(geom + SCENE.g_objid, tendon)
-    set_integer(geom + SCENE.g_segid, count)
-    set_integer(scene + SCENE.s_ngeom, count + 1)
+def _add_geom(scene: Scene, tendon: int, red: float, green: float, blue: float) -> None:
+    """Make the geom behind those of the scene one of them, as a part of a tendon."""
+    geom = scene.geoms[scene.ngeom]
+    geom.rgba[0], geom.rgba[1], geom.rgba[2] = SHADED * red, SHADED * green, SHADED * blue
+    geom.rgba[3] = 1.0
+    geom.emission, geom.specular = 1.0 / SHADED, 0.0
+    geom.objtype, geom.objid, geom.segid = _TENDON, tendon, scene.ngeom
+    scene.ngeom += 1
 
 
 @apart
-def _draw_span(scene: int, tendon: int, start: int, end: int, radius: float, colour: int) -> None:
+def _draw_span(scene: Scene, tendon: int, start: int, end: int, radius: float, colour: int) -> None:
     """Draw a straight stretch between the points at two addresses."""
     a, b = doubles(start, 3), doubles(end, 3)
     if a[0] == b[0] and a[1] == b[1] and a[2] == b[2]:
         return
-    geom = _new_geom(scene)
-    if geom != 0:
+    if _has_room(scene):
+        geom = scene.geoms[scene.ngeom]
         mjv_initGeom(geom, _CAPSULE, 0, 0, 0, 0)
         mjv_connector(geom, _CAPSULE, radius, start, end)
         red, green, blue = VIRIDIS[colour, 0], VIRIDIS[colour, 1], VIRIDIS[colour, 2]
-        _add_geom(scene, geom, tendon, red, green, blue)
+        _add_geom(scene, tendon, red, green, blue)
 
 
 @apart
 def _mark_guide(
-    scene: int,
+    scene: Scene,
     tendon: int,
     segments: Segments,
     guides: Guides,
@@ -193,12 +177,12 @@ def _mark_guide(
     is_off |= max(segments[i].tension, segments[i + 1].tension) <= ROUNDING
     if guide.flow == 0.0 or guide.is_pulley != 0.0 or is_off:
         return
-    geom = _new_geom(scene)
-    if geom != 0:
+    if _has_room(scene):
+        geom = scene.geoms[scene.ngeom]
         mjv_initGeom(geom, _SPHERE, 0, where, 0, 0)
         for k in range(3):
-            set_single(geom + SCENE.g_size, k, radius)
-        _add_geom(scene, geom, tendon, SLIPPING[0], SLIPPING[1], SLIPPING[2])
+            geom.size[k] = radius
+        _add_geom(scene, tendon, SLIPPING[0], SLIPPING[1], SLIPPING[2])
 
 
 @compiled
@@ -210,10 +194,10 @@ def _put_between(point: FloatArray, a: FloatArray, b: FloatArray, share: float) 
 
 @apart
 def _draw_sheath(
-    m: int,
-    d: int,
-    option: int,
-    scene: int,
+    m: Model,
+    d: Data,
+    option: Option,
+    scene: Scene,
     address: int,
     low: float,
     high: float,
@@ -229,11 +213,10 @@ def _draw_sheath(
         return
     segments, guides, _ = unpack(address)
     ea = tension_unit(state)
-    width = double(pointer(m + LAYOUT.m_tendon_width), tendon)
+    width = m.tendon_width[tendon]
     radius, mark = THICKER * width, MARK * THICKER * width
-    path = pointer(d + LAYOUT.d_wrap_xpos)
-    path += _POINT * integer(pointer(d + LAYOUT.d_ten_wrapadr), tendon)
-    spans = integer(pointer(d + LAYOUT.d_ten_wrapnum), tendon) - 1
+    path = address_of(d.wrap_xpos) + _POINT * d.ten_wrapadr[tendon]
+    spans = d.ten_wrapnum[tendon] - 1
     near, far = (0, _POINT) if state.input_at_last == 0.0 else (_POINT, 0)
     piece = _ends()
     first, second = doubles(piece, 3), doubles(piece + _POINT, 3)
@@ -266,8 +249,8 @@ def _draw_sheath(
         _draw_span(scene, tendon, begin, end, radius, colour)
 
 
-@entry("tendon_mj_sheath_visualize", "void(ptr, ptr, ptr, ptr, i32)")
-def visualize(m: int, d: int, option: int, scene: int, instance: int) -> None:
+@entry("tendon_mj_sheath_visualize", "void(mjModel, mjData, mjvOption, mjvScene, i32)")
+def visualize(m: Model, d: Data, option: Option, scene: Scene, instance: int) -> None:
     """`visualize` of `mjpPlugin`."""
     low, high = tension_scale(m)
     if not low < high or is_sensor(m, instance):

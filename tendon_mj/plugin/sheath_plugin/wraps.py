@@ -26,8 +26,7 @@ from __future__ import annotations
 import math
 
 from tendon_mj.native import compiled
-from tendon_mj.plugin.abi.layout import LAYOUT
-from tendon_mj.plugin.abi.memory import coordinates, double, integer, pointer
+from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.sheath_plugin.path import (
     PULLEY,
     SHORTEST,
@@ -113,8 +112,8 @@ def _store(path: FloatArray, k: int, points: FloatArray, at: int) -> None:
 
 @compiled
 def _wrap(
-    m: int,
-    d: int,
+    m: Model,
+    d: Data,
     element: int,
     points: FloatArray,
     at: int,
@@ -132,10 +131,10 @@ def _wrap(
         Length of the arc before the first guide [m], and behind the last; whether the guides are
         where they have not slid to.
     """
-    geom = integer(pointer(m + LAYOUT.m_wrap_objid), element)
-    frame = coordinates(pointer(d + LAYOUT.d_geom_xmat) + 72 * geom)
-    centre = vector(coordinates(pointer(d + LAYOUT.d_geom_xpos) + 24 * geom), 0)
-    radius = double(pointer(m + LAYOUT.m_geom_size), 3 * geom)
+    geom = m.wrap_objid[element]
+    frame = d.geom_xmat[geom]
+    centre = vector(d.geom_xpos[geom], 0)
+    radius = m.geom_size[geom, 0]
     first, second = vector(points, at + step), vector(points, at + 2 * step)
     before = minus(first, vector(points, at))
     behind = minus(vector(points, at + 3 * step), second)
@@ -145,7 +144,7 @@ def _wrap(
     if norm(minus(q, p)) <= _ONE_POINT * radius:
         turn = angle_between(before, behind)  # inside the geom, or just touching
     else:
-        length, turn = _arc(integer(pointer(m + LAYOUT.m_wrap_type), element), radius, p, q, u)
+        length, turn = _arc(m.wrap_type[element], radius, p, q, u)
     there = back = 0.0
     jumped = arc.touches == 0.0 or _is_flipped(arc, p, q)
     if not jumped:
@@ -186,8 +185,8 @@ def _hand_over(segments: Segments, guides: Guides, j: int, count: int) -> None:
 
 @compiled
 def _over_geom(
-    m: int,
-    d: int,
+    m: Model,
+    d: Data,
     element: int,
     points: FloatArray,
     at: int,
@@ -206,15 +205,15 @@ def _over_geom(
     Returns:
         Direction in which the tendon goes on, and the points that it has passed.
     """
-    bodies, objects = pointer(m + LAYOUT.m_site_bodyid), pointer(m + LAYOUT.m_wrap_objid)
-    geom, count = integer(objects, element), int(state.arc_guides)
-    near = integer(bodies, integer(objects, element - step))
-    far = integer(bodies, integer(objects, element + step))
-    start = integer(pointer(d + LAYOUT.d_ten_wrapadr), int(state.tendon))
+    bodies, objects = m.site_bodyid, m.wrap_objid
+    geom, count = objects[element], int(state.arc_guides)
+    near = bodies[objects[element - step]]
+    far = bodies[objects[element + step]]
+    start = d.ten_wrapadr[int(state.tendon)]
     goes = minus(vector(points, at + step), vector(points, at))
     behind, passed = goes, 1
-    if integer(pointer(d + LAYOUT.d_wrap_obj), at + step) == geom:
-        drum = integer(pointer(m + LAYOUT.m_geom_bodyid), geom)
+    if d.wrap_obj.flat[at + step] == geom:
+        drum = m.geom_bodyid[geom]
         half, jumped = _wrap(
             m, d, element, points, at, step, arc, state, segments, guides, j, stage
         )
@@ -244,8 +243,8 @@ def _over_geom(
 
 @compiled
 def trace_path(
-    m: int,
-    d: int,
+    m: Model,
+    d: Data,
     state: State,
     segments: Segments,
     guides: Guides,
@@ -260,16 +259,16 @@ def trace_path(
     """
     tendon = int(state.tendon)
     step = 1 if state.input_at_last == 0.0 else -1
-    element = integer(pointer(m + LAYOUT.m_tendon_adr), tendon)
-    end = element + integer(pointer(m + LAYOUT.m_tendon_num), tendon) - 1
-    kinds, objects = pointer(m + LAYOUT.m_wrap_type), pointer(m + LAYOUT.m_wrap_objid)
-    bodies = pointer(m + LAYOUT.m_site_bodyid)
-    start = integer(pointer(d + LAYOUT.d_ten_wrapadr), tendon)
+    element = m.tendon_adr[tendon]
+    end = element + m.tendon_num[tendon] - 1
+    kinds, objects = m.wrap_type, m.wrap_objid
+    bodies = m.site_bodyid
+    start = d.ten_wrapadr[tendon]
     at = start
     if step < 0:
         element, end = end, element
-        at = start + integer(pointer(d + LAYOUT.d_ten_wrapnum), tendon) - 1
-    points = coordinates(pointer(d + LAYOUT.d_wrap_xpos))
+        at = start + d.ten_wrapnum[tendon] - 1
+    points = d.wrap_xpos.flat
     j, divisor, arc = 0, 1.0, 0
     bends = False  # whether the site at hand is a guide: guide j − 1
     came = (0.0, 0.0, 0.0)  # direction of the last span of the branch that has one
@@ -281,11 +280,11 @@ def trace_path(
         j += 1
         _store(path, j, points, at)
     while step * (end - element) > 0:
-        kind = integer(kinds, element + step)
+        kind = kinds[element + step]
         if kind == PULLEY:
             # the site at hand ended its branch; the next branch begins at the site that follows
             # (a path with branches is followed as it is drawn, see `validate_tendon`)
-            divisor = double(pointer(m + LAYOUT.m_wrap_prm), element + step)
+            divisor = m.wrap_prm[element + step]
             guides[j].angle = 0.0
             j += 1
             element += 2 * step
@@ -298,8 +297,8 @@ def trace_path(
             guides[j - 1].angle = angle_between(came, goes)
         came = goes if goes != (0.0, 0.0, 0.0) else came
         if kind == SITE:
-            near = integer(bodies, integer(objects, element))
-            far = integer(bodies, integer(objects, element + step))
+            near = bodies[objects[element]]
+            far = bodies[objects[element + step]]
             segments[j].length = max(SHORTEST, norm(goes))
             _set_span(segments, j, at - start, step, near, far, divisor)
             element += step
@@ -327,6 +326,6 @@ def trace_path(
             element += 2 * step
             arc += 1
         _store(path, j + 1, points, at)
-        bends = element != end and integer(kinds, element + step) != PULLEY
+        bends = element != end and kinds[element + step] != PULLEY
         if bends:
             j += 1

@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import BeforeAfter
-from tendon_mj.lab.replay import POSE, FrameRecorder, replay_recording
-from tendon_mj.models import load_model
+from tendon_mj.lab.replay import POSE, FrameRecorder, load_recorded, replay_recording
 from tendon_mj.show.figures import style
 from tendon_mj.show.render.offscreen import (
     COLOURS,
@@ -40,7 +39,7 @@ def rig_figure(shown: BeforeAfter) -> Figure | None:
     start, end = recording.time[[0, -1]]
     recorder = FrameRecorder(min(_FPS, _FRAMES / float(end - start)))
     try:
-        model = load_model(recording.model, beside=recording.beside)
+        model = load_recorded(recording, values)
         with warnings.catch_warnings():  # the simulations that count warned already
             warnings.simplefilter("ignore", RuntimeWarning)
             replay_recording(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from tendon_mj.lab.diagnosis import Diagnosis, diagnose
+from tendon_mj.lab.diagnosis import CATALOGUE, Diagnosis, diagnose
 from tendon_mj.lab.recordings import Recording, Uncertain
 from tendon_mj.typing import FloatArray
 from tests.lab.diagnosis.toy import Added, measured_by
@@ -95,3 +95,32 @@ def test_an_effect_that_was_excluded_takes_nothing_over() -> None:
     )
     assert (alone.verdict, alone.alternatives) == ("nothing missing", ())
     assert alone.calibrated[FRICTION].low > TRUE_FRICTION
+
+
+class TwoDrums(Added):
+    """A rig of two sheaths, of which the plays of both drums turn the joint alike."""
+
+    def __init__(self, recordings: Sequence[Recording]) -> None:
+        plays = {"one.backlash": 0.0, "two.backlash": 0.0}
+        super().__init__(recordings, {"one.friction": 0.15, "two.friction": 0.15, **plays})
+
+    def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
+        place = recording.columns["input_displacement_m"] / 1e-3
+        if parameter.endswith("friction"):
+            return np.sin(place)
+        return 250.0 * np.sign(np.cos(place)) * np.abs(np.sin(place))
+
+
+def test_an_alternative_may_have_a_part_of_a_finding_only() -> None:
+    random, made = np.random.default_rng(3), []
+    for k in range(4):
+        time = np.arange(0.0, 6.0, 0.01)
+        place = 1e-3 * np.sin(2.0 * np.pi * (0.3 + 0.05 * k) * time + k)
+        columns = {"input_displacement_m": ("reel", place)}
+        blank = recorded(time, columns, {ANGLE: ("joint", NOISE[ANGLE])}, name=f"r{k}")
+        truth = {"one.backlash": TRUE_PLAY, "two.backlash": TRUE_PLAY}
+        made.append(measured_by(TwoDrums, blank, truth, random))
+    play = [CATALOGUE["backlash"]]
+    result = diagnose(made[:3], made[3:], TwoDrums, catalogue=play)
+    both = [result.parameters[f"{sheath}.backlash"].value for sheath in ("one", "two")]
+    assert sum(both) == pytest.approx(2.0 * TRUE_PLAY, rel=0.05)

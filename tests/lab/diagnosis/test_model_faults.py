@@ -173,3 +173,27 @@ def test_servos_that_nothing_measured_are_named_until_a_range_is_given(tmp_path:
     assert "(command)" in warning
     assert "'command.kp' a range" in warning
     assert warned(replace(blind, uncertain={"command.kp": Uncertain(4e3, 1e3, 8e3)})) == []
+
+
+def test_few_guides_do_not_decide_a_verdict(tmp_path):
+    """A replay is off by 2 noises; friction, and that nothing is missing, are right."""
+    few, smooth = tmp_path / "few.xml", tmp_path / "smooth.xml"
+    for path, guides in ((few, 9), (smooth, MANY)):
+        path.write_text(build_bench(Bench(friction=0.15, bend=3.7, guides=guides)).to_xml())
+    time, random = np.arange(0.0, 2.0, 0.01), np.random.default_rng(1)
+    tensions, made = [TENSION, "output_tension_N"], []
+    for k, share in enumerate((0.6, 1.0)):
+        drive = 1.3e-3 * np.sin(4.0 * time) * (1.0 - share * np.sin(0.8 * time) ** 2)
+        blank = bench_recording(f"r{k}", time, drive, LOOP_NOISE, tensions)
+        rig = Simulator([replace(blank, model=str(smooth))], timestep=1e-4)
+        read = rig([{"sheath.friction": 0.19}])[0][0]
+        columns = {c: read[c] + random.normal(0.0, LOOP_NOISE, time.size) for c in tensions}
+        uncertain = {"sheath.friction": Uncertain(0.15, 0.05, 0.4)}
+        columns = {**blank.columns, **columns}
+        made.append(replace(blank, model=str(few), uncertain=uncertain, columns=columns))
+    result = diagnose(made[:1], made[1:], catalogue=[CATALOGUE["sensor_bias"]])
+    assert result.verdict == "nothing missing"
+    friction = result.calibrated["sheath.friction"]
+    assert friction.low < 0.19 < friction.high
+    assert result.evidence.extrapolated.before < 1.2
+    assert "has only 9 guides may leave up to" in result.sentence

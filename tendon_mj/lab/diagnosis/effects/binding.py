@@ -227,6 +227,11 @@ def armatures(system: SystemDescription, _: str) -> list[str]:
     return [joint for joint in system.free_joints if joint not in own & system.slides]
 
 
+def plays(system: SystemDescription, parameter: str) -> list[str]:
+    """Tendons and joints whose limits are the flanks of a play, by their names."""
+    return [name for name in system.elements(parameter) if name.endswith("_play")]
+
+
 def bodies(system: SystemDescription, parameter: str) -> list[str]:
     """Bodies that one of the joints of `on_joints` moves."""
     return system.on_free_joints(system.elements(parameter), parameter)

@@ -16,10 +16,12 @@ from tendon_mj.lab.diagnosis.effects.binding import (
     on_inputs,
     on_joints,
     on_sensors,
+    plays,
     springs,
     together,
 )
 from tendon_mj.lab.diagnosis.effects.effect import Effect
+from tendon_mj.lab.replay import RANGE_WIDTH
 
 _G: Final = 10.0  # however a rig is turned, its weight along an axis is at most this [m/s²]
 
@@ -58,6 +60,24 @@ JOINT_EFFECTS: Final = (
         next_experiment="slow reversals of the joint with the tendon at its lowest tension",
         look_at="the bearings of the joint",
         binding=on_joints(Spec("frictionloss", "N m or N", 0.0, 1e3, 0.001)),
+    ),
+    Effect(
+        identifier="output_play",
+        name="play between the pulley and its joint",
+        equation="|q − p| ≤ b/2, p of the pulley that the cables turn",
+        signature=(
+            "the joint stands still or falls through where its load changes sides, and not where"
+            " the drive reverses"
+        ),
+        source="Nordin & Gutman 2002, Automatica 38(10), a survey of backlash",
+        next_experiment="the joint moved by hand from stop to stop, the drive held",
+        look_at="the pulley on its joint, and the gear or linkage behind the cable",
+        tell_apart={
+            "backlash": (
+                "Hold the drive and move the joint by hand: play behind the cable moves no drum."
+            )
+        },
+        binding=on(plays, Spec(RANGE_WIDTH, "rad or m", 0.0, 0.5, 5e-4, larger=(5e-3, 2e-2, 8e-2))),
     ),
     Effect(
         identifier="joint_stiffness",

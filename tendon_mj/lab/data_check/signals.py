@@ -1,0 +1,28 @@
+"""What the signals of recordings may not tell, however well they are fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Final
+
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import column_unit
+
+FORCES: Final = "a load cell, a spring scale in one pose, or a known weight on the output"
+_UNITS: Final = {"N", "N m"}
+
+
+def tells_force(columns: Iterable[str]) -> bool:
+    """Whether one of some columns is a force or a torque."""
+    return not _UNITS.isdisjoint(map(column_unit, columns))
+
+
+def doubt_of_signals(recordings: Iterable[Recording]) -> str:
+    """State what recordings without any force may not tell; empty if one is measured or drives."""
+    if any(tells_force((*r.measured, *r.drive)) for r in recordings):
+        return ""
+    return (
+        "No force is measured: friction, play and an elastic mount may change these signals alike,"
+        " and tendon-mj diagnose says how far their numbers may be off then. What would decide:"
+        f" {FORCES}."
+    )

@@ -1,0 +1,96 @@
+"""Laws of a play behind the tendon, and of limits as parameters."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from tendon_mj.attach import add_friction
+from tendon_mj.lab.replay import Adjustable, Simulator, patch_model, replay_recording
+from tendon_mj.models import load_model
+from tests.lab.recorded import recorded
+
+ARM = """<mujoco><compiler angle="degree"/>
+<option timestep=".001" integrator="implicitfast" gravity="0 {g} 0"/>
+<worldbody><site name="a"/><site name="b" pos=".1 0 0"/>
+<body pos=".2 0 0"><inertial pos="0 -.2 0" mass=".5" diaginertia=".01 .01 .01"/>
+<joint name="arm" damping="1" {more}/></body>
+<body pos="1 0 0"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+<joint name="stop" range="-10 20"/></body></worldbody>
+<tendon>
+<spatial name="one"><site site="a"/><site site="b"/></spatial>
+<spatial name="two"><site site="a"/><site site="b"/></spatial>
+</tendon>
+<sensor><jointpos name="angle" joint="arm"/></sensor></mujoco>"""
+RADIUS, WIDTH = 0.03, 0.04
+TIME = np.arange(0.0, 6.0, 0.03)
+
+
+def arm(folder, g=-9.81, more=""):
+    """An arm that hangs from a pulley, which two cables turn."""
+    spec = mujoco.MjSpec.from_string(ARM.format(g=g, more=more))
+    for tendon, side in (("one", -1.0), ("two", 1.0)):
+        law = {"friction": 0.2, "axial_stiffness": 2e3, "pretension": 30.0, "extra_bend": 1.0}
+        ends = {"reel": f"{tendon}_reel", "output_joint": "arm", "output_radius": side * RADIUS}
+        add_friction(spec, tendon, inner_guides=3, sensors=("input_tension",), **law, **ends)
+    path = folder / "arm.xml"
+    path.write_text(spec.to_xml())
+    return path
+
+
+def motion(path, wave=None):
+    drive = RADIUS * 0.3 * (1.0 - np.cos(1.5 * TIME)) if wave is None else wave
+    return recorded(
+        TIME,
+        {"one_m": ("one_reel", drive), "two_m": ("two_reel", -drive)},
+        {"arm_rad": ("angle", 1e-3), "one_N": ("input_tension", 0.2)},
+        path,
+        settling_time=None,
+    )
+
+
+def test_the_load_decides_on_which_flank_the_joint_is(tmp_path):
+    held = np.interp(TIME, [0.0, 3.0], [0.0, RADIUS * 0.5])
+    for sign in (1.0, -1.0):
+        made = motion(arm(tmp_path), sign * held)
+        turned, with_play = (
+            replay_recording(made, parameters=values).columns["arm_rad"][-1]
+            for values in ({}, {"arm_play.range_width": WIDTH})
+        )
+        assert with_play - turned == pytest.approx(-sign * WIDTH / 2.0, rel=0.05)
+
+
+def test_a_joint_that_is_loaded_where_angles_are_zeroed_begins_on_its_flank(tmp_path):
+    made = motion(arm(tmp_path, more='stiffness="2" springref="40"'), np.zeros(TIME.size))
+    shown = replay_recording(made, parameters={"arm_play.range_width": WIDTH})
+    assert abs(shown.columns["arm_rad"] - replay_recording(made).columns["arm_rad"]).max() < 1e-3
+
+
+def test_without_a_width_nothing_changes_and_a_narrow_play_changes_little(tmp_path):
+    made = motion(arm(tmp_path))
+    ((plain,), (none,), (narrow,)) = Simulator([made], threads=1)(
+        [{}, {"arm_play.range_width": 0.0}, {"arm_play.range_width": 1e-6}]
+    )
+    assert np.array_equal(plain["arm_rad"], none["arm_rad"])
+    for column, measured in made.measured.items():
+        assert abs(narrow[column] - plain[column]).max() < measured.noise
+
+
+def test_a_written_model_has_the_play_that_was_simulated(tmp_path):
+    made, values = motion(arm(tmp_path)), {"arm_play.range_width": WIDTH, "arm.damping": 0.2}
+    ((simulated,),) = Simulator([made])([values])
+    model = load_model(str(patch_model(made.model, values, tmp_path / "played.xml")))
+    shown = replay_recording(made, model)
+    assert np.array_equal(shown.columns["arm_rad"], simulated["arm_rad"])
+    assert Adjustable(model).parameters()["arm_play.range_width"].value == WIDTH
+
+
+def test_limits_of_a_model_are_parameters(tmp_path):
+    path = arm(tmp_path)
+    known = Adjustable(load_model(str(path))).parameters()
+    ends = [known[f"stop.range_{end}"].value for end in ("low", "high", "width")]
+    assert ends == pytest.approx(np.radians([-10.0, 20.0, 30.0]))
+    for values in ({"stop.range_width": 1.0}, {"stop.range_low": -1 / 3, "stop.range_high": 2 / 3}):
+        written = load_model(str(patch_model(path, values, tmp_path / "limited.xml")))
+        assert written.joint("stop").range == pytest.approx([-1 / 3, 2 / 3])
