@@ -1,5 +1,6 @@
 """Every snippet of the README and the docs runs as it is pasted."""
 
+import json
 import re
 from functools import partial
 from pathlib import Path
@@ -41,6 +42,19 @@ def blocks(language):
             yield pytest.param(code, id=f"{page.name}-{k}")
 
 
+def write_diagnosis(folder):
+    """A model and a result as `tendon-mj diagnose` writes them."""
+    folder.mkdir(parents=True)
+    spec = tendon_mj.add_friction(
+        mujoco.MjSpec.from_file("hand.xml"), "flexor", friction=0.2, spring="cable"
+    )
+    (folder / "model.xml").write_text(spec.to_xml())
+    number = {"low": 0.1, "high": 0.2, "unit": "-", "determined": True}
+    found = {"proven": True, "parameters": {"knuckle.stiffness": number}, "sessions": {}}
+    found["calibrated"] = {"flexor_sheath.friction": number}
+    (folder / "result.json").write_text(json.dumps(found))
+
+
 @pytest.mark.parametrize("code", list(blocks("python")))
 def test_python_snippet_runs(code, tmp_path, monkeypatch, capsys):
     if "mujoco_warp" in code:
@@ -51,6 +65,8 @@ def test_python_snippet_runs(code, tmp_path, monkeypatch, capsys):
         monkeypatch.setattr(tendon_mj, "view", brief)
     (tmp_path / "hand.xml").write_text(FINGER.format(""))
     monkeypatch.chdir(tmp_path)
+    if "out/diagnose" in code:
+        write_diagnosis(tmp_path / "out" / "diagnose")
     names = {}
     exec(compile(code, "snippet", "exec"), names)  # our own documentation, not input
     if "model" in names:
