@@ -61,5 +61,6 @@ from tendon_mj.show import simulate as simulate
 from tendon_mj.show import sweep as sweep
 from tendon_mj.show import view as view
 from tendon_mj.show import write_report as write_report
+from tendon_mj.theory import frictionloss as frictionloss
 
 __version__: str
