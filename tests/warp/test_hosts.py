@@ -1,16 +1,18 @@
 """Another package's code puts models with sheaths, once it takes them, and others as before."""
 
 import types
+from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 import pytest
 
+import tendon_mj
 from tendon_mj.errors import InvalidValueError
 from tests.refusals import refusing
-from tests.warp.models import controls, fingers, mjw, step, tw
+from tests.warp.models import controls, fingers, fingers_xml, mjw, step, tw
 
-pytest.importorskip("warp")
+wp = pytest.importorskip("warp")
 
 PLAIN = "<mujoco><worldbody><body><joint/><geom size='.1'/></body></worldbody></mujoco>"
 
@@ -62,6 +64,91 @@ def test_a_host_gets_its_own_functions_back():
     assert host.mjwarp is mjw
     with pytest.raises(NotImplementedError, match="mjSENS_PLUGIN"):
         host.start(model, mujoco.MjData(model), 1)
+
+
+def driven_spec(sheaths=True, more=""):
+    """A finger of two joints with sensors of force, whose tendon a motor pulls."""
+    text = fingers_xml(kinds=("drum",))
+    tree = ElementTree.fromstring(text)
+    sensors = tree.find("sensor")
+    for plugin in sensors.findall("plugin"):
+        sensors.remove(plugin)
+    tree.remove(tree.find("extension"))
+    spec = mujoco.MjSpec.from_string(
+        ElementTree.tostring(tree, "unicode").replace("</mujoco>", more + "</mujoco>")
+    )
+    return tendon_mj.add_friction(spec, "drum", friction=0.2) if sheaths else spec
+
+
+def test_sheaths_on_a_model_that_is_on_the_device_act_as_in_one_that_was_put_with_them():
+    model, plain = driven_spec().compile(), driven_spec(sheaths=False).compile()
+    host_m, host_d = mjw.put_model(plain), mjw.make_data(plain, 2)
+    tw.put_sheaths(model, host_m, host_d)
+    m, d = tw.put_model(model), tw.make_data(model, 2)
+    for data in (host_d, d):
+        tw.sheaths_of(data).set("friction", np.array([[0.3], [0.1]]))
+    for row in controls(model, 20):
+        step(host_m, host_d, row)
+        step(m, d, row)
+    np.testing.assert_array_equal(host_d.qpos.numpy(), d.qpos.numpy())
+    own = host_d.sensordata.shape[1]  # of force and torque, with the reactions of sheaths
+    np.testing.assert_array_equal(host_d.sensordata.numpy(), d.sensordata.numpy()[:, :own])
+    lost = tw.sheaths_of(host_d).output_tension.numpy()
+    np.testing.assert_array_equal(lost, tw.sheaths_of(d).output_tension.numpy())
+    assert lost[0, 0] < lost[1, 0]
+    worlds = wp.array([True, False], dtype=wp.bool)
+    tw.reset_data(host_m, host_d, worlds)
+    tw.reset_data(m, d, worlds)
+    step(host_m, host_d, row)
+    step(m, d, row)
+    np.testing.assert_array_equal(host_d.qpos.numpy(), d.qpos.numpy())
+
+
+ANOTHER = '<worldbody><body pos="0 0 1"><joint/><geom size=".1"/></body></worldbody>'
+
+
+@pytest.mark.parametrize(
+    ("change", "facts"),
+    [
+        (lambda m, d, plain: setattr(m.callback, "passive", print), "callbacks | passive"),
+        (lambda m, d, plain: setattr(m, "nsensordata", 5), "data are not of the model"),
+        (lambda m, d, plain: m.wrap_objid.assign(m.wrap_objid.numpy()[::-1].copy()), "paths"),
+    ],
+    ids=["callbacks", "sizes", "paths"],
+)
+def test_sheaths_on_what_does_not_take_them_are_refused_and_nothing_is_changed(change, facts):
+    plain = driven_spec(sheaths=False).compile()
+    m, d = mjw.put_model(plain), mjw.make_data(plain, 1)
+    change(m, d, plain)
+    with refusing(InvalidValueError, "put_sheaths", facts):
+        tw.put_sheaths(driven_spec().compile(), m, d)
+    assert m.callback.act_bias is None
+    assert not hasattr(d, "tendon_mj")
+
+
+def test_another_model_is_refused_by_the_sizes_that_differ():
+    plain = driven_spec(sheaths=False, more=ANOTHER).compile()
+    m, d = mjw.put_model(plain), mjw.make_data(plain, 1)
+    with refusing(InvalidValueError, "nq is 3 on the device and 2 with sheaths", "take_sheaths"):
+        tw.put_sheaths(driven_spec().compile(), m, d)
+    with refusing(InvalidValueError, "no sheaths", "add_friction"):
+        tw.put_sheaths(plain, m, d)
+
+
+def test_sensors_behind_those_of_sheaths_are_refused():
+    spec = driven_spec()
+    spec.add_sensor(
+        name="late",
+        type=mujoco.mjtSensor.mjSENS_JOINTPOS,
+        objtype=mujoco.mjtObj.mjOBJ_JOINT,
+        objname="drum_one",
+    )
+    plain = driven_spec(
+        sheaths=False, more='<sensor><jointpos name="late" joint="drum_one"/></sensor>'
+    ).compile()
+    m, d = mjw.put_model(plain), mjw.make_data(plain, 1)
+    with refusing(InvalidValueError, "put_sheaths", "sensors", "last"):
+        tw.put_sheaths(spec.compile(), m, d)
 
 
 def test_what_does_not_call_mujoco_warp_is_refused():
