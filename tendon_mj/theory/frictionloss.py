@@ -24,5 +24,8 @@ def frictionloss(tension: Any, bend: Any, friction: Any, velocity: Any) -> Any:
     Returns:
         The value for `tendon_frictionloss` [N].
     """
-    direction = 2 * (velocity > 0) - 1
-    return tension * (tension > 0) * abs(math.e ** (friction * bend * direction) - 1.0)
+    exponent = friction * bend
+    pulled = tension * (tension > 0)
+    pulled_out = pulled * (velocity > 0)
+    drawn_in = pulled - pulled_out
+    return pulled_out * (math.e**exponent - 1.0) + drawn_in * (1.0 - math.e**-exponent)

@@ -2,9 +2,12 @@
 
 import math
 
+import mujoco
 import numpy as np
 import pytest
 
+from experiments.benchmarks.frictionloss import STIFF_SOLIMP
+from experiments.rewritten_frictionloss import joint_spec
 from tendon_mj import frictionloss
 
 TENSION, BEND, FRICTION = [0.0, -3.0, 10.0, 10.0, 25.0], [1.0, 1.0, 0.0, 2.0, 0.5], 0.2
@@ -26,11 +29,37 @@ def test_no_tension_no_bend_and_no_friction_take_nothing():
 @pytest.mark.parametrize("package", ["torch", "jax.numpy"])
 def test_another_packages_arrays_have_the_numbers_of_numpy(package):
     xp = pytest.importorskip(package)
-    given = [np.array(values, np.float32) for values in (TENSION, BEND, VELOCITY)]
-    expected = frictionloss(*given[:2], FRICTION, given[2])
-    assert expected.dtype == np.float32
-    tension, bend, velocity = map(xp.asarray, given)
-    loss = frictionloss(tension, bend, FRICTION, velocity)
-    assert isinstance(loss, type(tension))
-    assert loss.dtype == tension.dtype
-    np.testing.assert_allclose(np.asarray(loss), expected, rtol=1e-5)
+    tension, bend, velocity = (np.array(row, np.float32) for row in (TENSION, BEND, VELOCITY))
+    for angle in (bend, 2.0):  # a constant bend may be a number
+        expected = frictionloss(tension, angle, FRICTION, velocity)
+        assert expected.dtype == np.float32
+        given = (xp.asarray(x) if isinstance(x, np.ndarray) else x for x in (tension, angle))
+        loss = frictionloss(*given, FRICTION, xp.asarray(velocity))
+        assert isinstance(loss, type(xp.asarray(tension)))
+        assert loss.dtype == xp.asarray(tension).dtype
+        np.testing.assert_allclose(np.asarray(loss), expected, rtol=1e-5)
+
+
+def test_in_mjx_it_moves_a_joint_as_in_mujoco():
+    jax = pytest.importorskip("jax")
+    mjx = pytest.importorskip("mujoco.mjx")
+    model = joint_spec().compile()
+    model.tendon_frictionloss[:] = 1e-9  # else the solver has no row for it
+    model.tendon_solref_fri[:] = [2.0 * model.opt.timestep, 1.0]
+    model.tendon_solimp_fri[:] = STIFF_SOLIMP
+    data, put = mujoco.MjData(model), mjx.put_model(model)
+    worlds = mjx.make_data(model)
+
+    @jax.jit
+    def step(worlds, control):
+        loss = frictionloss(worlds.actuator_force, 1.2, FRICTION, worlds._impl.ten_velocity)
+        return mjx.step(put.replace(tendon_frictionloss=loss + 1e-9), worlds.replace(ctrl=control))
+
+    for control in 16.0 + 12.0 * np.sin(0.05 * np.arange(100)):
+        loss = frictionloss(data.actuator_force, 1.2, FRICTION, data.ten_velocity)
+        model.tendon_frictionloss[:] = loss + 1e-9
+        data.ctrl[:] = control
+        mujoco.mj_step(model, data)
+        worlds = step(worlds, np.array([control], np.float32))
+    assert abs(data.qpos[0]) > 0.1
+    np.testing.assert_allclose(worlds.qpos, data.qpos, atol=1e-4)
