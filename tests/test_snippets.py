@@ -57,7 +57,7 @@ def write_diagnosis(folder):
 
 @pytest.mark.parametrize("code", list(blocks("python")))
 def test_python_snippet_runs(code, tmp_path, monkeypatch, capsys):
-    if "mujoco_warp" in code:
+    if "mujoco_warp" in code or "tendon_mj.warp" in code:
         pytest.importorskip("mujoco_warp", reason="the extra `warp` is not installed")
     if "tendon_mj.view(" in code:
         pytest.importorskip("mjviser", reason="the extra `web` is not installed")

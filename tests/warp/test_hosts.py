@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tendon_mj
-from tendon_mj.errors import InvalidValueError
+from tendon_mj.errors import InvalidValueError, UnknownNameError, UnusedKeyError
 from tests.refusals import refusing
 from tests.warp.models import controls, fingers, fingers_xml, mjw, step, tw
 
@@ -24,8 +24,8 @@ def a_host():
 def start(model, data, worlds):
     return mjwarp.put_model(model), mjwarp.put_data(model, data, nworld=worlds)
 
-def reset(m, d):
-    mjwarp.reset_data(m, d)
+def reset(m, d, worlds=None):
+    mjwarp.reset_data(m, d, reset=worlds)
 """
     host.mjwarp = mjw
     exec(source, vars(host))
@@ -45,6 +45,23 @@ def test_a_host_that_takes_sheaths_simulates_what_this_package_does():
     tw.sheaths_of(d).set("friction", np.array([[0.3], [0.1]]))
     host.reset(m, d)
     np.testing.assert_allclose(tw.sheaths_of(d).parameters["friction"].numpy()[:, 0], [0.3, 0.1])
+
+
+@pytest.mark.parametrize("steps", [1, 7])
+def test_worlds_that_a_host_resets_are_as_in_a_fresh_environment(steps):
+    model, host = fingers(kinds=("drum",)), a_host()
+    tw.take_sheaths(host)
+    (m, d), (_, fresh) = (host.start(model, mujoco.MjData(model), 8) for _ in range(2))
+    rows = controls(model, 30)[10:]
+    for row in rows[:steps]:
+        step(m, d, row)
+    worlds = np.isin(np.arange(8), [2, 5])
+    host.reset(m, d, wp.array(worlds, dtype=wp.bool))
+    for row in rows[::-1]:
+        step(m, d, row)
+        step(m, fresh, row)
+    same = (d.qpos.numpy() == fresh.qpos.numpy()).all(axis=1)
+    np.testing.assert_array_equal(same, worlds)
 
 
 def test_a_model_without_sheaths_is_put_as_before():
@@ -149,6 +166,56 @@ def test_sensors_behind_those_of_sheaths_are_refused():
     m, d = mjw.put_model(plain), mjw.make_data(plain, 1)
     with refusing(InvalidValueError, "put_sheaths", "sensors", "last"):
         tw.put_sheaths(spec.compile(), m, d)
+
+
+@pytest.fixture
+def environment():
+    """An environment as mjlab's, of four worlds with two tendons, and its sheaths."""
+    pytest.importorskip("torch")
+    model = fingers(kinds=("reel", "drum"))
+    data = tw.make_data(model, 4)
+    return types.SimpleNamespace(sim=types.SimpleNamespace(wp_data=data)), tw.sheaths_of(data)
+
+
+def test_an_event_draws_parameters_of_given_worlds_and_sheaths(environment):
+    env, sheaths = environment
+    torch = pytest.importorskip("torch")
+    before = {name: table.numpy().copy() for name, table in sheaths.parameters.items()}
+    ranges = {"*.friction": (0.3, 0.4), "drum.extra_bend": (1.0, 2.0), "reel.pretension": (6, 7)}
+    ranges["*.static_friction"] = (0.5, 0.5)
+    tw.draw_parameters(env, torch.tensor([1, 3]), ranges)
+    after = {name: table.numpy() for name, table in sheaths.parameters.items()}
+    drawn = [("friction", [0, 1]), ("extra_bend", [1]), ("pretension", [0])]
+    for (parameter, columns), (low, high) in zip(drawn, ranges.values(), strict=False):
+        table, old = after[parameter], before[parameter]
+        part = table[np.ix_([1, 3], columns)]
+        assert ((part >= low) & (part <= high)).all()
+        assert np.unique(part).size == part.size
+        rest = np.ones(table.shape, bool)
+        rest[np.ix_([1, 3], columns)] = False
+        np.testing.assert_array_equal(table[rest], old[rest])
+    np.testing.assert_array_equal(after["static_friction"][[1, 3]], 0.5)
+    tw.draw_parameters(env, None, {"*.friction": (0.1, 0.2)}, shared_random=True)
+    friction = sheaths.parameters["friction"].numpy()
+    np.testing.assert_array_equal(friction[:, 0], friction[:, 1])
+    assert np.unique(friction[:, 0]).size == 4
+
+
+@pytest.mark.parametrize(
+    ("key", "span", "kind", "facts"),
+    [
+        ("*.friction", (-0.1, 0.2), InvalidValueError, "friction | -0.1"),
+        ("*.friction", (0.3, 0.2), InvalidValueError, "friction | 0.3 | 0.2"),
+        ("tendon.friction", (0.1, 0.2), UnknownNameError, "tendon | drum"),
+        ("*.backlash", (0.0, 1e-3), UnknownNameError, "backlash"),
+        ("*.pretension", (1.0, 2.0), UnusedKeyError, "drum.pretension"),
+    ],
+)
+def test_an_event_that_cannot_be_is_refused(environment, key, span, kind, facts):
+    env, sheaths = environment
+    with refusing(kind, facts):
+        tw.draw_parameters(env, None, {key: span})
+    assert np.unique(sheaths.parameters["friction"].numpy()).tolist() == pytest.approx([0.15, 0.2])
 
 
 def test_what_does_not_call_mujoco_warp_is_refused():
