@@ -42,31 +42,36 @@ def blocks(language):
             yield pytest.param(code, id=f"{page.name}-{k}")
 
 
-def write_diagnosis(folder):
-    """A model and a result as `tendon-mj diagnose` writes them."""
-    folder.mkdir(parents=True)
+def write_results(folder):
+    """The hand with friction, and a diagnosis of it, as `tendon-mj` writes them."""
     spec = tendon_mj.add_friction(
         mujoco.MjSpec.from_file("hand.xml"), "flexor", friction=0.2, spring="cable"
     )
-    (folder / "model.xml").write_text(spec.to_xml())
+    (folder / "hand_with_friction.xml").write_text(spec.to_xml())
+    out = folder / "out" / "diagnose"
+    out.mkdir(parents=True)
+    (out / "model.xml").write_text(spec.to_xml())
     number = {"low": 0.1, "high": 0.2, "unit": "-", "determined": True}
     found = {"proven": True, "parameters": {"knuckle.stiffness": number}, "sessions": {}}
     found["calibrated"] = {"flexor_sheath.friction": number}
-    (folder / "result.json").write_text(json.dumps(found))
+    (out / "result.json").write_text(json.dumps(found))
 
 
 @pytest.mark.parametrize("code", list(blocks("python")))
 def test_python_snippet_runs(code, tmp_path, monkeypatch, capsys):
     if "mujoco_warp" in code or "tendon_mj.warp" in code:
         pytest.importorskip("mujoco_warp", reason="the extra `warp` is not installed")
+    for package in ("gymnasium", "dm_control"):
+        if package in code:
+            pytest.importorskip(package, reason=f"the extra for {package} is not installed")
     if "tendon_mj.view(" in code:
         pytest.importorskip("mjviser", reason="the extra `web` is not installed")
         brief = partial(tendon_mj.view, seconds=0.1, port=0)
         monkeypatch.setattr(tendon_mj, "view", brief)
     (tmp_path / "hand.xml").write_text(FINGER.format(""))
     monkeypatch.chdir(tmp_path)
-    if "out/diagnose" in code:
-        write_diagnosis(tmp_path / "out" / "diagnose")
+    if "with_friction.xml" in code or "out/diagnose" in code:
+        write_results(tmp_path)
     names = {}
     exec(compile(code, "snippet", "exec"), names)  # our own documentation, not input
     if "model" in names:
