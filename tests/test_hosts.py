@@ -1,6 +1,7 @@
 """In other packages' simulations each has the friction that it is given, as one of MuJoCo's own."""
 
 import importlib
+import warnings
 
 import mujoco
 import numpy as np
@@ -112,3 +113,45 @@ def test_physics_of_dm_control_keep_the_friction_of_an_episode(path, alone):
             physics.step()
         assert live["flexor.friction"] == friction
         np.testing.assert_allclose(physics.data.qpos[0], angle, rtol=1e-6)
+
+
+def test_newton_steps_the_sheaths_that_are_put_on_its_solver(tmp_path):
+    newton = pytest.importorskip("newton")
+    tw = pytest.importorskip("tendon_mj.warp")
+    solvers, text = newton.solvers, FINGER.replace(' stiffness="2000"', "").format(MOTOR)
+    one, builder = newton.ModelBuilder(), newton.ModelBuilder()
+    for each in (one, builder):
+        solvers.SolverMuJoCo.register_custom_attributes(each)
+    one.add_mjcf(text)
+    builder.replicate(one, FRICTION.size)
+    put = builder.finalize(device="cpu")
+    saved = str(tmp_path / "newton.xml")
+    solver = solvers.SolverMuJoCo(put, save_to_mjcf=saved)
+    spec = mujoco.MjSpec.from_file(saved)
+    with warnings.catch_warnings():  # of limits that Newton states, which do not act here
+        warnings.simplefilter("ignore", tendon_mj.TendonWarning)
+        model = tendon_mj.add_friction(spec, "flexor", friction=0.1).compile()
+    tw.put_sheaths(model, solver.mjw_model, solver.mjw_data)
+    tw.sheaths_of(solver.mjw_data).set("friction", FRICTION[:, None])
+
+    def moved():
+        """(worlds,) angle after sixty steps from the start."""
+        before, after, control = put.state(), put.state(), put.control()
+        for value in CONTROLS:
+            control.mujoco.ctrl.fill_(value)
+            solver.step(before, after, control, None, model.opt.timestep)
+            before, after = after, before
+        return solver.mjw_data.qpos.numpy()[:, 0]
+
+    expected = []
+    for friction in FRICTION:
+        data = mujoco.MjData(model)
+        tendon_mj.Parameters(model, data)["flexor.friction"] = friction
+        for value in CONTROLS:
+            data.ctrl[:] = value
+            mujoco.mj_step(model, data)
+        expected.append(data.qpos[0])
+    angles = moved()
+    np.testing.assert_allclose(angles, expected, atol=1e-5)
+    tw.reset_data(solver.mjw_model, solver.mjw_data)
+    np.testing.assert_array_equal(moved(), angles)

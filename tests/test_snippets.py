@@ -57,18 +57,21 @@ def write_results(folder):
     (out / "result.json").write_text(json.dumps(found))
 
 
+@pytest.mark.filterwarnings("ignore:.*actuatorfrcrange of joint")  # which Newton sets
 @pytest.mark.parametrize("code", list(blocks("python")))
 def test_python_snippet_runs(code, tmp_path, monkeypatch, capsys):
     if "mujoco_warp" in code or "tendon_mj.warp" in code:
         pytest.importorskip("mujoco_warp", reason="the extra `warp` is not installed")
-    for package in ("gymnasium", "dm_control"):
+    for package in ("gymnasium", "dm_control", "newton"):
         if package in code:
-            pytest.importorskip(package, reason=f"the extra for {package} is not installed")
+            pytest.importorskip(package, reason="not installed")
     if "tendon_mj.view(" in code:
         pytest.importorskip("mjviser", reason="the extra `web` is not installed")
         brief = partial(tendon_mj.view, seconds=0.1, port=0)
         monkeypatch.setattr(tendon_mj, "view", brief)
     (tmp_path / "hand.xml").write_text(FINGER.format(""))
+    motor = '<actuator><motor tendon="flexor" ctrlrange="-9 0"/></actuator>'
+    (tmp_path / "hand_with_motor.xml").write_text(FINGER.format(motor))
     monkeypatch.chdir(tmp_path)
     if "with_friction.xml" in code or "out/diagnose" in code:
         write_results(tmp_path)

@@ -290,7 +290,7 @@ def _check_same(model: mujoco.MjModel, put: Any, data: Any, sheaths: int) -> Non
     where = "tendon_mj.warp.put_sheaths"
     if not sheaths:
         raise InvalidValueError(f"{where}: the model has no sheaths; add_friction gives it some")
-    for size in ("nq", "nv", "nu", "na", "nbody", "njnt", "ngeom", "nsite", "neq", "ntendon"):
+    for size in ("nq", "nv", "nu", "nbody", "njnt", "ngeom", "nsite", "ntendon"):
         if getattr(put, size) != getattr(model, size):
             raise InvalidValueError(
                 f"{where}: {size} is {getattr(put, size)} on the device and"
