@@ -264,8 +264,8 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
 def put_sheaths(model: mujoco.MjModel, put: Any, data: Any) -> None:
     """Put sheaths on a model and data that are on the device without, of a package that made them.
 
-    They begin as after a reset. Their sensors are left out; `sheaths_of` has what they show. A CUDA
-    graph that was captured before goes on without sheaths.
+    They begin as after a reset. Options are those on the device. Sensors of sheaths are left out;
+    `sheaths_of` has what they show. A CUDA graph that was captured before goes on without sheaths.
 
     Args:
         model: the same with sheaths, by `add_friction` on its spec.
@@ -320,7 +320,7 @@ def _solve_sheaths(put: Any, model: mujoco.MjModel, simulated: dict[str, Simulat
     """Let the callbacks of a model on the device solve its sheaths."""
     put.tendon_mj = layout = layout_of(simulated)
     kinds = {_kind(sheath) for sheath in simulated.values()}
-    actuation_off = model.opt.disableflags & _ACTUATION_OFF
+    actuation_off = put.opt.disableflags & _ACTUATION_OFF
     # whether they need the forces of actuators
     late = model.nactuator > 0 and not actuation_off and kinds != {WOUND}
 

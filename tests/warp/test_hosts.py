@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tendon_mj
-from tendon_mj.errors import InvalidValueError, UnknownNameError, UnusedKeyError
+from tendon_mj.errors import InvalidValueError, NoPluginsError, UnknownNameError, UnusedKeyError
 from tests.refusals import refusing
 from tests.warp.models import controls, fingers, fingers_xml, mjw, step, tw
 
@@ -141,6 +141,23 @@ def test_sheaths_on_what_does_not_take_them_are_refused_and_nothing_is_changed(c
         tw.put_sheaths(driven_spec().compile(), m, d)
     assert m.callback.act_bias is None
     assert not hasattr(d, "tendon_mj")
+
+
+def test_options_on_the_device_are_those_that_act():
+    model, plain = driven_spec().compile(), driven_spec(sheaths=False).compile()
+    plain.opt.timestep = 0.25 * model.opt.timestep
+    plain.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    host_m, host_d = mjw.put_model(plain), mjw.make_data(plain, 1)
+    tw.put_sheaths(model, host_m, host_d)
+    model.opt.timestep, model.opt.integrator = plain.opt.timestep, plain.opt.integrator
+    m, d = tw.put_model(model), tw.make_data(model, 1)
+    for row in controls(model, 10):
+        step(host_m, host_d, row)
+        step(m, d, row)
+    np.testing.assert_array_equal(host_d.qpos.numpy(), d.qpos.numpy())
+    host_m.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP.value
+    with refusing(NoPluginsError, "sleep"):
+        mjw.passive(host_m, host_d)
 
 
 def test_another_model_is_refused_by_the_sizes_that_differ():
