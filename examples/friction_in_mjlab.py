@@ -3,7 +3,6 @@
 import mjlab.sim.sim
 import mujoco
 import torch
-import warp as wp
 from mjlab.actuator.actuator import TransmissionType
 from mjlab.actuator.xml_actuator import XmlActuatorCfg
 from mjlab.entity import EntityArticulationInfoCfg, EntityCfg
@@ -32,16 +31,16 @@ finger = EntityCfg(
     spec_fn=lambda: mujoco.MjSpec.from_string(FINGER),
     articulation=EntityArticulationInfoCfg(actuators=(pull,)),
 )
-
-
-def draw_friction(env, env_ids, low, high):
-    """Draw the friction of every sheath in some worlds."""
-    table = wp.to_torch(tendon_mj.warp.sheaths_of(env.sim.wp_data).parameters["friction"])
-    worlds = slice(None) if env_ids is None else env_ids
-    table[worlds] = torch.empty_like(table[worlds]).uniform_(low, high)
-
-
-drawn = EventTermCfg(func=draw_friction, mode="reset", params={"low": 0.05, "high": 0.3})
+event = tendon_mj.warp.draw_parameters
+drawn = EventTermCfg(
+    func=event, mode="reset", params={"ranges": {"robot/flexor_sheath.friction": (0.05, 0.3)}}
+)
+moved = EventTermCfg(  # the cable is laid differently from time to time
+    func=event,
+    mode="interval",
+    interval_range_s=(0.1, 0.3),
+    params={"ranges": {"*.extra_bend": (0.0, 0.5)}},
+)
 tendon_mj.warp.take_sheaths(mjlab.sim.sim)  # before the environment is made
 configuration = ManagerBasedRlEnvCfg(
     scene=SceneCfg(
@@ -51,7 +50,7 @@ configuration = ManagerBasedRlEnvCfg(
     ),
     observations={},
     actions={"pull": mdp.TendonEffortActionCfg(entity_name="robot", actuator_names=("flexor",))},
-    events={"friction": drawn},
+    events={"friction": drawn, "bend": moved},
     sim=SimulationCfg(mujoco=MujocoCfg(timestep=0.002, disableflags=("contact",))),
     decimation=5,
 )
@@ -61,4 +60,5 @@ for _ in range(50):
     env.step(torch.full((4, 1), -10.0))
 sheaths = tendon_mj.warp.sheaths_of(env.sim.wp_data)
 print("friction", sheaths.parameters["friction"].numpy().ravel().round(3))
+print("more bend", sheaths.parameters["extra_bend"].numpy().ravel().round(2))
 print("of 10 N arrive", sheaths.output_tension.numpy().ravel().round(2))

@@ -34,6 +34,7 @@ from tendon_mj.lab.verification import (
     times_in_turns,
 )
 from tendon_mj.models import Bench, build_bench
+from tendon_mj.theory import frictionloss
 from tendon_mj.typing import FloatArray
 
 Step = Callable[[mujoco.MjData], None]
@@ -99,9 +100,9 @@ class Rewriter:
         model = self.model
         tension = model.tendon_stiffness * (data.ten_length - model.tendon_lengthspring[:, 1])
         np.subtract.at(tension, self._pulled, self._gear * data.actuator_force[self._actuators])
-        exponent = self.friction * bends(model, data)
-        signed = np.where(data.ten_velocity > 0.0, exponent, -exponent)
-        return np.asarray(np.maximum(tension, 0.0) * np.abs(np.expm1(signed)))
+        return np.asarray(
+            frictionloss(tension, bends(model, data), self.friction, data.ten_velocity)
+        )
 
 
 def bends(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:

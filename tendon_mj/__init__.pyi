@@ -11,6 +11,7 @@ from tendon_mj.attach import add_tendon as add_tendon
 from tendon_mj.attach import arc_points as arc_points
 from tendon_mj.attach import bent_points as bent_points
 from tendon_mj.attach import largest_stiffness as largest_stiffness
+from tendon_mj.attach import ranges as ranges
 from tendon_mj.attach import remove_friction as remove_friction
 from tendon_mj.attach import show_tension as show_tension
 from tendon_mj.attach import view_sheath as view_sheath
@@ -61,5 +62,6 @@ from tendon_mj.show import simulate as simulate
 from tendon_mj.show import sweep as sweep
 from tendon_mj.show import view as view
 from tendon_mj.show import write_report as write_report
+from tendon_mj.theory import frictionloss as frictionloss
 
 __version__: str

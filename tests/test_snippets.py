@@ -1,5 +1,6 @@
 """Every snippet of the README and the docs runs as it is pasted."""
 
+import json
 import re
 from functools import partial
 from pathlib import Path
@@ -41,16 +42,39 @@ def blocks(language):
             yield pytest.param(code, id=f"{page.name}-{k}")
 
 
+def write_results(folder):
+    """The hand with friction, and a diagnosis of it, as `tendon-mj` writes them."""
+    spec = tendon_mj.add_friction(
+        mujoco.MjSpec.from_file("hand.xml"), "flexor", friction=0.2, spring="cable"
+    )
+    (folder / "hand_with_friction.xml").write_text(spec.to_xml())
+    out = folder / "out" / "diagnose"
+    out.mkdir(parents=True)
+    (out / "model.xml").write_text(spec.to_xml())
+    number = {"low": 0.1, "high": 0.2, "unit": "-", "determined": True}
+    found = {"proven": True, "parameters": {"knuckle.stiffness": number}, "sessions": {}}
+    found["calibrated"] = {"flexor_sheath.friction": number}
+    (out / "result.json").write_text(json.dumps(found))
+
+
+@pytest.mark.filterwarnings("ignore:.*actuatorfrcrange of joint")  # which Newton sets
 @pytest.mark.parametrize("code", list(blocks("python")))
 def test_python_snippet_runs(code, tmp_path, monkeypatch, capsys):
-    if "mujoco_warp" in code:
+    if "mujoco_warp" in code or "tendon_mj.warp" in code:
         pytest.importorskip("mujoco_warp", reason="the extra `warp` is not installed")
+    for package in ("gymnasium", "dm_control", "newton"):
+        if package in code:
+            pytest.importorskip(package, reason="not installed")
     if "tendon_mj.view(" in code:
         pytest.importorskip("mjviser", reason="the extra `web` is not installed")
         brief = partial(tendon_mj.view, seconds=0.1, port=0)
         monkeypatch.setattr(tendon_mj, "view", brief)
     (tmp_path / "hand.xml").write_text(FINGER.format(""))
+    motor = '<actuator><motor tendon="flexor" ctrlrange="-9 0"/></actuator>'
+    (tmp_path / "hand_with_motor.xml").write_text(FINGER.format(motor))
     monkeypatch.chdir(tmp_path)
+    if "with_friction.xml" in code or "out/diagnose" in code:
+        write_results(tmp_path)
     names = {}
     exec(compile(code, "snippet", "exec"), names)  # our own documentation, not input
     if "model" in names:

@@ -111,8 +111,10 @@ def _other_names(known: Mapping[str, plugin.Instance]) -> dict[str, str]:
     return names
 
 
-class Parameters(MutableMapping[str, float]):
+class Parameters(MutableMapping[str, Any]):
     """``<sheath>.<parameter>`` and ``<servo>.<gain>`` to value, live in `mjData.plugin_state`.
+
+    Of the states of many simulations, values are arrays, one for each.
 
     A sheath goes by its name or by that of its tendon, in ``flexor.friction``, and the only one of
     a model by ``sheath``.
@@ -127,7 +129,8 @@ class Parameters(MutableMapping[str, float]):
 
     Args:
         model: with sheaths.
-        data: of that model; or any (npluginstate,) array, such as the tail of a state vector.
+        data: of that model; or an array (…, npluginstate), as ``bind("plugin_state")`` of
+            `mujoco.batch` gives it, or of whole states, as `view_sheath` takes them.
 
     Raises:
         UnknownKeyError: no such sheath or parameter, with the nearest.
@@ -141,11 +144,6 @@ class Parameters(MutableMapping[str, float]):
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | FloatArray) -> None:
         self._states = _States(model, data)
-        if isinstance(data, np.ndarray) and data.shape != (model.npluginstate,):
-            raise InvalidValueError(
-                f"the plugin state of this model has shape ({model.npluginstate},), not "
-                f"{data.shape}: give that part of one state"
-            )
         known = plugin.sheaths(model)
         self._other_names = _other_names(known)
         for name, instance in known.items():  # which refuses numbers that are not of this model
@@ -178,11 +176,11 @@ class Parameters(MutableMapping[str, float]):
                 return key
         raise UnknownKeyError("parameter", str(name), self._address)
 
-    def __getitem__(self, name: str) -> float:
+    def __getitem__(self, name: str) -> Any:
         key = self._key(name)
-        return float(self._states.get(key.rsplit(".", 1)[1], self._address[key]))
+        return self._states.get(key.rsplit(".", 1)[1], self._address[key])
 
-    def __setitem__(self, name: str, value: float) -> None:
+    def __setitem__(self, name: str, value: Any) -> None:
         key = self._key(name)
         self._states.set(key, self._address[key], value)
 

@@ -81,7 +81,7 @@ class Guide:
     is_on_arc: float  # 1 where it is on a geom, which the tendon may leave
     fed_by: float  # segment whose tension the branch behind a pulley takes over, −1: the input's
     # of an inextensible tendon
-    ended: float  # speed of its slip after the step before, as in the pose before it [m/s]
+    ended: float  # speed of its slip after the step before, as in the pose before it [m/s], if kept
     way: float  # length from the guide to the output end [m]
     trial_way: float  # [m]
 

@@ -18,6 +18,7 @@ A history has time on axis 0, and is monotone between samples; results of it hav
 broadcast of the rest). An argument out of its range raises InvalidValueError, which names it.
 """
 
+from tendon_mj.theory.dry_friction import frictionloss as frictionloss
 from tendon_mj.theory.history import TensionMemory as TensionMemory
 from tendon_mj.theory.history import displacement as displacement
 from tendon_mj.theory.history import driven_tensions as driven_tensions

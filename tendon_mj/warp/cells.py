@@ -256,6 +256,8 @@ def _fill_state(
             for name, field in _STATE.items():
                 sign = -1.0 if name == "slid" else 1.0
                 columns[name].append(sign * sheath.guides[field][cell.end - 1])
+            if not sheath.state["slips_kept"]:
+                columns["speed_before"][-1] = np.nan
     columns["unknown"] = [force for s in simulated.values() for force in s.unknown]
     columns["input_before"] = [s.segments["previous_tension"][0] for s in sheaths]
     for name, values in columns.items():
@@ -283,3 +285,5 @@ def read_groups_back(
             for name, field in _STATE.items():
                 sheath.guides[field][here] = (-1.0 if name == "slid" else 1.0) * column[name][c]
             c += 1
+        sheath.state["slips_kept"] = np.isfinite(sheath.guides["ended"]).all()
+        sheath.guides["ended"] = np.nan_to_num(sheath.guides["ended"])

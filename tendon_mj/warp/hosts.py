@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import mujoco_warp as mjw
+import warp as wp
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.warp.model import get_data_into, make_data, put_data, put_model, reset_data
+from tendon_mj.warp.model import (
+    get_data_into,
+    make_data,
+    put_data,
+    put_model,
+    reset_data,
+    sheaths_of,
+)
 
 _OURS = (put_model, make_data, put_data, get_data_into, reset_data)
 
@@ -47,3 +55,35 @@ def take_sheaths(host: Any) -> Callable[[], None]:
             setattr(host, name, mjw)
 
     return undo
+
+
+def draw_parameters(
+    env: Any,
+    env_ids: Any,
+    ranges: Mapping[str, tuple[float, float]],
+    shared_random: bool = False,
+) -> None:
+    """Draw parameters of sheaths uniformly: an event term of mjlab, in the form of its `dr` terms.
+
+    Args:
+        env: environment, whose data are ``env.sim.wp_data``.
+        env_ids: Torch tensor of the worlds; None: all.
+        ranges: ``<sheath>.<parameter>`` → (low, high), as `tendon_mj.ranges` gives them; the sheath
+            may be a pattern, as in ``*.friction``. A pretension acts from the next reset on.
+        shared_random: draw one value in each world for all sheaths that a pattern names.
+
+    Raises:
+        UnknownNameError: no such sheath or parameter.
+        UnusedKeyError: a parameter that a sheath has no use for, and why.
+        InvalidValueError: an end outside the parameter's range, or low above high.
+    """
+    sheaths = sheaths_of(env.sim.wp_data)
+    worlds = slice(None) if env_ids is None else env_ids
+    for key, (low, high) in ranges.items():
+        pattern, _, parameter = key.rpartition(".")
+        columns = sheaths.check(pattern, parameter, low, high)
+        table = wp.to_torch(sheaths.parameters[parameter])
+        part = table[worlds]
+        width = 1 if shared_random else len(columns)
+        part[:, columns] = part.new_empty((len(part), width)).uniform_(low, high)
+        table[worlds] = part

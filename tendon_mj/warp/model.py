@@ -257,9 +257,70 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
         return _put_model(model, **options)
     check_supported(model, simulated)
     put = _put_model(_without_plugins(model, simulated), **options)
+    _solve_sheaths(put, model, simulated)
+    return put
+
+
+def put_sheaths(model: mujoco.MjModel, put: Any, data: Any) -> None:
+    """Put sheaths on a model and data that are on the device without, of a package that made them.
+
+    They begin as after a reset. Options are those on the device. Sensors of sheaths are left out;
+    `sheaths_of` has what they show. A CUDA graph that was captured before goes on without sheaths.
+
+    Args:
+        model: the same with sheaths, by `add_friction` on its spec.
+        put: `mujoco_warp.Model`, as put without sheaths.
+        data: `mujoco_warp.Data` of it.
+
+    Raises:
+        NoPluginsError: a feature that is not supported.
+        InvalidValueError: what is on the device is another model, has callbacks of its own where
+            sheaths need them, or sensors that come behind those of sheaths.
+    """
+    simulated = simulated_sheaths(_of_mujoco(model), mujoco.MjData(model))
+    check_supported(model, simulated)
+    _check_same(model, put, data, len(simulated))
+    with wp.ScopedDevice(data.qpos.device):
+        _solve_sheaths(put, model, simulated)
+    _with_sheaths(data, model, simulated)
+
+
+def _check_same(model: mujoco.MjModel, put: Any, data: Any, sheaths: int) -> None:
+    """Refuse a model on the device that differs by more than the sensors of sheaths."""
+    where = "tendon_mj.warp.put_sheaths"
+    if not sheaths:
+        raise InvalidValueError(f"{where}: the model has no sheaths; add_friction gives it some")
+    for size in ("nq", "nv", "nu", "nbody", "njnt", "ngeom", "nsite", "ntendon"):
+        if getattr(put, size) != getattr(model, size):
+            raise InvalidValueError(
+                f"{where}: {size} is {getattr(put, size)} on the device and"
+                f" {getattr(model, size)} with sheaths; add no elements to the spec that was put,"
+                " a reel or its sites neither, or call tendon_mj.warp.take_sheaths before it is put"
+            )
+    if put.wrap_objid.numpy().tolist() != model.wrap_objid.ravel().tolist():
+        raise InvalidValueError(f"{where}: tendons on the device have other paths than the model's")
+    if data.qpos.shape[1] != model.nq or data.sensordata.shape[1] != put.nsensordata:
+        raise InvalidValueError(f"{where}: the data are not of the model on the device")
+    shown = list(sensors_of_sheaths(model))
+    own = model.nsensordata - int(model.sensor_dim[shown].sum())
+    if put.nsensordata != own or int(model.sensor_adr[shown].min(initial=own)) < own:
+        raise InvalidValueError(
+            f"{where}: there are {put.nsensordata} numbers of sensors on the device; the model with"
+            f" sheaths has {own} without theirs, which have to be the last of the spec"
+        )
+    taken = [name for name in ("passive", "act_bias", "sensor") if getattr(put.callback, name)]
+    if taken:
+        raise InvalidValueError(
+            f"{where}: the model on the device has callbacks already, {', '.join(taken)}; set yours"
+            " afterwards, and call from them those that are there then"
+        )
+
+
+def _solve_sheaths(put: Any, model: mujoco.MjModel, simulated: dict[str, Simulated]) -> None:
+    """Let the callbacks of a model on the device solve its sheaths."""
     put.tendon_mj = layout = layout_of(simulated)
     kinds = {_kind(sheath) for sheath in simulated.values()}
-    actuation_off = model.opt.disableflags & _ACTUATION_OFF
+    actuation_off = put.opt.disableflags & _ACTUATION_OFF
     # whether they need the forces of actuators
     late = model.nactuator > 0 and not actuation_off and kinds != {WOUND}
 
@@ -302,6 +363,7 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
     shown = shown_numbers(model, simulated)
     behind = wp.array(bodies_behind(model), dtype=wp.int32)
     cells = force_sensors(model)
+    show = shown.shape[0] > 0 and put.nsensordata == model.nsensordata
 
     def sensor(m: Any, d: Any, stage: int) -> None:
         if stage != _LAST:
@@ -310,11 +372,10 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
             note(m, d, layout)
         if m.sensor_rne_postconstraint or getattr(m.opt, "run_rne_postconstraint", False):
             react(m, d, layout, behind, cells)
-        if shown.shape[0]:
+        if show:
             _show(d, layout, shown)
 
     put.callback.sensor = sensor
-    return put
 
 
 def put_data(model: mujoco.MjModel, data: mujoco.MjData, nworld: int = 1, **sizes: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 from collections.abc import Mapping
 from typing import Any
 
@@ -110,6 +111,21 @@ class Sheaths:
                 + ("; give values[:, None] for one a world" if sheath is None else "")
             ) from None
         wp.copy(self.parameters[parameter], wp.array(table, dtype=wp.float32))
+
+    def check(self, pattern: str, parameter: str, low: float, high: float) -> list[int]:
+        """Check a range of a parameter of some sheaths, and return their columns.
+
+        Raises:
+            UnknownNameError, UnusedKeyError, InvalidValueError: see `draw_parameters`.
+        """
+        names = fnmatch.filter(self.names, pattern) or [pattern]
+        for name in names:
+            self._check_use(parameter, name)
+        for end in (low, high):
+            check_range(parameter, float(end), "tendon_mj.warp")
+        if low > high:
+            raise InvalidValueError(f"{pattern}.{parameter}: {low:g} is above {high:g}")
+        return [self.names.index(name) for name in names]
 
     def _check_use(self, parameter: str, sheath: str | None) -> None:
         if parameter not in self.parameters:

@@ -121,8 +121,6 @@ def check_supported(model: mujoco.MjModel, sheaths: Mapping[str, Simulated]) -> 
     for servo in servos(model):
         _refuse(f"servo {servo!r}", "put its law into your policy or into the control")
     check_options(model.opt, any(sheath.state["constrained"] for sheath in sheaths.values()))
-    if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP.value:
-        _refuse("the flag sleep, for bodies of which some have tendons in sheaths", "disable it")
     for geom in np.flatnonzero(model.geom_plugin >= 0):
         _refuse(f"geom {model.geom(geom).name!r} of another plugin", "take a mesh or a primitive")
     for sensor in range(model.nsensor):
@@ -150,6 +148,8 @@ def check_options(options: Any, constrained: bool = False) -> None:
     if integrator not in _INTEGRATORS:
         name = integrator.name.removeprefix("mjINT_")
         _refuse(f"integrator {name}", "take Euler, implicit or implicitfast")
+    if int(options.enableflags) & mujoco.mjtEnableBit.mjENBL_SLEEP.value:
+        _refuse("the flag sleep, for bodies of which some have tendons in sheaths", "disable it")
     if int(options.disableflags) & _PASSIVE_OFF == _PASSIVE_OFF:
         _refuse("disabling springs and dampers both", "disable one of them at most")
     if int(options.disableflags) & _SENSORS_OFF:  # in their stage constraints are read

@@ -179,6 +179,56 @@ def test_a_finger_that_presses_on_a_block_rests(cone, integrator, step):
     assert np.ptp(outputs[-500:]) < 1e-4 * 8.0
 
 
+SPRUNG = rope(
+    "a 0 0 .3; b .5 0 0",
+    "c",
+    tendon='stiffness="40" springlength="0 0.5"',
+    body='pos="1 0 0"',
+    joint='name="j" type="slide" axis="1 0 0" damping="5"',
+    geom='size=".03" mass="1"',
+    option='timestep="{step}" gravity="0 0 0" integrator="{integrator}"',
+    actuator="{actuator}",
+)
+
+
+def pulled_by_a_spring(step, integrator, actuator=""):
+    text = SPRUNG.format(step=step, integrator=integrator, actuator=actuator)
+    spec = mujoco.MjSpec.from_string(text)
+    model = add_friction(spec, "t", friction=0.4, spring="input").compile()
+    return model, mujoco.MjData(model)
+
+
+@pytest.mark.parametrize("step", [1e-2, 1e-3])
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
+def test_a_tendon_that_a_spring_pulls_rests_without_any_actuator(integrator, step):
+    model, data = pulled_by_a_spring(step, integrator)
+    data.qfrc_applied[0] = 24.0
+    mujoco.mj_step(model, data, round(3.0 / step))
+    outputs, work = [], view_sheath(model, data, "t").friction_work.sum()
+    for _ in range(200):
+        mujoco.mj_step(model, data)
+        outputs.append(float(view_sheath(model, data, "t").output_tension))
+    assert np.ptp(outputs) < 1e-6 * 24.0
+    assert view_sheath(model, data, "t").friction_work.sum() - work < 1e-12
+
+
+@pytest.mark.parametrize("kind", ["xfrc_applied", "qfrc_applied"])
+def test_a_force_that_changes_within_the_band_moves_nothing(kind):
+    motor = '<motor name="pull" tendon="t"/>'
+    text = HELD.format(damping=5.0, step=5e-3, integrator="Euler", tendon="", rest="", motor=motor)
+    model = add_friction(mujoco.MjSpec.from_string(text), "t", friction=0.4).compile()
+    data, rng = mujoco.MjData(model), np.random.default_rng(0)
+    data.ctrl[0] = -20.0
+    forces = data.xfrc_applied[1:2, 0] if kind == "xfrc_applied" else data.qfrc_applied
+    forces[:] = 20.0
+    mujoco.mj_step(model, data, 400)
+    place = data.qpos[0]
+    for _ in range(500):
+        forces[:] = 20.0 + rng.uniform(-2.0, 2.0)
+        mujoco.mj_step(model, data)
+    assert data.qpos[0] == pytest.approx(place, abs=1e-9)
+
+
 def limited_finger(integrator):
     """Three joints, of which tendons on both sides press some against their limits."""
     spec = mujoco.MjSpec()

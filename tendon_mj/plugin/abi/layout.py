@@ -59,10 +59,9 @@ LAYOUT: Final = Constants(
     d_nplugin d_time d_qpos d_qvel d_ctrl d_plugin_state d_plugin_data d_geom_xpos
     d_geom_xmat d_ten_length d_ten_velocity d_ten_wrapadr d_ten_wrapnum d_wrap_obj d_wrap_xpos
     d_subtree_com d_cdof d_moment_rownnz d_moment_rowadr d_moment_colind d_actuator_moment d_M
-    d_qfrc_applied d_qfrc_bias d_qfrc_passive d_qfrc_smooth
-    d_qfrc_constraint d_actuator_force d_sensordata d_site_xpos
-    d_site_xmat d_cfrc_int d_cfrc_ext d_ne d_nf d_nefc d_efc_type d_efc_id d_efc_force d_history
-    equality_bytes
+    d_qfrc_applied d_xfrc_applied d_xipos d_qfrc_bias d_qfrc_passive d_qfrc_smooth
+    d_qfrc_constraint d_actuator_force d_sensordata d_site_xpos d_site_xmat d_cfrc_int d_cfrc_ext
+    d_ne d_nf d_nefc d_efc_type d_efc_id d_efc_force d_history equality_bytes
     """,
 )
 

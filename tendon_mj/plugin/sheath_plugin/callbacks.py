@@ -293,11 +293,15 @@ def advance(m: Model, d: Data, instance: int) -> None:
     is_ours = is_bound(m, d, instance)
     if first_sheath(m, instance) == instance:
         state.end_sum = pose_sum(m, d)
+        last = last_sheath(m, instance)
+        for other in range(instance, last + 1):
+            if is_sheath(m, other, instance):
+                state_at(state_of(m, d, other)).slips_kept = 0.0
         if is_ours:
             keep_unknown_forces(m, d, instance)
-            last = binding_of(d, last_sheath(m, instance), SHEATH)
-            if _is_actuated(m) and _is_listed(m, last):  # else its poses may be those of a copy
-                keep_slips(m, d, word(last + WORKSPACE))
+            binding = binding_of(d, last, SHEATH)
+            if _is_actuated(m) and _is_listed(m, binding):  # else its pose may be that of a copy
+                keep_slips(m, d, word(binding + WORKSPACE))
     if state.has_trial != 0.0 and is_ours:
         commit(address)
         _warn_of_push(m, d, instance)

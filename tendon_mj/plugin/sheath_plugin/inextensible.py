@@ -34,6 +34,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+import mujoco
+
 from tendon_mj.native import Record, apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import RK4, free, malloc
@@ -60,7 +62,7 @@ from tendon_mj.plugin.sheath_plugin.state import (
     State,
     binding_at,
     binding_of,
-    known_forces,
+    known_forces_at,
     state_at,
     state_of,
     unknown_forces,
@@ -419,6 +421,7 @@ def _add_to(a: FloatArray, b: FloatArray, factor: float, n: int) -> None:
         a[k] += factor * b[k]
 
 
+_JOINT_LOSS = mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF.value
 _LEAST_ARM = 1e-12  # [m]; a moment arm below is one of rounding
 _UNEXPLAINED = 1e-9  # of a length: a change beyond what velocities say that is none of rounding
 
@@ -528,7 +531,7 @@ def set_up(m: Model, d: Data, work: int, instance: int, stage: bool, written: bo
         end = guides[int(group.end) - 1]
         speed = _dot(coordinates(_rows_at(work) + 8 * nv * g), velocity, nv)
         curved = 0.0  # by which the slip changes in a step, as D does
-        if state.finished != 0.0 and not written and math.isfinite(end.ended):
+        if state.finished != 0.0 and not written and state.slips_kept != 0.0:
             curved = speed - end.ended
         drawn = group.passed / h - (speed - 0.5 * curved)  # by bodies that move without a velocity
         on_arc = end.is_on_arc != 0.0 or guides[int(group.begin)].is_on_arc != 0.0
@@ -638,7 +641,7 @@ def repeat(m: Model, d: Data, work: int, moves: bool) -> None:
 
 
 _ROUNDS = 100  # of a sweep and the conjugate gradients that follow
-_ROUNDS_IN_MOTION = 6
+_VISITS_IN_MOTION = 900  # of groups, in all rounds of a step
 _EXACT = 1e-12  # of the accelerations, which is enough where groups move
 _CLOSE = 1e-12  # change of a tension, over the largest, that ends them
 _RESOLVED = 1e-20  # of Σ missing²/mobility, that conjugate gradients leave
@@ -897,10 +900,12 @@ def _settle(work: int, nv: int, h: float) -> None:
     A sweep finds which groups slide. Those that hold depend on each other: for them conjugate
     gradients, which share a load among all that can bear it, take about as many steps as there are
     directions in which bodies can move, and end where a group comes to its bound. While tendon
-    slides, a few rounds do: the next step corrects what they leave.
+    slides, a few rounds do where groups are many: the next step corrects what they leave.
     """
-    least = _EPSILON
-    for _ in range(_ROUNDS if _is_still(work) else _ROUNDS_IN_MOTION):
+    least, rounds = _EPSILON, _ROUNDS
+    if not _is_still(work):
+        rounds = min(rounds, 1 + _VISITS_IN_MOTION // int(head_at(work).rough))
+    for _ in range(rounds):
         if not _sweep(work, nv, h, least):
             break
         least = _EXACT
@@ -993,11 +998,12 @@ def _add_friction(work: int, nv: int) -> None:
 @apart
 def _add_up(m: Model, d: Data, work: int, nv: int) -> FloatArray:
     """Add up the forces that are known before friction."""
-    known = known_forces(m, d, int(head_at(work).leader))
+    place = known_forces_at(m, d, int(head_at(work).leader))
+    known = coordinates(place)
     base = coordinates(vector_at(work, nv, BASE))
     for i in range(nv):
         known[i] = base[i]
-    add_smooth_forces(m, d, known)
+    add_smooth_forces(m, d, place)
     return known
 
 
@@ -1060,25 +1066,35 @@ def solve(m: Model, d: Data, work: int) -> None:
 def keep_slips(m: Model, d: Data, work: int) -> None:
     """Keep how all groups slip at the end of the step, as in the pose at its beginning."""
     nv, velocity = m.nv, d.qvel
-    for g in range(int(head_at(work).groups)):
-        group = _group(work, g)
-        _, guides, _ = unpack(state_of(m, d, int(_member(work, nv, int(group.member)).instance)))
-        ended = math.nan
-        if group.row >= 0.0:
+    for k in range(int(head_at(work).members)):
+        member = _member(work, nv, k)
+        address = state_of(m, d, int(member.instance))
+        if not _is_rough(work, member):  # nor are there rows
+            continue
+        state_at(address).slips_kept = 1.0
+        _, guides, _ = unpack(address)
+        for g in range(int(member.first), int(member.last)):
+            group = _group(work, g)
             ended = _dot(coordinates(_rows_at(work) + 8 * nv * g), velocity, nv)
-        for i in range(int(group.begin), int(group.end)):
-            guides[i].ended = ended
+            for i in range(int(group.begin), int(group.end)):
+                guides[i].ended = ended
 
 
 @apart
 def keep_unknown_forces(m: Model, d: Data, first: int) -> None:
-    """Keep the forces of the step that ends which friction did not know."""
-    unknown, known = unknown_forces(m, d, first), known_forces(m, d, first)
-    smooth = d.qfrc_smooth
-    constraint = d.qfrc_constraint
+    """Keep the forces of the step that ends which friction did not know.
+
+    Dry friction of joints is not among them: it answers what is left, in the sense of the motion.
+    """
+    unknown, known = unknown_forces(m, d, first), coordinates(known_forces_at(m, d, first))
+    smooth, constraint = d.qfrc_smooth, d.qfrc_constraint
     for i in range(m.nv):
-        force = smooth[i] + constraint[i] - known[i]
-        unknown[i] = force if math.isfinite(force) else 0.0
+        unknown[i] = smooth[i] + constraint[i] - known[i]
+    for row in range(d.ne, d.ne + d.nf):
+        if d.efc_type[row] == _JOINT_LOSS:
+            unknown[d.efc_id[row]] -= d.efc_force[row]
+    for i in range(m.nv):
+        unknown[i] = unknown[i] if math.isfinite(unknown[i]) else 0.0
 
 
 @compiled

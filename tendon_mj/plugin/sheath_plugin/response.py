@@ -16,7 +16,8 @@ import mujoco
 
 from tendon_mj.native import Record, apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
-from tendon_mj.plugin.abi.memory import coordinates
+from tendon_mj.plugin.abi.library import mj_applyFT
+from tendon_mj.plugin.abi.memory import address_of, coordinates, doubles
 from tendon_mj.sheath import record_type
 from tendon_mj.typing import FloatArray
 
@@ -265,15 +266,22 @@ def add_actuator_dampers(m: Model, d: Data, work: int, moment: FloatArray) -> No
 
 
 @apart
-def add_smooth_forces(m: Model, d: Data, force: FloatArray) -> None:
-    """Add the forces of actuators, as they are by now, applied forces and bias to ``force``.
+def add_smooth_forces(m: Model, d: Data, target: int) -> None:
+    """Add forces of actuators, as they are by now, applied ones and bias to those at ``target``.
 
-    MuJoCo sums them up later. Forces on bodies, `xfrc_applied`, and those of constraints are not
-    among them.
+    MuJoCo sums them up later, with those of constraints.
     """
-    applied, bias = d.qfrc_applied, d.qfrc_bias
+    force, applied, bias = coordinates(target), d.qfrc_applied, d.qfrc_bias
     for i in range(m.nv):
         force[i] += applied[i] - bias[i]
+    wrenches, places = address_of(d.xfrc_applied), address_of(d.xipos)
+    for body in range(1, m.nbody):
+        wrench, acts = doubles(wrenches + 48 * body, 6), False
+        for k in range(6):
+            acts = acts or wrench[k] != 0.0
+        if acts:
+            begin = wrenches + 48 * body
+            mj_applyFT(m, d, begin, begin + 24, places + 24 * body, body, target)
     if m.opt.disableflags & _ACTUATION_OFF:
         return
     forces = d.actuator_force

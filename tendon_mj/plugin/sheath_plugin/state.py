@@ -135,6 +135,7 @@ class State(Bound, Live):
     ratios_vary: float  # whether the ratios were computed for one moment only
     strain_kept: float  # whether the strain law of the step before was another than Hooke's
     speed_kept: float  # whether the guides' speeds were kept in the step before
+    slips_kept: float  # whether the speeds of their slips were, by `keep_slips`
     # on trial
     has_trial: float
     trial_wound_in: float  # [m]
@@ -198,6 +199,7 @@ def clear_step(address: int, state_size: int) -> None:
     state = state_at(address)
     state.started = state.wound_in = state.wound_out = state.commit_time = 0.0
     state.laid_pretension = state.ratios_vary = state.strain_kept = state.speed_kept = 0.0
+    state.slips_kept = 0.0
     state.has_trial = state.trial_wound_in = state.trial_wound_out = 0.0
     state.trial_time = state.trial_elapsed = state.reel_torque = state.input_force = 0.0
     state.applied = state.constraint_force = state.previous_constraint = state.finished = 0.0
@@ -234,12 +236,12 @@ def unknown_forces(m: Model, d: Data, first: int) -> FloatArray:
 
 
 @compiled
-def known_forces(m: Model, d: Data, first: int) -> FloatArray:
-    """Forces (nv,) that friction knows in the step on trial, and its own [N, N m]."""
+def known_forces_at(m: Model, d: Data, first: int) -> int:
+    """Address of forces (nv,) that friction knows in the step on trial, with its own [N, N m]."""
     address = state_of(m, d, first)
     state = state_at(address)
     after = size_of(int(state.guides), int(state.arcs), 0) + int(state.dofs)
-    return coordinates(address + 8 * after)
+    return address + 8 * after
 
 
 @compiled

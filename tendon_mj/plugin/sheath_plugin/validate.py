@@ -182,6 +182,10 @@ def state_size(address: int, instance: int) -> int:
     config = model.config(instance)
     if config["sensor"]:
         return 1  # none is used
+    return _state_size(model, config, instance)
+
+
+def _state_size(model: Draft, config: dict[str, str], instance: int) -> int:
     first = next(k for k in model.siblings(instance) if not model.config(k)["sensor"])
     dofs = model.nv if first == instance else 0
     return size_of(*_capacity(model, config, model.where(instance)), dofs)
@@ -272,6 +276,11 @@ def _check_complete(model: Draft, instance: int, reels: Sequence[int]) -> None:
     if config["sensor"]:
         return
     where, name = model.where(instance), config["tendon"]
+    if model.plugin_statenum[instance] < (needed := _state_size(model, config, instance)):
+        raise InvalidValueError(
+            f"{where}: the model keeps {model.plugin_statenum[instance]} numbers of its state, and"
+            f" this release of tendon-mj needs {needed}: compile it from its MJCF again"
+        )
     tendons = model.ntendon
     tendon = find(model, _OBJ.mjOBJ_TENDON, tendons, "tendon", name, where)
     drive = read_drive(model, config, tendon, reels)
