@@ -334,7 +334,7 @@ def _say_unknown(
 ) -> None:
     """Refuse a name, and let Python list those that may be meant."""
     used = _say(m, out, instance, attribute, text, name, b)
-    if used != 0 and word(_advice()) != 0:
+    if 0 < used <= _HALF and word(_advice()) != 0:
         _ask(word(_advice()), out + used, m, which, name)
 
 
@@ -431,7 +431,7 @@ _BAD_COUNT = -2
 
 @apart
 def _count(m: Model, instance: int, attribute: int, otherwise: int) -> int:
-    """A count that is given as an attribute of a sheath; `_BAD_COUNT` for what is none."""
+    """A count that an attribute of a sheath states; `_BAD_COUNT` if it is not a count."""
     text, count, digits = at.text_at(m, instance, attribute), 0, 0
     while 48 <= letters(text)[digits] <= 57 and digits < 7:
         count = 10 * count + letters(text)[digits] - 48
@@ -512,7 +512,7 @@ def _check_scales(m: Model, out: int, instance: int) -> None:
 
 @apart
 def _check_spool(m: Model, out: int, instance: int, joint: int, radius: int) -> None:
-    """Refuse a joint of a spool that is none, or has no radius."""
+    """Refuse a joint of a spool that does not exist, cannot wind, or has no radius."""
     has_joint, has_radius = at.is_given(m, instance, joint), at.is_given(m, instance, radius)
     if has_joint != has_radius:
         _say(m, out, instance, joint, _together(), _row(_SHEATH_NAMES, radius))
@@ -529,7 +529,7 @@ def _check_spool(m: Model, out: int, instance: int, joint: int, radius: int) -> 
 
 @apart
 def _capacity(m: Model, instance: int) -> tuple[int, int]:
-    """Guides and arcs of a sheath to allocate memory for; of counts that are none, as without."""
+    """Guides and arcs of a sheath to allocate memory for; a bad count is as one not given."""
     guides = max(NOT_GIVEN, _count(m, instance, at.GUIDES, NOT_GIVEN))
     each = _count(m, instance, at.ARC_GUIDES, NOT_GIVEN)
     inner = max(0, _count(m, instance, at.INNER_GUIDES, 0))
@@ -546,7 +546,7 @@ def _state_size(m: Model, instance: int) -> int:
 
 @apart
 def _check_size(m: Model, out: int, instance: int) -> int:
-    """Refuse counts that are none, and sheaths that would fill memory; numbers of state."""
+    """Refuse bad counts, and sheaths that would fill memory; numbers of state."""
     for attribute in (at.ARC_GUIDES, at.GUIDES, at.INNER_GUIDES):
         if _count(m, instance, attribute, 1) == _BAD_COUNT:
             _say(m, out, instance, attribute, _no_count())
