@@ -123,5 +123,5 @@ def test_a_model_that_stored_fewer_numbers_of_state_is_refused(tmp_path):
     after = np.concatenate([*parts[:2], numbers]).astype(np.int32).tobytes()
     file.write_bytes(content.replace(before, after))
     older = mujoco.MjModel.from_binary_path(str(file))
-    with pytest.raises(ValueError, match=str(model.plugin_statenum[0])):
+    with pytest.raises(mujoco.FatalError, match=str(model.plugin_statenum[0])):
         mujoco.MjData(older)
