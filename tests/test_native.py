@@ -14,12 +14,14 @@ import pytest
 from tendon_mj import load_spec
 from tendon_mj.native import ARRAYS, ENTRIES, library, load
 from tendon_mj.plugin import ATTRIBUTES, export_library
+from tests.plugin import test_refusals, test_sensor_objects, test_servo_refusals
 from tests.rigs import config
 
 ROOT = Path(__file__).parents[1]
 C_LIBRARY = {
     *("malloc", "free", "memcpy", "memset", "strlen", "strstr", "strtod", "localeconv"),
-    *("exp", "exp2", "expm1", "log", "dlopen", "dlsym", "dl_iterate_phdr"),
+    *("exp", "exp2", "expm1", "log", "sin", "cos", "sincos", "atan2", "gcvt"),
+    *("dlopen", "dlsym", "dl_iterate_phdr"),
 }
 COMPILER = shutil.which("cc") or shutil.which("gcc")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
@@ -210,39 +212,52 @@ def written(folder, **changed):
     return str(file)
 
 
+READER = r"""
+#include <mujoco/mujoco.h>
+#include <stdio.h>
+int main(int argc, char** argv) {
+  mj_loadPluginLibrary(argv[1]);
+  for (int k = 2; k < argc; k++) {
+    char error[2000] = "";
+    mjModel* m = mj_loadXML(argv[k], NULL, error, sizeof error);
+    printf("%s%c", m ? "" : error, 0);
+    if (m) mj_deleteModel(m);
+  }
+  return 0;
+}
+"""
+
+
 @needs_compiler
-@pytest.mark.parametrize(
-    ("plugin", "attribute", "value"),
-    [
-        *[("sheath", "friction", value) for value in ("-1", "two", "1e400", "nan", "0.1x", "")],
-        ("sheath", "static_friction", "0.05"),
-        *[("sheath", "tendon", value) for value in ("gone", "fixed")],
-        *[("sheath", "reel_joint", value) for value in ("gone", "ball", "")],
-        *[("sheath", "guides", value) for value in ("3", "-1", "1e3", "9999999")],
-        ("sheath", "arc_guides", "0"),
-        ("sheath", "input_end", "middle"),
-        ("sheath", "spring", "rubber"),
-        ("sheath", "sensor", "tensions"),
-        ("sheath", "stribeck_friction", "0.1"),
-        ("sheath", "creep", "0.1"),
-        ("sheath", "reel_radius", "0"),
-        *[("servo", "tension_gain", value) for value in ("0", "-1", "")],
-        ("servo", "velocity_gain", "much"),
-        ("servo", "feedback", "eyes"),
-        ("servo", "backdrive", "maybe"),
-        ("servo", "tendon", "gone"),
-        ("servo", "delay", "1e6"),
-    ],
-)
-def test_a_wrong_attribute_is_refused_in_c_by_instance_name_and_value(
-    program, tmp_path, plugin, attribute, value
-):
-    other = {"servo": {"tendon": "fixed"}} if value == "fixed" else {}  # which is checked first
-    file = written(tmp_path, **{plugin: {attribute: value}, **other})
-    done = subprocess.run([*program, file], capture_output=True, text=True, check=False)
+def test_c_and_python_refuse_the_same_in_the_same_words(tmp_path):
+    """But for the names that may be meant, which Python lists behind them."""
+    texts = [
+        *(test_refusals.hand(sheaths, **more) for sheaths, more, _ in test_refusals.REFUSED),
+        *(test_servo_refusals.mjcf(**values) for values, *_ in test_servo_refusals.CASES),
+        *(test_sensor_objects.mjcf(sensor) for sensor, _ in test_sensor_objects.REFUSED),
+    ]
+    files = [tmp_path / f"{k}.xml" for k in range(len(texts))]
+    for file, text in zip(files, texts, strict=True):
+        file.write_text(text, "utf-8")
+    command = [*compiled_program(tmp_path, READER), *map(str, files)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path)
+    for file, in_c in zip(files, done.stdout.split("\0"), strict=False):
+        with pytest.raises(ValueError, match="plugin tendon_mj") as refused:
+            mujoco.MjModel.from_xml_path(str(file))
+        in_python = str(refused.value).splitlines()[0]
+        said, _, listed = in_python.partition(in_c.splitlines()[0])
+        assert said == "", in_python
+        assert listed.startswith(("; did you mean", " (there")) == ("unknown" in in_c), in_python
+
+
+@needs_compiler
+def test_a_wrong_attribute_of_a_binary_model_is_refused_in_c(program, tmp_path):
+    file = tmp_path / "model.mjb"
+    mujoco.mj_saveModel(mujoco.MjModel.from_xml_path(written(tmp_path)), str(file), None)
+    file.write_bytes(file.read_bytes().replace(b"\x001e3\x00", b"\x00-13\x00"))
+    done = subprocess.run([*program, str(file)], capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 1, done
-    assert f"tendon_mj.{plugin} instance '{plugin}': {attribute}" in done.stderr
-    assert re.search(re.escape(f"{attribute} = '{value}'" if value else attribute), done.stderr)
+    assert "instance 'sheath': axial_stiffness = -13 [N]" in done.stderr
 
 
 @needs_compiler

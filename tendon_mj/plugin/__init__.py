@@ -15,6 +15,7 @@ from tendon_mj.plugin.instances import sheaths as sheaths
 from tendon_mj.plugin.instances import tension_path as tension_path
 from tendon_mj.plugin.instances import tension_units as tension_units
 from tendon_mj.plugin.instances import unsolved_evaluations as unsolved_evaluations
+from tendon_mj.plugin.instances import unused_parameters as unused_parameters
 from tendon_mj.plugin.loading import register as register
 from tendon_mj.plugin.servo_plugin import FEEDBACKS as FEEDBACKS
 from tendon_mj.plugin.servo_plugin import GAINS as GAINS
@@ -35,4 +36,3 @@ from tendon_mj.plugin.sheath_plugin import THICKER as THICKER
 from tendon_mj.plugin.sheath_plugin import check_limits as check_limits
 from tendon_mj.plugin.sheath_plugin import is_one_number as is_one_number
 from tendon_mj.plugin.sheath_plugin import prefix_and_suffix as prefix_and_suffix
-from tendon_mj.plugin.sheath_plugin import unused_parameters as unused_parameters

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import mujoco
@@ -12,9 +12,25 @@ from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin.abi import C, Draft
+from tendon_mj.plugin.compiled_checks import (
+    DRAWN,
+    ELASTICITY,
+    GIVEN,
+    NOT_DRAWN,
+    OF_A_PATH,
+    OF_A_REEL,
+)
 from tendon_mj.plugin.servo_plugin import SERVO
 from tendon_mj.plugin.sheath_plugin import NAME, STATE, View, own_config, size_of
 from tendon_mj.plugin.sheath_plugin import view as sheath_view
+from tendon_mj.plugin.sheath_plugin.fixed_tendon import is_fixed
+from tendon_mj.plugin.sheath_plugin.input_force import acts_on, has_spring, is_constrained
+
+_JOINTS = ("reel_joint", "output_joint")
+_DRIVE = (*_JOINTS, "spring", "pretension", "slack", *ELASTICITY)
+_INEXTENSIBLE = (
+    "has no meaning where tendon {!r} does not stretch: give it axial_stiffness in the model"
+)
 
 
 class Instance(NamedTuple):
@@ -81,6 +97,40 @@ def _instances(model: mujoco.MjModel, plugin: str) -> Iterator[tuple[int, Instan
     for k in range(model.nplugin):
         if _is_of(model, k, plugin):
             yield k, Instance(own_config(draft, k)["tendon"], int(model.plugin_stateadr[k]), k)
+
+
+def unused_parameters(model: mujoco.MjModel, instance: int) -> dict[str, str]:
+    """Parameters that a sheath has no use for, whatever their values, and why each has none."""
+    draft = Draft(model._address, ("tendon", *_DRIVE))
+    config = own_config(draft, instance)
+    unused = {
+        f"{joint.removesuffix('_joint')}_radius": f"has no meaning without {joint}"
+        for joint in _JOINTS
+        if not config[joint]
+    }
+    if is_fixed(draft, draft.tendons[config["tendon"]]):
+        why = NOT_DRAWN.format(repr(config["tendon"]))
+        return unused | dict.fromkeys((*OF_A_PATH, "creep_time"), why)
+    unused["radius"] = DRAWN
+    if _is_driven(draft, instance, config):
+        unused |= dict.fromkeys(OF_A_REEL, GIVEN.format(repr(config["tendon"])))
+        if not any(float(config[name] or 0.0) for name in ELASTICITY):
+            why = _INEXTENSIBLE.format(config["tendon"])
+            unused |= dict.fromkeys((*ELASTICITY, "creep_time"), why)
+    return unused
+
+
+def _is_driven(model: Draft, instance: int, config: Mapping[str, str]) -> bool:
+    """Whether MuJoCo's forces along the tendon of a sheath give its input tension."""
+    tendon, is_wound = model.tendons[config["tendon"]], any(config[joint] for joint in _JOINTS)
+    if is_wound or config["spring"] == "cable" or instance in model.actuator_plugin:
+        return False
+    has_length = config["pretension"] or config["slack"]
+    return (
+        any(acts_on(model, k, tendon) for k in range(model.nactuator))
+        or has_spring(model, tendon)
+        or (not has_length and is_constrained(model, tendon))
+    )
 
 
 def unsolved_evaluations(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, int]:

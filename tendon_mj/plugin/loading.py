@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import re
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import mujoco
 
@@ -17,17 +16,16 @@ from tendon_mj.plugin.abi import (
     LAYOUT,
     SCENE,
     C,
-    Draft,
-    asking,
     read,
     verify,
     verify_scene,
     verify_state,
 )
+from tendon_mj.plugin.advice import write_advice
+from tendon_mj.plugin.compiled_checks import ADVICE
 from tendon_mj.plugin.pickles import register_pickles
-from tendon_mj.plugin.servo_plugin import SERVO, check_joint
-from tendon_mj.plugin.servo_plugin import state_size as servo_state_size
-from tendon_mj.plugin.sheath_plugin import NAME, check_tendon, reading_size, state_size
+from tendon_mj.plugin.servo_plugin import SERVO
+from tendon_mj.plugin.sheath_plugin import NAME
 
 _OLDEST = (3, 11)  # MuJoCo, the first with several outputs of an actuator
 
@@ -77,18 +75,7 @@ def _verify_struct() -> None:
         )
 
 
-class _Checks(NamedTuple):
-    """Checks of a plugin's instances in Python."""
-
-    state_size: Callable[[int, int], int]  # returns the numbers of state of an instance, ≥ 1
-    complete: Callable[[int, int], int]  # once the model is complete
-
-
-_CHECKS = {
-    NAME: _Checks(state_size, check_tendon),
-    SERVO: _Checks(servo_state_size, check_joint),
-}
-NAMES = tuple(_CHECKS)
+NAMES = (NAME, SERVO)
 
 # Not stepped: MuJoCo hands the plugin its state directly, before the offsets are verified.
 _SMALLEST = f"""
@@ -106,44 +93,6 @@ _SMALLEST = f"""
   <tendon><spatial name="t"><site site="a"/><site site="b"/></spatial></tendon>
 </mujoco>
 """
-
-
-def _raise_refusals(model: Draft) -> None:
-    """Raise the first refusal of those that were a state of size 0."""
-    for k in filter(model.is_refused, range(model.nplugin)):
-        if model.plugin_name(k) in _CHECKS:
-            _CHECKS[model.plugin_name(k)].state_size(model.address, k)
-            raise EngineError(f"{model.where(k)}: refused at first, and then not")
-
-
-def _complete(plugin: str) -> Callable[[int, int], int]:
-    """The check of `init`, after the refusals of `nstate`."""
-
-    def complete(address: int, instance: int) -> int:
-        model = Draft(address, ())
-        if model.first(instance) == instance:
-            _raise_refusals(model)
-        return _CHECKS[plugin].complete(address, instance)
-
-    return complete
-
-
-_asked: list[Any] = []  # functions that C calls, so they are never freed
-
-
-def _set_checks(library: Library) -> None:
-    """Let the library ask Python when MuJoCo compiles a model."""
-    sheath, servo = _CHECKS
-    _asked[:] = [
-        asking(sheath, _CHECKS[sheath].state_size),
-        asking(sheath, reading_size, 2),
-        asking(sheath, _complete(sheath), data=True),
-        asking(servo, _CHECKS[servo].state_size),
-        asking(servo, _complete(servo), data=True),
-    ]
-    library.numbers("tendon_mj_checks", len(_asked))[:] = [
-        ctypes.cast(function, ctypes.c_void_p).value for function in _asked
-    ]
 
 
 def _set_functions(library: Library) -> None:
@@ -177,6 +126,7 @@ def _set_layout(library: Library) -> dict[str, int]:
     return layout
 
 
+@functools.cache
 def register() -> tuple[str, ...]:
     """Make the plugins known to MuJoCo; a second call does nothing more.
 
@@ -186,15 +136,14 @@ def register() -> tuple[str, ...]:
     Raises:
         EngineError: the running MuJoCo does not have the layout that the plugins would read.
     """
-    if not _asked:
-        _verify_version()
-        _verify_struct()
-        library = load()
-        _set_functions(library)
-        layout = _set_layout(library)
-        _set_checks(library)
-        ctypes.CFUNCTYPE(None)(library.address("tendon_mj_register"))()
-        _verify_registered(library)
-        register_pickles(NAMES)
-        verify_state(layout, mujoco.MjData(mujoco.MjModel.from_xml_string(_SMALLEST)))
+    _verify_version()
+    _verify_struct()
+    library = load()
+    _set_functions(library)
+    layout = _set_layout(library)
+    library.numbers(ADVICE, 1)[0] = ctypes.cast(write_advice, ctypes.c_void_p).value
+    ctypes.CFUNCTYPE(None)(library.address("tendon_mj_register"))()
+    _verify_registered(library)
+    register_pickles(NAMES)
+    verify_state(layout, mujoco.MjData(mujoco.MjModel.from_xml_string(_SMALLEST)))
     return NAMES

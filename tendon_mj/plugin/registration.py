@@ -39,8 +39,8 @@ from tendon_mj.plugin.abi.library import (
     mjp_registerPlugin,
     mju_warning,
 )
-from tendon_mj.plugin.abi.memory import address_of, word, words
-from tendon_mj.plugin.compiled_checks import refuse_slot
+from tendon_mj.plugin.abi.memory import word, words
+from tendon_mj.plugin.compiled_checks import refuse_slot, refuse_slot_of_data
 from tendon_mj.plugin.servo_plugin import callbacks as _servo_callbacks  # noqa: F401, entries
 from tendon_mj.plugin.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
 from tendon_mj.plugin.sheath_plugin import callbacks as _sheath_callbacks  # noqa: F401
@@ -168,14 +168,14 @@ def _begin(name: int, attributes: int, count: int, capabilities: int) -> IntArra
 @entry("tendon_mj_placeholder_nsensordata", "i32(mjModel, i32, i32)")
 def placeholder_nsensordata(m: Model, instance: int, sensor: int) -> int:
     """`nsensordata` of a placeholder, which `mj_loadModel` asks."""
-    refuse_slot(m, 0, instance)
+    refuse_slot(m, instance)
     return 0
 
 
 @entry("tendon_mj_placeholder_init", "i32(mjModel, mjData, i32)")
 def placeholder_init(m: Model, d: Data, instance: int) -> int:
     """`init` of a placeholder, which `mj_makeData` asks."""
-    refuse_slot(m, address_of(d), instance)
+    refuse_slot_of_data(m, d, instance)
     return 0
 
 

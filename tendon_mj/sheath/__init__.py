@@ -1,6 +1,7 @@
 """The friction model alone: its law, the flow solver."""
 
 from tendon_mj.sheath.parameters import ANY as ANY
+from tendon_mj.sheath.parameters import LARGEST as LARGEST
 from tendon_mj.sheath.parameters import LAW as LAW
 from tendon_mj.sheath.parameters import POSITIVE as POSITIVE
 from tendon_mj.sheath.parameters import Law as Law

@@ -18,7 +18,7 @@ from tendon_mj.errors import InvalidValueError
 
 _KEY = "parameter"
 _MOST_FRICTION = 2.0  # more than rubber; what cables have, 0.03 to 0.5, is 3 to 50 in percent
-_LARGEST = 1e30  # in size: products of parameters beyond may not be finite
+LARGEST: Final = 1e30  # in size: products of parameters beyond may not be finite
 
 
 class Range(NamedTuple):
@@ -38,6 +38,11 @@ class Range(NamedTuple):
         """Whether a value is finite and within the range."""
         above = value > self.low or (self.closed and value == self.low)
         return math.isfinite(value) and above and value < self.high
+
+    @property
+    def smallest(self) -> float:
+        """Least size of a value; what must not be 0 divides."""
+        return 1.0 / LARGEST if self == POSITIVE else 0.0
 
     def bounds(self) -> list[str]:
         """The finite bounds as text."""
@@ -78,6 +83,15 @@ class Parameter(NamedTuple):
         """Symbol, text and unit as in a docstring."""
         return f"{self.symbol}, {self.text} [{self.unit}]."
 
+    def outside(self) -> str:
+        """What is said of a value outside the range."""
+        return f"must be {self.range}"
+
+    def extreme(self) -> str:
+        """What is said of a value that is too large or too small to be computed with."""
+        least = -LARGEST if self.range.low < 0.0 else self.range.smallest
+        return f"is out of range, {least:g} to {LARGEST:g}"
+
 
 def described(
     symbol: str, unit: str, text: str, allowed: Range | None = None, scale: str = ""
@@ -116,16 +130,12 @@ def check_in_range(
     Raises:
         InvalidValueError: names the parameter, the value, its range and unit.
     """
-    unit, allowed = parameters[name].unit, parameters[name].range
+    parameter = parameters[name]
+    allowed, given = parameter.range, f"{in_place(where)}{name} = {value:g} [{parameter.unit}]"
     if not allowed.admits(value):
-        raise InvalidValueError(f"{in_place(where)}{name} = {value:g} [{unit}] must be {allowed}")
-    smallest = 1.0 / _LARGEST if allowed == POSITIVE else 0.0  # what must not be 0 divides
-    if not smallest <= abs(value) <= _LARGEST:
-        least = -_LARGEST if allowed.low < 0.0 else smallest
-        raise InvalidValueError(
-            f"{in_place(where)}{name} = {value:g} [{unit}] is out of range, {least:g} to"
-            f" {_LARGEST:g}"
-        )
+        raise InvalidValueError(f"{given} {parameter.outside()}")
+    if not allowed.smallest <= abs(value) <= LARGEST:
+        raise InvalidValueError(f"{given} {parameter.extreme()}")
 
 
 def doubt_of_friction(name: str, value: float) -> str:

@@ -274,8 +274,8 @@ def test_a_refusal_names_the_way_out(call, facts):
 @pytest.mark.parametrize(
     ("config", "facts"),
     [
-        ({"radius": None}, "radius = None"),
-        ({"inner_guides": 2, "guides": 2}, "inner_guides = 2"),
+        ({"radius": None}, "radius = ''"),
+        ({"inner_guides": 2, "guides": 2}, "inner_guides = '2'"),
         ({"axial_stiffness": 1e5}, "axial_stiffness = 100000.0 | not drawn"),
         ({"backlash": 1e-3}, "backlash = 0.001 | not drawn"),
         ({"spring": "cable"}, "spring = cable | not drawn"),

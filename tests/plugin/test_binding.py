@@ -9,7 +9,7 @@ import pytest
 
 from tendon_mj import add_friction, add_sites, add_tendon, view_sheath
 from tendon_mj.plugin import sheaths
-from tendon_mj.plugin.abi.checks import Draft
+from tendon_mj.plugin.abi.draft import Draft
 from tendon_mj.plugin.sheath_plugin.state import STATE, Bound
 from tests.rigs import driven, instance, plugin, rope, shown, simulated, spatial
 

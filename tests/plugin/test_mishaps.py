@@ -10,7 +10,7 @@ import pytest
 
 from tendon_mj import add_friction
 from tendon_mj.errors import INTERRUPTED
-from tendon_mj.plugin.sheath_plugin import validate
+from tendon_mj.plugin import advice
 from tests.plugin.test_refusals import LAW as FLEXOR
 from tests.plugin.test_refusals import compiled
 from tests.refusals import refusing, silent
@@ -236,7 +236,7 @@ def test_ctrl_c_while_a_model_compiles_refuses_it_in_one_line(monkeypatch, capfd
     def press(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(validate, "size_of", press)
+    monkeypatch.setattr(advice, "check_own_names", press)
     with pytest.raises(ValueError, match=INTERRUPTED):
         fixed_sheaths([LAW])
     assert capfd.readouterr().err == ""

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction
+from tendon_mj.plugin import PARAMETERS
+from tendon_mj.plugin.compiled_checks import OF_A_REEL
 from tests.plugin.test_servo_refusals import compiled as servo
 from tests.refusals import refusing
 from tests.rigs import instance, rope, shown, simulated, spatial, unpacked
@@ -48,13 +50,13 @@ WRAPPED = {"tendon": "wrapped", "arc_guides": "2"}
 KNUCKLE = {"reel_joint": "knuckle", "reel_radius": "0.01"}
 WHERE = "plugin tendon_mj.sheath instance 'bad': "
 CASES = [
-    ({"tendon": "flexer"}, "unknown tendon 'flexer'", "'flexor'"),
+    ({"tendon": "flexer"}, "unknown tendon 'flexer'"),
     ({"tendon": None}, "unknown tendon ''"),
     ({"friction": "-0.1"}, "friction = -0.1 [-]", "≥ 0"),
     ({"friction": "nan"}, "friction = nan [-]"),
     ({"friction": "inf"}, "friction = inf [-]"),
-    ({"friction": "1e999"}, "friction = inf [-]"),
-    ({"pretension": "1e308"}, "pretension = 1e+308 [N]", "0 to 1e+30"),
+    ({"friction": "1e999"}, "friction = 1e999 [-]"),
+    ({"pretension": "1e308"}, "pretension = 1e308 [N]", "0 to 1e+30"),
     ({"axial_stiffness": "1e-320"}, "axial_stiffness = ", "1e-30 to 1e+30"),
     ({"friction": "low"}, "friction = 'low'"),
     ({"friction": "0.1 0.2"}, "friction = '0.1 0.2'"),
@@ -67,11 +69,12 @@ CASES = [
     ({"axial_damping": "inf"}, "axial_damping = inf [N s]", "≥ 0"),
     ({"static_friction": "0.05"}, "static_friction = 0.05", "friction = 0.1"),
     ({"direction_asymmetry": "1"}, "direction_asymmetry = 1 [-]", "> -1 and < 1"),
-    ({"backlash": "-1e-3"}, "backlash = -0.001 [m]", "≥ 0"),
+    ({"backlash": "-1e-3"}, "backlash = -1e-3 [m]", "≥ 0"),
     ({"friction_drift": "nan"}, "friction_drift = nan [1/s]"),
     ({"stribeck_friction": "0.1"}, "stribeck_friction = 0.1", "stribeck_velocity > 0 [m/s]"),
     ({"creep": "0.1", "creep_time": "0"}, "creep = 0.1", "creep_time > 0 [s]"),
     ({"tendon": "coupling"}, "tendon 'coupling'", "fixed tendon"),
+    ({"radius": "0.01"}, "radius = 0.01", "a tendon that is drawn"),
     ({"tendon": "wrapped", "guides": "1"}, "'wrapped'", "arc_guides"),
     *(
         (WRAPPED | {undrawn: "1"}, f"{undrawn} = 1", "inner_guides")
@@ -79,7 +82,7 @@ CASES = [
     ),
     ({"arc_guides": "0"}, "arc_guides = 0"),
     ({"inner_guides": "some"}, "inner_guides = 'some'"),
-    ({"arc_guides": "894783", "inner_guides": "154"}, "arc_guides = 894783 inner_guides = 154"),
+    ({"arc_guides": "894783", "inner_guides": "154"}, "arc_guides = 894783", "16777216"),
     ({"guides": "999999"}, "guides = 999999", "16777216"),
     ({"tendon": "forked"}, "tendon 'forked'", "pulley"),
     ({"tendon": "stiff", **KNUCKLE}, "tendon 'stiff'", "40 0 0"),
@@ -87,10 +90,13 @@ CASES = [
     ({"reel_joint": "knuckle"}, "reel_joint and reel_radius"),
     ({"reel_radius": "0.01"}, "reel_joint and reel_radius"),
     ({"output_joint": "knuckle"}, "output_joint and output_radius"),
-    ({"reel_joint": "knukle", "reel_radius": "0.01"}, "reel_joint: ", "'knukle'", "'knuckle'"),
+    ({"reel_joint": "knukle", "reel_radius": "0.01"}, "reel_joint: ", "'knukle'"),
     ({"reel_joint": "socket", "reel_radius": "0.01"}, "reel_joint 'socket'", "hinge or slide"),
     ({"output_joint": "loose", "output_radius": "1"}, "output_joint 'loose'", "hinge or slide"),
     ({"reel_joint": "knuckle", "reel_radius": "0"}, "reel_radius = 0 [m]"),
+    ({"input_end": "middle"}, "input_end 'middle'"),
+    ({"spring": "rubber"}, "spring 'rubber'"),
+    ({"spring": "cable", "axial_stiffness": None}, "spring = cable", "'flexor'", "0 0 0"),
     ({"guides": "3"}, "guides = 3", "'flexor' runs over 1"),
     ({"guides": "0"}, "guides = 0", "'flexor' runs over 1"),
     ({"guides": "-1"}, "guides = '-1'"),
@@ -105,25 +111,52 @@ CASES = [
 REEL = '<plugin name="r" plugin="tendon_mj.sheath" instance="bad" tendon="extensor"/>'
 SHOWN = {"sensors": shown("bad")}
 SOUND = instance("sheath", **LAW)
+MOTOR = {"actuators": '<motor name="pull" tendon="flexor"/>'}
+FLEXOR_REEL = REEL.replace("extensor", "flexor")
+REFUSED = [
+    *((instance("bad", **LAW | values), {}, [WHERE, *facts]) for values, *facts in CASES),
+    (SOUND + instance("b", **LAW), {}, ["'flexor'", "a tendon has one sheath"]),
+    (instance("bad", **LAW), {"actuators": REEL}, [WHERE, "'r'", "'extensor'", "'flexor'"]),
+    (
+        instance("bad", **LAW),
+        {"actuators": FLEXOR_REEL + FLEXOR_REEL.replace('"r"', '"q"')},
+        [WHERE, "one reel", "'q'"],
+    ),
+    (instance("bad", **LAW, **KNUCKLE), MOTOR, [WHERE, "'pull'", "'flexor'"]),
+    *(
+        (instance("bad", **LAW, **{name: "0.5"}), MOTOR, [WHERE, f"{name} = 0.5", "'flexor'"])
+        for name in OF_A_REEL
+    ),
+    (
+        instance("bad", **LAW | {"tendon": "stiff", "spring": "cable"}),
+        {"actuators": '<motor name="pull" tendon="stiff"/>'},
+        [WHERE, "'pull'", "'stiff'", "spring"],
+    ),
+    (
+        instance("bad", **LAW | {"tendon": "forked", "input_end": "last"}),
+        {"actuators": '<motor name="pull" tendon="forked"/>'},
+        [WHERE, "'forked'", "'g'", "input_end"],
+    ),
+    *(
+        (SOUND + instance("bad", **values), SHOWN, [WHERE, *facts])
+        for values, *facts in (
+            ({"tendon": "flexor", "sensor": "tensoin"}, "sensor 'tensoin'"),
+            ({"tendon": "flexor", "sensor": "slip", "friction": "1"}, "takes no friction"),
+            ({"tendon": "extensor", "sensor": "slip"}, "'extensor'"),
+            ({"tendon": "flexr", "sensor": "slip"}, "unknown tendon 'flexr'"),
+        )
+    ),
+    (
+        SOUND + instance("bad", tendon="flexor", sensor="slip"),
+        SHOWN | {"actuators": FLEXOR_REEL},
+        [WHERE, "'r'", "sensor"],
+    ),
+]
 
 
 @pytest.mark.parametrize(
     ("instances", "more", "facts"),
-    [
-        *((instance("bad", **LAW | values), {}, [WHERE, *facts]) for values, *facts in CASES),
-        (instance("bad", **LAW, frictoin="0.1"), {}, ["attribute", "frictoin"]),
-        (SOUND + instance("b", **LAW), {}, ["'flexor'", "a tendon has one sheath"]),
-        (instance("bad", **LAW), {"actuators": REEL}, [WHERE, "'r'", "'extensor'", "'flexor'"]),
-        *(
-            (SOUND + instance("bad", **values), SHOWN, [WHERE, *facts])
-            for values, *facts in (
-                ({"tendon": "flexor", "sensor": "tensoin"}, "sensor 'tensoin'", "'tension'"),
-                ({"tendon": "flexor", "sensor": "slip", "friction": "1"}, "takes no friction"),
-                ({"tendon": "extensor", "sensor": "slip"}, "'extensor'", "'flexor'"),
-                ({"tendon": "flexr", "sensor": "slip"}, "unknown tendon 'flexr'", "'flexor'"),
-            )
-        ),
-    ],
+    [*REFUSED, (instance("bad", **LAW, frictoin="0.1"), {}, ["attribute", "frictoin"])],
     ids=str,
 )
 def test_a_bad_configuration_is_named_with_its_place_and_value(instances, more, facts):
@@ -132,6 +165,45 @@ def test_a_bad_configuration_is_named_with_its_place_and_value(instances, more, 
     # the process and the plugin are as good as before
     data = simulated(compiled(instance("sound", **LAW)), 1)
     assert np.isfinite(data.plugin_state).all()
+
+
+def keyword(name, text):
+    """A value that an attribute states, as an argument of `add_friction`."""
+    try:
+        return float(text) if name in PARAMETERS else int(text)
+    except ValueError:
+        return text
+
+
+IN_PYTHON = [  # `add_friction` counts guides and designs what pulls other tendons than these
+    ({name: keyword(name, text) for name, text in values.items()}, facts[0].partition(" = ")[0])
+    for values, *facts in CASES
+    if "guides" not in values and not {None, "1_000", "154"} & set(values.values())
+    if values.get("tendon", "flexor") not in ("stiff", "forked", "wrapped")
+]
+
+
+@pytest.mark.parametrize(("values", "thing"), IN_PYTHON, ids=str)
+def test_add_friction_refuses_the_same_or_compiling_its_spec_does(values, thing):
+    law = {"tendon": "flexor", "axial_stiffness": 1e3, "friction": 0.1, "pretension": 1.0}
+    with refusing(ValueError, thing):
+        add_friction(mujoco.MjSpec.from_string(hand()), **law | values).compile()
+
+
+def test_python_lists_the_names_and_words_that_may_be_meant():
+    for values, meant in (
+        ({"tendon": "flexer"}, "did you mean 'flexor'?"),
+        ({"reel_joint": "knukle", "reel_radius": "0.01"}, "did you mean 'knuckle'?"),
+        ({"input_end": "lost"}, "did you mean 'last'?"),
+    ):
+        with refusing(ValueError, WHERE, meant):
+            compiled(instance("bad", **LAW | values))
+    for values, meant in (
+        ({"tendon": "flexor", "sensor": "tensoin"}, "did you mean 'tension'?"),
+        ({"tendon": "extensor", "sensor": "slip"}, "there is: 'flexor'"),
+    ):
+        with refusing(ValueError, WHERE, meant):
+            compiled(SOUND, instance("bad", **values), **SHOWN)
 
 
 def test_an_unknown_site():

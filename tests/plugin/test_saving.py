@@ -109,3 +109,19 @@ def test_a_binary_model_of_a_process_with_another_plugin_there_is_refused(tmp_pa
     model.plugin[:] = 15  # a placeholder's, whatever plugins this MuJoCo has
     with refusing(mujoco.FatalError, "tendon_mj.reserved.15 instance 'input_tension'"):
         mujoco.MjData(by_mjb(model, tmp_path))
+
+
+def test_a_model_that_stored_fewer_numbers_of_state_is_refused(tmp_path):
+    """As another release did, of a state that was smaller."""
+    model, file = arm(), tmp_path / "arm.mjb"
+    mujoco.mj_saveModel(model, str(file), None)
+    content = file.read_bytes()
+    parts = model.plugin, model.plugin_stateadr, model.plugin_statenum
+    before = np.concatenate(parts).astype(np.int32).tobytes()
+    assert content.count(before) == 1
+    numbers = model.plugin_statenum - np.array([1] + [0] * (model.nplugin - 1))
+    after = np.concatenate([*parts[:2], numbers]).astype(np.int32).tobytes()
+    file.write_bytes(content.replace(before, after))
+    older = mujoco.MjModel.from_binary_path(str(file))
+    with pytest.raises(mujoco.FatalError, match=str(model.plugin_statenum[0])):
+        mujoco.MjData(older)

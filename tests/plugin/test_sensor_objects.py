@@ -178,18 +178,20 @@ def test_a_tendon_is_said_by_the_object_or_by_the_configuration(sensor):
 BARE = 'objtype="tendon" objname="bare"'
 
 
-@pytest.mark.parametrize(
-    ("attributes", "values", "facts"),
-    [
-        ("", {}, ["'shown'", "input_tension", "objtype"]),
-        ('objtype="site" objname="a"', {}, ["'shown'", "input_tension"]),
-        (BARE, {}, ["'bare'", "'flexor'"]),
-        (BARE, {"tendon": "flexor"}, ["'shown'", "'flexor'"]),
-        (FLEXOR, {"sensor": "slip"}, ["slip", "tendon is missing"]),
-    ],
-)
-def test_a_sensor_of_no_tendon_or_of_two_is_refused(attributes, values, facts):
+REFUSED = [
+    (plugin_sensor("", sensor="input_tension"), ["'shown'", "input_tension", "objtype"]),
+    (
+        plugin_sensor('objtype="site" objname="a"', sensor="input_tension"),
+        ["'shown'", "input_tension"],
+    ),
+    (plugin_sensor(BARE, sensor="input_tension"), ["'shown'", "'bare'"]),
+    (plugin_sensor(BARE, sensor="input_tension", tendon="flexor"), ["'shown'", "'flexor'"]),
+    (plugin_sensor(FLEXOR, sensor="slip"), ["slip", "tendon is missing"]),
+    (shown("sheath", BARE), ["sensor ''", "'flexor'"]),  # of both ends, which are the sheath's own
+]
+
+
+@pytest.mark.parametrize(("sensor", "facts"), REFUSED)
+def test_a_sensor_of_no_tendon_or_of_two_is_refused(sensor, facts):
     with refusing(ValueError, *facts):
-        compiled(mjcf(plugin_sensor(attributes, **{"sensor": "input_tension"} | values)))
-    with refusing(ValueError, "sensor ''", "'flexor'"):  # of both ends, which are the sheath's own
-        compiled(mjcf(shown("sheath", BARE)))
+        compiled(mjcf(sensor))

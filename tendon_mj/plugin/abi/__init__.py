@@ -1,7 +1,6 @@
 """The C ABI of MuJoCo: struct offsets, memory, functions of its library."""
 
-from tendon_mj.plugin.abi.checks import Draft as Draft
-from tendon_mj.plugin.abi.checks import asking as asking
+from tendon_mj.plugin.abi.draft import Draft as Draft
 from tendon_mj.plugin.abi.layout import LAYOUT as LAYOUT
 from tendon_mj.plugin.abi.layout import SCENE as SCENE
 from tendon_mj.plugin.abi.layout import offset as offset

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from tendon_mj.native import LocalDoubles, apart, compiled, entry
-from tendon_mj.plugin.abi.checks import SERVO_INIT, SERVO_NSTATE, ask_complete, ask_size, asks
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import plugin_name
-from tendon_mj.plugin.abi.memory import doubles, word
-from tendon_mj.plugin.compiled_checks import servo_state
+from tendon_mj.plugin.abi.memory import doubles, letters, word
+from tendon_mj.plugin.compiled_checks import (
+    check_more,
+    check_motor,
+    has_refused,
+    message,
+    refuse,
+    servo_state,
+)
 from tendon_mj.plugin.servo_plugin import state as sv
 from tendon_mj.plugin.servo_plugin.law import commit, evaluate
 from tendon_mj.plugin.servo_plugin.state import GAINS
@@ -151,18 +157,21 @@ def _rebind(m: Model, d: Data, instance: int) -> None:
 @entry("tendon_mj_servo_nstate", "i32(mjModel, i32)")
 def nstate(m: Model, instance: int) -> int:
     """`nstate` of `mjpPlugin`."""
-    if asks(SERVO_NSTATE):
-        return ask_size(SERVO_NSTATE, m, instance)
-    return servo_state(m, instance)
+    out = message()
+    letters(out)[0] = 0
+    return servo_state(m, out, instance)
 
 
 @entry("tendon_mj_servo_init", "i32(mjModel, mjData, i32)")
 def init(m: Model, d: Data, instance: int) -> int:
     """`init` of `mjpPlugin`."""
-    if asks(SERVO_INIT):
-        ask_complete(SERVO_INIT, m, d, instance)
-    else:
-        servo_state(m, instance)  # of a binary model, whose `nstate` MuJoCo does not ask
+    out = message()
+    letters(out)[0] = 0
+    servo_state(m, out, instance)
+    check_more(m, out, instance)
+    if not has_refused(out):
+        check_motor(m, out, instance)
+    refuse(out, d, instance)
     d.plugin_data[instance] = 0
     return 0
 

@@ -112,6 +112,7 @@ def check_gain(name: str, value: float, where: str) -> None:
     check_in_range(GAINS, name, value, where)
 
 
+SERVO: Final = "tendon_mj.servo"  # name of the plugin
 ATTRIBUTES: Final = (*GAINS, "tendon", "feedback", "backdrive", "instance")
 TENDON, FEEDBACK, BACKDRIVE, INSTANCE = range(len(GAINS), len(ATTRIBUTES))
 FEEDBACKS: Final = ("sensor", "observer")

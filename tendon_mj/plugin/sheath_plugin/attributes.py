@@ -18,6 +18,7 @@ from tendon_mj.plugin.abi.library import read_number
 from tendon_mj.plugin.abi.memory import address_of, letters
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS
 
+NAME: Final = "tendon_mj.sheath"  # of the plugin
 # kind -> (quantity, unit, whether one number per "segment" or "guide" or one in all)
 KINDS: dict[str, tuple[str, str, str]] = {
     "input_tension": ("tension at the input end", "N", "one"),

@@ -212,11 +212,11 @@ def reset_sheath(m: Model, address: int, binding: int, instance: int) -> None:
 
 
 @apart
-def check_bindable(m: Model, d: Data, instance: int) -> None:
-    """Refuse a sheath that cannot act on its tendon."""
+def check_bindable(m: Model, out: int, instance: int) -> None:
+    """Refuse a sheath that cannot act on its tendon, with a message at an address."""
     passing = _passing()
     _bind(m, instance, passing, 0.0)
-    check_bound(m, d, instance, binding_at(passing))
+    check_bound(m, out, instance, binding_at(passing))
 
 
 @compiled

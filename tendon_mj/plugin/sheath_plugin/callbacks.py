@@ -9,19 +9,25 @@ from __future__ import annotations
 import mujoco
 
 from tendon_mj.native import Text, apart, compiled, entry
-from tendon_mj.plugin.abi.checks import (
-    SHEATH_INIT,
-    SHEATH_NSENSORDATA,
-    SHEATH_NSTATE,
-    ask_complete,
-    ask_sensor_size,
-    ask_size,
-    asks,
-)
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import free, malloc, mj_fwdActuation, mj_passive, mj_rne, warn
-from tendon_mj.plugin.abi.memory import address_of, coordinates, copy_doubles, doubles, word
-from tendon_mj.plugin.compiled_checks import sensor_width, sheath_state
+from tendon_mj.plugin.abi.memory import (
+    address_of,
+    coordinates,
+    copy_doubles,
+    doubles,
+    letters,
+    word,
+)
+from tendon_mj.plugin.compiled_checks import (
+    check_elements,
+    check_more,
+    has_refused,
+    message,
+    refuse,
+    sensor_width,
+    sheath_state,
+)
 from tendon_mj.plugin.sheath_plugin.attributes import (
     first_sheath,
     is_sensor,
@@ -321,28 +327,28 @@ def reset(m: Model, state: int, block: int, instance: int) -> None:
 @entry("tendon_mj_sheath_nstate", "i32(mjModel, i32)")
 def nstate(m: Model, instance: int) -> int:
     """`nstate` of `mjpPlugin`."""
-    if asks(SHEATH_NSTATE):
-        return ask_size(SHEATH_NSTATE, m, instance)
-    return sheath_state(m, instance)
+    out = message()
+    letters(out)[0] = 0
+    return sheath_state(m, out, instance)
 
 
 @entry("tendon_mj_sheath_nsensordata", "i32(mjModel, i32, i32)")
 def nsensordata(m: Model, instance: int, sensor: int) -> int:
     """`nsensordata` of `mjpPlugin`."""
-    if asks(SHEATH_NSENSORDATA):
-        return ask_sensor_size(SHEATH_NSENSORDATA, m, instance, sensor)
     return sensor_width(m, instance)
 
 
 @entry("tendon_mj_sheath_init", "i32(mjModel, mjData, i32)")
 def init(m: Model, d: Data, instance: int) -> int:
     """`init` of `mjpPlugin`."""
-    if asks(SHEATH_INIT):
-        ask_complete(SHEATH_INIT, m, d, instance)
-    else:
-        sheath_state(m, instance)  # of a binary model, whose `nstate` MuJoCo does not ask
-        if not is_sensor(m, instance):
-            check_bindable(m, d, instance)
+    out = message()
+    letters(out)[0] = 0
+    sheath_state(m, out, instance)
+    check_more(m, out, instance)
+    check_elements(m, out, instance)
+    if not (has_refused(out) or is_sensor(m, instance)):
+        check_bindable(m, out, instance)
+    refuse(out, d, instance)
     d.plugin_data[instance] = 0
     return 0
 

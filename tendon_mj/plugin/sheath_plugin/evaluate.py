@@ -53,7 +53,16 @@ from tendon_mj.plugin.sheath_plugin.input_force import follow_spring, input_forc
 from tendon_mj.plugin.sheath_plugin.path import update_path, update_spans
 from tendon_mj.plugin.sheath_plugin.response import respond
 from tendon_mj.plugin.sheath_plugin.signature import pose_sum
-from tendon_mj.plugin.sheath_plugin.state import State, state_at, state_of, unpack, unpack_arcs
+from tendon_mj.plugin.sheath_plugin.state import (
+    SHEATH,
+    State,
+    adopt_binding,
+    binding_of,
+    state_at,
+    state_of,
+    unpack,
+    unpack_arcs,
+)
 from tendon_mj.plugin.sheath_plugin.strain import (
     commit_strain,
     fill_strain,
@@ -404,10 +413,15 @@ def set_up_driven(m: Model, d: Data, work: int, first: int) -> None:
 
 @apart
 def read_inputs(m: Model, d: Data, work: int) -> None:
-    """Read the force along each driven tendon."""
+    """Read the force along each driven tendon.
+
+    Its state may have been written since the pose was evaluated, as between `mj_step1` and
+    `mj_step2`: it receives a copy of its binding again.
+    """
     sheaths = driven_sheaths(work, m.nv)
     for k in range(int(head_at(work).driven)):
         address = state_of(m, d, int(sheaths[k]))
+        adopt_binding(address, binding_of(d, int(sheaths[k]), SHEATH))
         state = state_at(address)
         state.input_force = input_force(m, d, address, state)
 

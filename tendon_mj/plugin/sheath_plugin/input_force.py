@@ -29,7 +29,7 @@ from tendon_mj.plugin.sheath_plugin.fixed_tendon import coefficient_of, metres
 from tendon_mj.plugin.sheath_plugin.response import damping_of
 from tendon_mj.plugin.sheath_plugin.state import DAMPING_POLY, State
 
-_ON_TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
+ON_TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
 _ON_JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
 _ON_JOINT_IN_PARENT = mujoco.mjtTrn.mjTRN_JOINTINPARENT.value
 _TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
@@ -51,14 +51,14 @@ def acts_on(m: Model, actuator: int, tendon: int) -> bool:
     kind, target = m.actuator_trntype[actuator], m.actuator_trnid[actuator, 0]
     if kind in (_ON_JOINT, _ON_JOINT_IN_PARENT):
         return coefficient_of(m, tendon, target) != 0.0
-    return kind == _ON_TENDON and target == tendon
+    return kind == ON_TENDON and target == tendon
 
 
 @compiled
 def _force_per_force(m: Model, actuator: int, tendon: int) -> float:
     """Force along a tendon per force of an actuator that acts on it."""
     gear = m.actuator_gear[m.actuator_outadr[actuator], 0]
-    if m.actuator_trntype[actuator] == _ON_TENDON:
+    if m.actuator_trntype[actuator] == ON_TENDON:
         return gear
     return gear / coefficient_of(m, tendon, m.actuator_trnid[actuator, 0])
 

@@ -13,7 +13,6 @@ actuator that has it.
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Collection, Iterable, Mapping
 from typing import NamedTuple
 
@@ -22,7 +21,7 @@ import numpy as np
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.native import apart
-from tendon_mj.plugin.abi.checks import Draft
+from tendon_mj.plugin.abi.draft import Draft
 from tendon_mj.plugin.abi.layout import Model
 from tendon_mj.plugin.abi.library import C, free, malloc, mj_id2name, mj_name2id
 from tendon_mj.plugin.abi.memory import letters
@@ -231,6 +230,7 @@ def check_own_names(model: Draft, instances: Iterable[int]) -> None:
         UnknownNameError: the tendon only seems to share a prefix with the instance.
     """
     for instance in instances:
+        own_config(model, instance)
         own, tendon = _own_name(model, instance), _read(model, instance, "tendon")
         if around_written(own, _read(model, instance, "instance")):
             continue
@@ -295,43 +295,8 @@ def _carries(model: Draft, tendon: int, affixes: Affixes) -> bool:
     return all(n.startswith(affixes.prefix) and n.endswith(affixes.suffix) for n in names if n)
 
 
-class _LastSeen(threading.local):
-    """Sheaths of each tendon as last seen in a thread; of any model, so only a guess."""
-
-    def __init__(self) -> None:
-        self.sheaths: dict[str, list[int]] = {}
-
-
-_last_seen = _LastSeen()
-
-
-def by_tendon(configs: Mapping[int, Mapping[str, str]]) -> dict[str, list[int]]:
-    """Instances of the sheaths on each tendon, from the configurations of all instances."""
-    sheaths: dict[str, list[int]] = {}
-    for instance, config in configs.items():
-        if not config["sensor"]:
-            sheaths.setdefault(config["tendon"], []).append(instance)
-    return sheaths
-
-
-def sheaths_of(model: Draft, plugin: str) -> dict[str, list[int]]:
-    """Instances of the sheaths on each tendon; ``plugin`` is the sheaths' name."""
+def sheathed_tendons(model: Draft) -> list[str]:
+    """Names of the tendons with a sheath."""
     reader = Draft(model.address, ("tendon", "sensor"))
-    instances = (k for k in range(reader.nplugin) if reader.plugin_name(k) == plugin)
-    return by_tendon({k: own_config(reader, k) for k in instances})
-
-
-def sheath_on(model: Draft, tendon: str, plugin: str) -> int | None:
-    """Instance of the sheath on a tendon, None without one.
-
-    A tendon has one sheath, so an instance on this tendon is the answer, wherever the guess came
-    from. All instances are read only where the guess is wrong.
-    """
-    reader = Draft(model.address, ("tendon", "sensor"))
-    for instance in _last_seen.sheaths.get(tendon, ()):
-        if instance < reader.nplugin and reader.plugin_name(instance) == plugin:
-            config = own_config(reader, instance)
-            if config["tendon"] == tendon and not config["sensor"]:
-                return instance
-    _last_seen.sheaths = sheaths_of(model, plugin)
-    return next(iter(_last_seen.sheaths.get(tendon, ())), None)
+    instances = (k for k in range(reader.nplugin) if reader.plugin_name(k) == at.NAME)
+    return [c["tendon"] for c in (own_config(reader, k) for k in instances) if not c["sensor"]]

@@ -17,7 +17,7 @@ import numpy as np
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.native import LocalDoubles, Text, apart, compiled, entry
-from tendon_mj.plugin.abi.checks import Draft
+from tendon_mj.plugin.abi.draft import Draft
 from tendon_mj.plugin.abi.layout import Data, Model, Option, Scene
 from tendon_mj.plugin.abi.library import C, mj_name2id, mjv_connector, mjv_initGeom
 from tendon_mj.plugin.abi.memory import address_of, doubles
