@@ -40,7 +40,8 @@ _SCALARS: dict[str, Any] = {
 LAYOUT: Final = Constants(
     "tendon_mj_layout",
     """
-    m_nsensor m_nq m_nv m_nout m_M_rownnz m_M_rowadr m_M_colind m_dof_damping m_nbody m_neq
+    m_nsensor m_nq m_nv m_nout m_M_rownnz m_M_rowadr m_M_colind m_dof_damping
+    m_dof_frictionloss m_nbody m_neq
     m_nactuator m_nplugin o_timestep o_integrator o_disableflags m_qpos0 m_jnt_qposadr
     m_jnt_type m_jnt_dofadr m_dof_armature m_dof_invweight0 m_body_parentid m_body_rootid
     m_body_weldid m_body_dofnum m_body_dofadr m_dof_parentid m_site_bodyid m_geom_bodyid

@@ -421,6 +421,7 @@ def _add_to(a: FloatArray, b: FloatArray, factor: float, n: int) -> None:
         a[k] += factor * b[k]
 
 
+_SLIDES = 1.0 - 1e-6  # of a joint's `frictionloss`, of which less holds
 _JOINT_LOSS = mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF.value
 _LEAST_ARM = 1e-12  # [m]; a moment arm below is one of rounding
 _UNEXPLAINED = 1e-9  # of a length: a change beyond what velocities say that is none of rounding
@@ -1084,7 +1085,8 @@ def keep_slips(m: Model, d: Data, work: int) -> None:
 def keep_unknown_forces(m: Model, d: Data, first: int) -> None:
     """Keep the forces of the step that ends which friction did not know.
 
-    Dry friction of joints is not among them: it answers what is left, in the sense of the motion.
+    Dry friction of a joint is among them while the joint slides on in one sense: at rest it answers
+    what is left, and where the joint turns it changes its sign.
     """
     unknown, known = unknown_forces(m, d, first), coordinates(known_forces_at(m, d, first))
     smooth, constraint = d.qfrc_smooth, d.qfrc_constraint
@@ -1092,7 +1094,9 @@ def keep_unknown_forces(m: Model, d: Data, first: int) -> None:
         unknown[i] = smooth[i] + constraint[i] - known[i]
     for row in range(d.ne, d.ne + d.nf):
         if d.efc_type[row] == _JOINT_LOSS:
-            unknown[d.efc_id[row]] -= d.efc_force[row]
+            dof, force = d.efc_id[row], d.efc_force[row]
+            slides = abs(force) > _SLIDES * m.dof_frictionloss[dof] and force * d.qvel[dof] < 0.0
+            unknown[dof] -= 0.0 if slides else force
     for i in range(m.nv):
         unknown[i] = unknown[i] if math.isfinite(unknown[i]) else 0.0
 

@@ -283,7 +283,7 @@ def trace_path(
         kind = kinds[element + step]
         if kind == PULLEY:
             # the site at hand ended its branch; the next branch begins at the site that follows
-            # (a path with branches is followed as it is drawn, see `validate_tendon`)
+            # (a path with branches is followed as it is drawn, see `compiled_checks`)
             divisor = m.wrap_prm[element + step]
             guides[j].angle = 0.0
             j += 1
