@@ -66,7 +66,14 @@ from tendon_mj.lab.diagnosis.wording import (
     warn_of_ends,
     warn_of_step_and_noise,
 )
-from tendon_mj.lab.replay import Parameter, Simulator, parameter_of, recording_of, value_in
+from tendon_mj.lab.replay import (
+    Parameter,
+    Simulates,
+    Simulator,
+    parameter_of,
+    recording_of,
+    value_in,
+)
 from tendon_mj.typing import FloatArray
 
 _EXPLAINS = 0.01  # of the excess χ², to be in the ranking
@@ -258,7 +265,7 @@ class Proof:
             model=model,
             seconds=time.perf_counter() - self.began,
             catalogue=self.catalogue,
-            simulator=self.held_out.simulate,
+            simulator=_with_own_guides(self.held_out.simulate),
             recordings=self.own.recordings,
             held_out_recordings=self.held_out.recordings if data.has_recordings else (),
             search=(context, selection),
@@ -274,11 +281,17 @@ class Proof:
         self, model: Mapping[str, float], left: float, mask: NDArray[np.bool_]
     ) -> list[LumpedSheath]:
         """Sheaths of too few guides in a replay, of which a fit may have had more."""
-        held_out, simulate = self.held_out, self.held_out.simulate
-        if isinstance(simulate, Simulator) and simulate.pieces > 1:
-            held_out = replace(held_out, simulate=simulate.split(1))
+        held_out = replace(self.held_out, simulate=_with_own_guides(self.held_out.simulate))
+        if held_out.simulate is not self.held_out.simulate:
             left = float(np.sqrt(np.mean(held_out.residuals([model])[0][mask] ** 2)))
         return too_few_guides(held_out, model, left) if left > ABOVE_NOISE else []
+
+
+def _with_own_guides(simulate: Simulates) -> Simulates:
+    """The simulator of a model as it is written, of which a fit may have split the guides."""
+    if isinstance(simulate, Simulator) and simulate.pieces > 1:
+        return simulate.split(1)
+    return simulate
 
 
 def _weigh(
