@@ -240,6 +240,17 @@ def test_a_pattern_says_what_it_leaves_out():
         add_cable_drive(spec, "push", **CABLE)
 
 
+def test_the_range_of_a_tendon_s_actuators_does_not_limit_those_on_its_joint():
+    spec = add_cable_drive(drum(), "m", **CABLE)
+    cable = spec.tendon("j_cable")
+    cable.actfrclimited, cable.actfrcrange = True, [-0.1, 0.1]
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 0.5
+    mujoco.mj_step(model, data)
+    assert data.sensor("j_cable_input_tension").data[0] == pytest.approx(0.5 / RADIUS)
+
+
 @pytest.mark.parametrize(("field", "value"), [("actfrcrange", [-1.0, 1.0]), ("actgravcomp", True)])
 def test_what_acts_on_a_joint_past_its_cable_is_warned_of(field, value):
     spec = drum()

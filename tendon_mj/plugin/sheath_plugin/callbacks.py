@@ -64,9 +64,9 @@ from tendon_mj.plugin.sheath_plugin.inextensible import (
     workspace,
 )
 from tendon_mj.plugin.sheath_plugin.input_force import (
-    acts_on,
     follow_constraint,
     is_pushed,
+    pulls,
 )
 from tendon_mj.plugin.sheath_plugin.names import own_name
 from tendon_mj.plugin.sheath_plugin.sensors import show, show_ends
@@ -218,12 +218,12 @@ def _limit_forces(m: Model, d: Data) -> None:
             continue
         total = 0.0
         for k in range(count):
-            if acts_on(m, k, tendon):
+            if pulls(m, k, tendon):
                 total += forces[adr[k]]
         limits = m.tendon_actfrcrange[tendon]
         bound = min(max(total, limits[0]), limits[1])
         for k in range(count):
-            if bound != total and acts_on(m, k, tendon):
+            if bound != total and pulls(m, k, tendon):
                 forces[adr[k]] *= bound / total
     for k in range(count):
         if m.actuator_forcelimited[k]:

@@ -46,12 +46,18 @@ _SAME = 1e-9  # relative; a tendon that is longer than its path by less is not s
 
 
 @compiled
+def pulls(m: Model, actuator: int, tendon: int) -> bool:
+    """Whether an actuator's transmission is a tendon."""
+    return m.actuator_trntype[actuator] == ON_TENDON and m.actuator_trnid[actuator, 0] == tendon
+
+
+@compiled
 def acts_on(m: Model, actuator: int, tendon: int) -> bool:
     """Whether an actuator's transmission is a tendon, or the joint that a cable not drawn turns."""
     kind, target = m.actuator_trntype[actuator], m.actuator_trnid[actuator, 0]
     if kind in (_ON_JOINT, _ON_JOINT_IN_PARENT):
         return coefficient_of(m, tendon, target) != 0.0
-    return kind == ON_TENDON and target == tendon
+    return pulls(m, actuator, tendon)
 
 
 @compiled
