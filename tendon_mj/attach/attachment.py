@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -82,6 +83,26 @@ class Attached(NamedTuple):
     limits: tuple[str, ...]  # of the poses in which bends were compared, in sentences
 
 
+@contextmanager
+def changing(source: Path, caller: str) -> Iterator[list[str]]:
+    """Change the spec of a file: a list that has the warnings of a function afterwards.
+
+    Raises:
+        TendonError: MuJoCo refuses the model; the message has the file's name.
+    """
+    said: list[str] = []
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            yield said
+    except TendonError:
+        raise
+    except ValueError as error:  # MuJoCo's
+        raise TendonError(f"{source}: {error}") from error
+    ours = (str(w.message) for w in caught if issubclass(w.category, TendonWarning))
+    said += (message.removeprefix(f"{caller}: ") for message in ours)
+
+
 def attach_friction(
     spec: mujoco.MjSpec, source: Path, tendon: str | Sequence[str], path: Path, **options: Any
 ) -> Attached:
@@ -91,18 +112,12 @@ def attach_friction(
     except ``reel`` and ``spool``. Raises `TendonError` where it or MuJoCo refuse the model, or the
     file cannot be written.
     """
-    try:
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            model, chosen = spec.compile(), tendons.choose_tendons(spec, tendon)
-            earlier = sheaths_by_tendon(spec)
-            named = {t.name for t in chosen if not t.element.name}
-            add_friction(spec, tendon, **options)
-            write_sheaths(source, spec, path)
-    except TendonError:
-        raise
-    except ValueError as error:  # MuJoCo's
-        raise TendonError(f"{source}: {error}") from error
+    with changing(source, "add_friction") as said:
+        model, chosen = spec.compile(), tendons.choose_tendons(spec, tendon)
+        earlier = sheaths_by_tendon(spec)
+        named = {t.name for t in chosen if not t.element.name}
+        add_friction(spec, tendon, **options)
+        write_sheaths(source, spec, path)
     crossed = [
         {joint.id for joint in tendons.crossed_joints(t.element)}
         if tendons.path_of(t.element).is_spatial
@@ -115,16 +130,10 @@ def attach_friction(
         _tendon_row(survey, k, t, _done(survey, t.name, named, earlier), options["friction"], bend)
         for k, t in enumerate(chosen)
     ]
-    said = [str(w.message) for w in caught if issubclass(w.category, TendonWarning)]
     unranged = _unranged(survey, rows)
     if unranged:  # no warning, as it is the usual motor, right as long as its commands pull
         said.append(_UNRANGED.format(", ".join(unranged)))
-    return Attached(
-        path,
-        tuple(rows),
-        tuple(message.removeprefix("add_friction: ") for message in said),
-        _limits(model, set().union(*crossed)),
-    )
+    return Attached(path, tuple(rows), tuple(said), _limits(model, set().union(*crossed)))
 
 
 class _Survey(NamedTuple):

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple, SupportsFloat, Unpack
 import mujoco
 
 from tendon_mj.attach import instances, tendons
-from tendon_mj.attach.attachment import Attached
+from tendon_mj.attach.attachment import Attached, changing
 from tendon_mj.attach.friction import add_sheaths, joint_warnings, listed_reasons
 from tendon_mj.attach.keywords import check_names, checked_number, takes
 from tendon_mj.attach.mjcf import write_sheaths
 from tendon_mj.attach.sheath_design import NewSheath
-from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning, UnsuitedTendonError
+from tendon_mj.errors import InvalidValueError, TendonWarning, UnsuitedTendonError
 from tendon_mj.sheath import LAW, Law, OptionalParameters, doubt_of_friction
 
 _TRN, _JOINT = mujoco.mjtTrn, mujoco.mjtJoint
@@ -35,7 +35,6 @@ _CONFIGURED = {*_LAW, "extra_bend"}
 class CableDrive(NamedTuple):
     """A cable between actuators and the joints that they turn."""
 
-    actuators: tuple[str, ...]  # in messages
     tendon: str  # fixed, whose length its drums turn by
     joint: str  # that it turns, where the tendon has to be added; else empty
     radius: float  # of the drums [m]
@@ -131,18 +130,10 @@ def attach_cable_drives(
     ``spec`` was read from ``source``, and is changed; ``cable`` are options of `add_cable_drive`.
     Raises `TendonError` where it or MuJoCo refuse the model, or the file cannot be written.
     """
-    try:
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            add_cable_drive(spec, actuator, **cable)
-            write_sheaths(source, spec, path)
-    except TendonError:
-        raise
-    except ValueError as error:  # MuJoCo's
-        raise TendonError(f"{source}: {error}") from error
-    said = [str(w.message) for w in caught if issubclass(w.category, TendonWarning)]
-    shown = (message.removeprefix("add_cable_drive: ") for message in said)
-    return Attached(path, (), tuple(shown), ())
+    with changing(source, "add_cable_drive") as said:
+        add_cable_drive(spec, actuator, **cable)
+        write_sheaths(source, spec, path)
+    return Attached(path, (), tuple(said), ())
 
 
 def _design_all(
@@ -156,11 +147,9 @@ def _design_all(
     left_out: dict[str, str] = {}
     for element, name, by_name in chosen:
         on = element.trntype if element.trntype not in _ON_JOINT else _TRN.mjTRN_JOINT
+        if (on, element.target) in drives:
+            continue
         try:
-            if (on, element.target) in drives:
-                drive = drives[on, element.target]
-                drives[on, element.target] = drive._replace(actuators=(*drive.actuators, name))
-                continue
             drive = _design(spec, element, radius)
             if drive.tendon in sheathed:
                 raise UnsuitedTendonError(
@@ -173,7 +162,7 @@ def _design_all(
             continue
         if drive.joint:
             drive = drive._replace(tendon=instances.take_name(taken, drive.tendon))
-        drives[on, element.target] = drive._replace(actuators=(name,))
+        drives[on, element.target] = drive
     if not drives:
         raise InvalidValueError(
             f"none of the actuators matching {tendons.listed(actuator)} can have a cable drive:"
@@ -190,7 +179,7 @@ def _design(spec: mujoco.MjSpec, actuator: mujoco.MjsActuator, radius: float) ->
             raise UnsuitedTendonError(
                 f"pulls tendon {tendon.name!r}, which is drawn: give that friction by add_friction"
             )
-        return CableDrive((), tendon.name, "", radius)
+        return CableDrive(tendon.name, "", radius)
     if actuator.trntype not in _ON_JOINT:
         raise UnsuitedTendonError("acts on neither a joint nor a tendon, so no cable turns a drum")
     joint = spec.joint(actuator.target)
@@ -202,8 +191,8 @@ def _design(spec: mujoco.MjSpec, actuator: mujoco.MjsActuator, radius: float) ->
     for tendon in instances.sheaths_by_tendon(spec):
         points = list(spec.tendon(tendon).path)
         if len(points) == 1 and points[0].target.name == joint.name:
-            return CableDrive((), tendon, "", own)
-    return CableDrive((), f"{joint.name}_cable", joint.name, own)
+            return CableDrive(tendon, "", own)
+    return CableDrive(f"{joint.name}_cable", joint.name, own)
 
 
 def _add_cable(spec: mujoco.MjSpec, drive: CableDrive) -> mujoco.MjsTendon:

@@ -220,11 +220,6 @@ def _record(mark: marks.Record) -> Any:
     return _cast_to(numba.from_dtype(mark.dtype))
 
 
-@_meaning_of(marks.Struct)
-def _struct(mark: marks.Struct) -> Any:
-    return _cast_to(_Place(marks.Field(mark.symbol)))
-
-
 def _call(context: Any, builder: Any, wanted: Any, address: Any, values: Any, kinds: Any) -> Any:
     """Call the C function at an address, of a signature."""
     returned = wanted.return_type

@@ -207,8 +207,8 @@ class Field(NamedTuple):
         return Field(self.kind, dimensions, np.dtype(self.kind).itemsize if dimensions else 0)
 
 
-class Struct(_Mark):
-    """Function of an address: the C struct there, of which compiled code uses fields by name.
+class Struct:
+    """A C struct, of which compiled code uses fields by name.
 
     Arrays are indexed as NumPy's in Python: ``m.tendon_range[tendon, 1]``, ``d.xpos[body]`` for a
     row, ``d.wrap_xpos.flat[k]``. They have no length, and no index below 0.

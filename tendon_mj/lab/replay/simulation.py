@@ -499,10 +499,10 @@ class Simulator:
         _skip_contacts(self.model)
         # plays that the model lacks, where its text is at hand; and the model with all of them
         self._plays, self._with_plays = {}, self.model
-        if model is None:
+        if model is None and (lacking := plays(self.model)):
             with suppress(TendonError):  # of joints that `attach` or `replicate` makes
-                self._with_plays = load_recorded(self.recordings[0], plays(self.model))
-                self._plays = plays(self.model)
+                self._with_plays = load_recorded(self.recordings[0], lacking)
+                self._plays = lacking
                 _skip_contacts(self._with_plays)
         # in how many each guide is split → the models with these, see `split`
         self._models = {1: (self.model, self._with_plays)} if model is None else None
@@ -603,8 +603,9 @@ class Simulator:
             return split_guides(load_spec(name, beside=beside), pieces)
 
         try:
-            model = self._load_model(split)
-            with_plays = load_recorded(self.recordings[0], self._plays, split)
+            model = with_plays = self._load_model(split)
+            if self._plays:
+                with_plays = load_recorded(self.recordings[0], self._plays, split)
         except ValueError:
             model, with_plays = copy.copy(self.model), copy.copy(self._with_plays)
         model.opt.disableflags = self.model.opt.disableflags

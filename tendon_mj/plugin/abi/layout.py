@@ -10,7 +10,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any, Final, TypeAlias
 
@@ -185,11 +185,8 @@ def _kind(declared: Any) -> str:
     return "uint8" if dtype.itemsize == 1 else dtype.name
 
 
-_STRUCTS = {
-    symbol: Struct(symbol, prefix, functools.partial(field, symbol))
-    for prefix, symbol in _OWNER.items()
-}
-data_at: Callable[[int], Data] = _STRUCTS["mjData"]
+for _prefix, _symbol in _OWNER.items():
+    Struct(_symbol, _prefix, functools.partial(field, _symbol))
 
 
 def offset(entry: str) -> int:
