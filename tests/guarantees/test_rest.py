@@ -98,8 +98,11 @@ def test_a_load_within_the_band_rests_in_any_pose_beside_any_tendons(
     data.qfrc_applied[:] = load_within(rng, model, data, views, friction, pulls)
     for _ in range(SETTLES):
         mujoco.mj_step(model, data)
-    # what no tendon holds swings on its spring for a while
-    assume(step * np.abs(data.qvel).max() < 1e-9)
+    swings = 2000  # steps for which what no tendon holds may swing on its spring
+    while swings > 0 and step * np.abs(data.qvel).max() > 1e-11:
+        mujoco.mj_step(model, data)
+        swings -= 1
+    assume(swings > 0)
     outputs, work, speed = [], sum(view.friction_work.sum() for view in views), 0.0
     for _ in range(200):
         mujoco.mj_step(model, data)
