@@ -112,7 +112,7 @@ def _check_sheath(model: Draft, instance: int) -> None:
 
 
 def _check_awake(model: Draft, tendon: int, config: Mapping[str, str], where: str) -> None:
-    """Refuse a tendon with a body on its path or a joint of a spool that may fall asleep.
+    """Refuse a tendon that moves a body which may fall asleep, by itself or by a spool.
 
     Raises:
         InvalidValueError: names the tendon, the body and the remedy.
@@ -128,6 +128,8 @@ def _check_awake(model: Draft, tendon: int, config: Mapping[str, str], where: st
             bodies.append(model.site_bodyid[element])
         elif kind in _GEOMS:
             bodies.append(model.geom_bodyid[element])
+        elif kind == _WRAP.mjWRAP_JOINT.value:
+            bodies.append(model.jnt_bodyid[element])
     for body in bodies:
         tree = model.body_treeid[body]
         if tree >= 0 and model.tree_sleep_policy[tree] not in _NEVER:

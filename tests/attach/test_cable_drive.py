@@ -303,3 +303,16 @@ def test_a_configuration_that_no_cable_has_is_refused(config, facts):
     <actuator><motor joint="j"/></actuator></mujoco>"""
     with refusing(ValueError, facts):
         mujoco.MjModel.from_xml_string(text)
+
+
+@pytest.mark.parametrize("policy", ["auto", "allowed", "init", "never"])
+def test_a_joint_of_a_body_that_may_fall_asleep_is_refused(policy):
+    spec, awake = drum(), policy in ("auto", "never")  # MuJoCo keeps awake what an actuator moves
+    spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
+    body = spec.joint("j").parent
+    body.name = "link"
+    body.sleep = getattr(mujoco.mjtSleepPolicy, f"mjSLEEP_{policy.upper()}")
+    add_cable_drive(spec, "m", **CABLE)
+    with silent() if awake else refusing((ValueError, mujoco.FatalError), "'link'", "never"):
+        model = spec.compile()
+        mujoco.mj_step(model, mujoco.MjData(model))
