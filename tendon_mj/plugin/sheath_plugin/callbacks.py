@@ -52,16 +52,18 @@ from tendon_mj.plugin.sheath_plugin.evaluate import (
     solve_driven,
 )
 from tendon_mj.plugin.sheath_plugin.forces import add_reactions
-from tendon_mj.plugin.sheath_plugin.inextensible import (
+from tendon_mj.plugin.sheath_plugin.groups import (
     BASE,
     FRICTION,
     driven_sheaths,
     head_at,
     is_wide_enough,
-    keep_slips,
-    keep_unknown_forces,
     vector_at,
     workspace,
+)
+from tendon_mj.plugin.sheath_plugin.inextensible import (
+    keep_slips,
+    keep_unknown_forces,
 )
 from tendon_mj.plugin.sheath_plugin.input_force import (
     follow_constraint,

@@ -37,17 +37,19 @@ from tendon_mj.plugin.sheath_plugin.friction import (
     store_trial_friction_work,
     update_ratios,
 )
-from tendon_mj.plugin.sheath_plugin.inextensible import (
+from tendon_mj.plugin.sheath_plugin.groups import (
     FRICTION,
-    commit_inextensible,
     driven_sheaths,
     head_at,
+    response_at,
+    vector_at,
+)
+from tendon_mj.plugin.sheath_plugin.inextensible import (
+    commit_inextensible,
     prepare,
     repeat,
-    response_at,
     set_up,
     solve,
-    vector_at,
 )
 from tendon_mj.plugin.sheath_plugin.input_force import follow_spring, input_force
 from tendon_mj.plugin.sheath_plugin.path import update_path, update_spans
