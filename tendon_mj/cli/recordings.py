@@ -306,10 +306,10 @@ def _misfits(one: Checked) -> dict[str, Misfit]:
     return {} if one.simulated is None else replay_error(one.recording, one.simulated)
 
 
-def _print_errors(recording: Recording, errors: Mapping[str, Misfit], label: str = "") -> None:
+def _print_errors(recording: Recording, errors: Mapping[str, Misfit]) -> None:
     for column, error in errors.items():
         console.print(
-            f"{label or recording.name}: {recording.written(column)} rms error"
+            f"{recording.name}: {recording.written(column)} rms error"
             f" {_rms_text(error, column)}{error.of_range}"
         )
 

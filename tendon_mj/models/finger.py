@@ -223,7 +223,7 @@ def build_finger(finger: Finger, *, spring_return: bool = False) -> mujoco.MjSpe
             sensors=(),
         )
     _add_finger_sensors(spec, tendons)
-    _balance_springs(spec, finger, tendons)
+    _balance_springs(spec, finger)
     return spec
 
 
@@ -386,7 +386,7 @@ def _add_finger_sensors(spec: mujoco.MjSpec, tendons: tuple[str, ...]) -> None:
             add_sensor(spec, f"{tendon}_sheath", kind, f"{tendon}_{kind}")
 
 
-def _balance_springs(spec: mujoco.MjSpec, finger: Finger, tendons: tuple[str, ...]) -> None:
+def _balance_springs(spec: mujoco.MjSpec, finger: Finger) -> None:
     """Let the springs rest where they bear pretension and weight in the reference pose."""
     model = spec.compile()
     data = mujoco.MjData(model)

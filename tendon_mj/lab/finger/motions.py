@@ -295,7 +295,7 @@ def _commands(
 def prepare_finger(
     trajectory: Trajectory,
     model: mujoco.MjModel,
-    finger: Finger | None = None,
+    finger: Finger,
     *,
     friction: float | None = None,
 ) -> tuple[replay.Adjustable, FloatArray]:
@@ -303,7 +303,7 @@ def prepare_finger(
 
     For callers that step the model themselves; `simulate_finger` steps it too.
     """
-    commands = _drive_recording(trajectory, model, finger or Finger(), friction=friction)
+    commands = _drive_recording(trajectory, model, finger, friction=friction)
     motion = _to_motion(trajectory, model, commands)
     adjustable = replay.Adjustable(copy.copy(model))
     adjustable.set(motion.parameters)
