@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 
 from tendon_mj.lab.diagnosis.result import BeforeAfter, Diagnosis
 from tendon_mj.lab.diagnosis.statistics import correlation_matrix
@@ -45,7 +46,7 @@ _HIGH = 0.9  # |ρ| from which two values are said to compensate each other
 _LAGS = 40  # at most
 _LAG_SHARE = 0.25  # of the samples, at most
 _QUANTILE = 1.96  # of a normal distribution: 95 % of the lags of white noise lie within
-_WHITE = 0.85  # share of the lags within the band; chance leaves less in fewer than 1 of 100
+_CHANCE = 0.01  # probability with which white noise has fewer lags within the band
 
 _PACKAGES = ("tendon-mj", "mujoco", "numpy", "scipy")
 
@@ -191,7 +192,8 @@ class Autocorrelation:
     @property
     def white(self) -> bool:
         """Whether as many lags lie within the band as of white noise."""
-        return self.inside >= _WHITE
+        count = self.values.size
+        return bool(count * self.inside >= scipy.stats.binom.ppf(_CHANCE, count, 0.95))
 
 
 def autocorrelation(time: FloatArray, residual: FloatArray) -> Autocorrelation:

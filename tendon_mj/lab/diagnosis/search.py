@@ -108,12 +108,13 @@ def screen(
     candidates: Sequence[Candidate],
     progress: Progress,
     known: Slopes,
-    kept: tuple[float, float],
+    kept: Sequence[float],
 ) -> list[ScreeningScore]:
     """Score candidates that change the residual of a fit, best first, once for each start.
 
     Slopes that are ``known`` from another fit predict in place of the first pass; others are added.
-    ``kept`` are shares of the best reduction of χ², to be in the second and in the third pass.
+    ``kept`` are shares of the best reduction of χ², to be in the second and in the third pass;
+    empty: there is the first pass alone.
     """
     scores = [score for candidate in candidates for score in starts(fitted, candidate)]
     screening = _Screening(problem, base, fitted, progress)
@@ -123,7 +124,7 @@ def screen(
     seen += screening.enlarge_probes(new, seen)
     known |= {s.key: s.slope(fitted) for s, _ in seen if not s.candidate.effect.event}
     achieved = [score for score, _ in seen]
-    for share, label in zip(kept, _PASSES[1:], strict=True):
+    for share, label in zip(kept, _PASSES[1:], strict=False):
         predicted = _ranked(
             [*predicted, *(prediction for _, prediction in seen)], len(fitted.terms)
         )

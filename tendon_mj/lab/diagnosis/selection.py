@@ -52,7 +52,6 @@ _LITTLE = 0.1  # of the initial excess: where more remains, other choices do not
 _HALFWAY, _MOST_POLISHED = 0.5, 3  # of the smallest gain, for a fit to be continued; fits
 _ROUNDS = 2  # in which the second-best choice is tried too
 _MOST_EFFECTS = 3
-_NONE = 2.0  # times the best: no score is in the second pass of a screening
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,15 +164,7 @@ class SelectionContext:
     def slopes_at(self, model: FittedCandidate, candidates: Sequence[Candidate]) -> Slopes:
         """Slopes of candidates at a fit, whatever is known of them from others."""
         slopes: Slopes = {}
-        screen(
-            self.problem,
-            self.base,
-            model.fit,
-            candidates,
-            self.progress,
-            slopes,
-            (_NONE, _NONE),
-        )
+        screen(self.problem, self.base, model.fit, candidates, self.progress, slopes, ())
         return slopes
 
     def _events(self, model: FittedCandidate, least: float) -> list[Candidate]:

@@ -53,21 +53,12 @@ def resolution(series: ArrayLike) -> float:
     return 0.0
 
 
-def white_noise(series: FloatArray, among: BoolArray | None = None) -> float:
-    """Standard deviation of white noise on a smooth series, by its third differences.
+def white_noise(series: FloatArray, among: BoolArray | None = None, order: int = 3) -> float:
+    """Standard deviation of white noise on a smooth series, by its differences of an order.
 
-    Differences with a sample that is not ``among`` those that count, (n,), are left out.
+    Differences with a sample that is not ``among`` those that count, (n,), are left out. 0 of
+    less than 2 ``order`` + 2 samples.
     """
-    return _noise_of_differences(series, among, 3)
-
-
-def is_noisy(series: FloatArray, among: BoolArray | None = None) -> bool:
-    """Whether a series has noise that is white, and more than its steps."""
-    third, fourth = (_noise_of_differences(series, among, order) for order in (3, 4))
-    return fourth > _WHITE * third and third > resolution(series)
-
-
-def _noise_of_differences(series: FloatArray, among: BoolArray | None, order: int) -> float:
     if series.size < 2 * order + 2:
         return 0.0
     differences = np.abs(np.diff(series, order))
@@ -77,6 +68,12 @@ def _noise_of_differences(series: FloatArray, among: BoolArray | None, order: in
     if differences.size <= order:
         return 0.0
     return float(np.median(differences)) / _GAUSS / math.sqrt(math.comb(2 * order, order))
+
+
+def is_noisy(series: FloatArray, among: BoolArray | None = None) -> bool:
+    """Whether a series has noise that is white, and more than its steps."""
+    third, fourth = (white_noise(series, among, order) for order in (3, 4))
+    return fourth > _WHITE * third and third > resolution(series)
 
 
 def range_ends(series: FloatArray, noise: float | None = None) -> tuple[float, float]:

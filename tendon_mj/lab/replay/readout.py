@@ -27,7 +27,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.lab.recordings import LARGEST
+from tendon_mj.lab.recordings import LARGEST, white_noise
 from tendon_mj.typing import FloatArray
 
 # of a column that is a control as it stands
@@ -38,7 +38,6 @@ _STILL, _FASTEST_STILL = 1e-6, 0.1  # of the largest speed: between these a driv
 _NOISE = 4.0  # standard deviations of a speed that noise makes, likewise
 _TURN = 5  # samples that a drive may take to be seen moving
 _SAME = 1e-6  # of an interval: a time this near to a sample is that of it
-_GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
 _ON_GRID = 1e-6  # share of a step within which a sample counts as lying on the grid
 _ROUNDING = 1e-9  # of a ratio of two times that both came from decimal text
 
@@ -125,10 +124,8 @@ def sense_of(time: FloatArray, place: FloatArray) -> Sense:
     ahead, behind = np.r_[place[1:], place[-1]], np.r_[place[0], place[:-1]]
     elapsed = np.r_[time[1:], time[-1]] - np.r_[time[0], time[:-1]]
     speed, step = (ahead - behind) / elapsed, float(np.median(elapsed))
-    jitter = float(np.median(np.abs(np.diff(place, 5)))) if place.size > 5 else 0.0
-    noise = jitter / _GAUSS / math.sqrt(252.0)  # as of `estimate_noise`, without fast motion
     fastest = float(np.abs(speed).max())
-    least = _NOISE * math.sqrt(2.0) * noise / step
+    least = _NOISE * math.sqrt(2.0) * white_noise(place, order=5) / step  # fast motion apart
     still = float(np.clip(least, _STILL * fastest, _FASTEST_STILL * fastest))
 
     def way(speeds: FloatArray) -> FloatArray:

@@ -169,13 +169,58 @@ def test_the_longest_gap_is_told_with_its_row_also_of_slow_samples(pull: Recordi
     assert [warning.identifier for warning in found] == ["times_in_ms", "gap"]
 
 
-def test_a_settle_longer_than_any_rig_needs_is_told(pull: Recording) -> None:
-    assert timing_warnings(replace(pull, settle=60.0)) == []
-    (warning,) = timing_warnings(replace(pull, settle=3e4))
-    assert warning.identifier == "long_settle"
-    assert "settle = 30000 s" in warning.value
+def test_a_settle_of_any_length_that_cannot_be_simulated_is_refused(pull: Recording) -> None:
+    assert "settle = 30000 s" in timing_warnings(replace(pull, settle=3e4))[0].value
     with refusing(RecordingError, "in the settle of 1e+12 s before"):
         check_recording(replace(pull, settle=1e12))
+
+
+def late(recording: Recording, intervals: float) -> Recording:
+    """Times of which one interval is so many times as long."""
+    steps = np.full(recording.time.size - 1, 0.01)
+    steps[100] *= intervals
+    return replace(recording, time=np.append(0.0, np.cumsum(steps)))
+
+
+def samples(count: int, interval: float) -> Recording:
+    time = interval * np.arange(count)
+    drive = {"reel_m": ("reel", 1e-3 * np.sin(time))}
+    return recorded(time, drive, {"in_N": ("input_tension", NOISE)}, name="made")
+
+
+@pytest.mark.parametrize(
+    ("identifier", "made", "sound", "faulty"),
+    [
+        ("times_in_ms", lambda pull, interval: samples(200, interval), 0.45, 0.55),
+        ("times_in_ms", lambda pull, count: samples(count, 1.0), 90, 110),
+        ("times_too_short", lambda pull, interval: samples(200, interval), 6e-5, 4e-5),
+        ("times_too_short", lambda pull, count: samples(count, 4e-5), 13000, 12000),
+        ("gap", late, 4.5, 5.5),
+        ("long_settle", lambda pull, settle: replace(pull, settle=settle), 50.0, 70.0),
+    ],
+)
+def test_times_are_warned_of_from_a_limit_on(
+    pull: Recording,
+    identifier: str,
+    made: Callable[[Recording, float], Recording],
+    sound: float,
+    faulty: float,
+) -> None:
+    for value, warned in ((sound, False), (faulty, True)):
+        found = {warning.identifier for warning in timing_warnings(made(pull, value))}
+        assert (identifier in found) == warned
+
+
+@pytest.mark.parametrize(("step", "blocks"), [(0.035, False), (0.055, True)])
+def test_a_gap_blocks_where_a_drive_may_have_left_its_line_by_2_percent(
+    step: float, blocks: bool
+) -> None:
+    """A drive of 2 mm goes straight on behind a gap of ten intervals, a step farther."""
+    time = np.delete(0.01 * np.arange(201), np.arange(101, 110))
+    drive = {"reel_m": ("reel", 1e-3 * (time + step * (time > 1.05)))}
+    made = recorded(time, drive, {"in_N": ("input_tension", NOISE)}, name="gap")
+    (warning,) = timing_warnings(made)
+    assert (warning.identifier, warning.blocks) == ("gap", blocks)
 
 
 def with_output(change: Callable[[np.ndarray], np.ndarray]) -> Callable[[Recording], Recording]:
@@ -299,6 +344,90 @@ FAULTS: dict[str, tuple[Callable[[Recording], Recording], str, tuple[str, ...]]]
 }
 
 
+def scaled(series: np.ndarray, times: float) -> np.ndarray:
+    return np.mean(series) + times * (series - np.mean(series))
+
+
+def against(series: np.ndarray, correlation: float) -> np.ndarray:
+    """A series of the same mean and range, that has a correlation with the given one."""
+    moves = series - np.mean(series)
+    other = np.random.default_rng(1).normal(size=series.size)
+    other -= np.mean(other) + moves * (other @ moves) / (moves @ moves)
+    other *= np.linalg.norm(moves) / np.linalg.norm(other)
+    return np.mean(series) + correlation * moves + np.sqrt(1.0 - correlation**2) * other
+
+
+def blurred(recording: Recording, noises: float) -> Recording:
+    """An output that starts so many of its stated noises off, which are a fifth of its range."""
+    output = recording.columns["out_N"]
+    noise = 0.2 * float(np.ptp(output))
+    measured = recording.measured | {"out_N": replace(recording.measured["out_N"], noise=noise)}
+    return replace(changed(recording, out_N=output + noises * noise), measured=measured)
+
+
+READINGS: dict[str, tuple[str, Callable[[Recording, float], Recording], float, float]] = {
+    "of which no unit explains how little it moves": (
+        "nothing_moves",
+        lambda p, times: with_output(lambda y: scaled(y, 1.0 / times))(p),
+        2500.0,
+        3500.0,
+    ),
+    "of which no unit explains how much it moves": (
+        "nothing_moves",
+        lambda p, times: with_output(lambda y: scaled(y, times))(p),
+        2500.0,
+        3500.0,
+    ),
+    "in thousandths": (
+        "unit",
+        lambda p, times: with_output(lambda y: scaled(y, times))(p),
+        90.0,
+        110.0,
+    ),
+    "against the model": (
+        "sign",
+        lambda p, share: with_output(lambda y: against(y, -share))(p),
+        0.6,
+        0.8,
+    ),
+    "that starts elsewhere": (
+        "start",
+        lambda p, share: with_output(lambda y: y + share * np.ptp(y))(p),
+        0.12,
+        0.18,
+    ),
+    "that starts elsewhere within its noise": ("start", blurred, 4.5, 5.5),
+}
+
+
+@pytest.mark.parametrize("fault", READINGS)
+def test_a_reading_is_warned_of_from_a_limit_on(pull: Recording, fault: str) -> None:
+    identifier, change, sound, faulty = READINGS[fault]
+    assert identifier not in said(change(pull, sound))
+    assert identifier in said(change(pull, faulty))
+
+
+@pytest.mark.parametrize(("times", "drive"), [(4.0, False), (5.5, True)])
+def test_the_drive_is_meant_where_every_reading_is_off_by_5_or_more(
+    pull: Recording, times: float, drive: bool
+) -> None:
+    more = {c: scaled(pull.columns[c], times) for c in pull.measured}
+    warnings = check_recording(changed(pull, **more)).warnings
+    assert any(w.identifier == "unit" and "[drive]" in w.place for w in warnings) == drive
+
+
+@pytest.mark.parametrize(("share", "coarse"), [(0.002, False), (0.003, True)])
+def test_steps_that_a_diagnosis_could_see_are_told_where_no_noise_is_stated(
+    pull: Recording, share: float, coarse: bool
+) -> None:
+    exact = check_recording(pull).simulated
+    assert exact is not None
+    step = share * float(np.ptp(exact.columns["out_N"]))
+    rounded = changed(exact, out_N=step * np.round(exact.columns["out_N"] / step))
+    unstated = {c: replace(m, noise=None) for c, m in pull.measured.items()}
+    assert ("coarse" in said(replace(rounded, measured=unstated))) == coarse
+
+
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_is_told_alone_with_its_place_and_value(pull: Recording, fault: str) -> None:
     change, identifier, facts = FAULTS[fault]
@@ -418,6 +547,8 @@ def test_a_motor_that_lets_go_before_it_begins_is_told() -> None:
     assert "lets_go" not in driven("")
     assert "lets_go" not in driven("", rest=0.2 / 50, settle=0.0)
     assert "write settle = 0.0" in driven("", rest=0.2 / 50)["lets_go"]
+    assert "lets_go" not in driven("", rest=0.4 * 0.2 / 50)  # bears more than half of it
+    assert "lets_go" in driven("", rest=0.6 * 0.2 / 50)
 
 
 def test_a_motor_that_cannot_bear_the_pretension_is_told() -> None:

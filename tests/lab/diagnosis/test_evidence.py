@@ -20,7 +20,7 @@ from tendon_mj.lab.diagnosis import (
     parameter_correlations,
     residual_autocorrelations,
 )
-from tendon_mj.lab.diagnosis.audit import autocorrelation, with_noise
+from tendon_mj.lab.diagnosis.audit import Autocorrelation, autocorrelation, with_noise
 from tendon_mj.lab.recordings import write_recording
 from tests.lab.diagnosis.toy import Toy, recording, rig
 
@@ -105,6 +105,10 @@ def test_white_noise_is_white_and_a_wave_is_not() -> None:
     assert not wave.white
     assert wave.values[24] == pytest.approx(0.0, abs=0.02)  # a quarter of the period
     assert wave.values[0] == pytest.approx(np.cos(2.0 * np.pi * 0.01), abs=0.01)
+    for count, inside in ((40, 34), (5, 3)):  # white noise has fewer in 1 of 100
+        for within in (inside, inside - 1):
+            values = np.repeat([0.0, 1.0], (within, count - within))
+            assert Autocorrelation(time[:count], values, 0.5).white == (within == inside)
     still = autocorrelation(np.arange(20.0), np.full(20, 3.0))
     np.testing.assert_array_equal(still.values, 0.0)
     assert still.lags.size == 5  # a quarter of the samples

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -198,6 +199,24 @@ def test_the_linearisation_holds_on_a_smooth_cost_only() -> None:
         stuck = fit(problem, {}, [FRICTION], (), np.array([0.15]), evaluations=30)
         assert np.mean(stuck.residual**2) > 2.0
         assert linearisation_holds(problem, {}, stuck) == (problem is smooth)
+
+
+@pytest.mark.parametrize(("curvature", "holds"), [(4.5, True), (5.5, False)])
+def test_the_linearisation_is_tried_a_tenth_of_a_range_away(curvature: float, holds: bool) -> None:
+    """A curvature of 5 makes a fifth of the response to steps of 0.1: 0.5² / (1 + 0.5²)."""
+    fitted = SimpleNamespace(
+        terms=(replace(FRICTION, inert=0.0, low=-0.5, high=0.5, probe=1.0),),
+        bounds=np.array([[-0.5], [0.5]]),
+        scaled=np.zeros(1),
+        residual=np.full(3, 1e3),  # far more than the range can change
+        jacobian=np.ones((3, 1)),
+        parameters=lambda base, values=(0.0,): {"": values[0]},
+    )
+    problem = SimpleNamespace(
+        in_train=np.ones(3, bool),
+        residuals=lambda sets: np.array([[s[""] + curvature * s[""] ** 2] * 3 for s in sets]),
+    )
+    assert linearisation_holds(problem, {}, fitted) == holds
 
 
 @pytest.mark.parametrize("non_smooth", [False, True])

@@ -9,7 +9,7 @@ import pytest
 
 from tendon_mj.lab.diagnosis import ErrorReduction, diagnose
 from tendon_mj.lab.diagnosis.proof import ranking
-from tendon_mj.lab.diagnosis.verdict import Evidence, Verdict, decide
+from tendon_mj.lab.diagnosis.verdict import LARGEST_EXCESS, Evidence, Verdict, decide
 from tests.lab.diagnosis.linear_rig import context, effect, select
 from tests.lab.diagnosis.toy import Toy, rig
 
@@ -26,7 +26,7 @@ def verdict(
     agrees: bool = False,
     stated: float | None = None,
     beyond: bool = False,
-    largest: float = 8.0,
+    largest: float = LARGEST_EXCESS,
     signals: dict[str, tuple[float, float, float]] | None = None,
 ) -> Verdict:
     """Verdict on findings that take the held-out error from ``before`` to ``after`` [bars]."""

@@ -76,7 +76,8 @@ def test_tensions_come_as_near_to_a_smooth_sheath_as_with_as_many_guides():
     assert np.std(tension(split_guides(few, 4)) - smooth) < 0.15 * error
 
 
-def test_a_path_on_a_body_between_ends_that_move_keeps_them():
+@pytest.mark.parametrize(("tilt", "split"), [(0.0, True), (0.8e-4, True), (1.2e-4, False)])
+def test_a_path_on_a_body_between_ends_that_move_along_it_keeps_them(tilt, split):
     spec = mujoco.MjSpec()
     spec.option.timestep = 1e-5
     spec.worldbody.add_body(pos=[0.1, 0.2, 0.3], quat=[0.6, 0.8, 0.0, 0.0])
@@ -85,7 +86,9 @@ def test_a_path_on_a_body_between_ends_that_move_keeps_them():
     for k, end in ((0, points[0]), (1, points[-1])):
         body = spec.worldbody.add_body(name=f"end_{k}", pos=end)
         along = points[1] - points[0] if k == 0 else points[-1] - points[-2]
-        body.add_joint(name=f"end_{k}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=along)
+        across = np.linalg.norm(along) * np.array([0.0, 1.0, 0.0])
+        axis = along + tilt * across
+        body.add_joint(name=f"end_{k}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
         body.add_geom(size=[0.01, 0, 0])
         body.add_site(name=f"e{k}")
     turn = np.zeros(9)
@@ -98,7 +101,7 @@ def test_a_path_on_a_body_between_ends_that_move_keeps_them():
     length, bends = path_of(spec.compile(), "t")
     split_length, split_bends = path_of(split_guides(spec, 2), "t")
     assert split_length == pytest.approx(length, rel=1e-9)
-    assert split_bends.size == 2 * bends.size
+    assert (split_bends.size == 2 * bends.size) == split
     assert split_bends.sum() == pytest.approx(bends.sum(), rel=1e-9)
 
 
