@@ -34,7 +34,7 @@ _FAILED = 1e6  # residual of a failed simulation, in noise
 _NEXT_ROUND = 3  # evaluations in each further round, which begins where the one before ended
 _NEGLIGIBLE = 1e-3  # of the mean square residual: a smaller fall of χ² moves no value by its error
 _ACTIVE_SETS = 100  # tried at most; some ten terms take as many
-_UNCHANGED = 0.02  # mean square [-] by which the correction has changed at most
+UNCHANGED = 0.02  # mean square [-] by which the correction has changed at most
 _ROUNDS = 3
 _REFIT = 6  # evaluations: a model changes little when a part of the data is left out
 _FARTHEST = 1e9  # probes: a farther end of a range does not count
@@ -173,7 +173,7 @@ def fit(
     best = at = solver.solve(begin, evaluations, jacobian, seen)
     for _ in range(_ROUNDS - 1):
         ended = jacobian is not None or at.gained < _TOLERANCE * at.cost
-        if ended and at.change <= _UNCHANGED:
+        if ended and at.change <= UNCHANGED:
             break
         again = None if jacobian is None else at.jacobian
         at = solver.solve(at.point, _NEXT_ROUND, again, at.simulated)

@@ -66,14 +66,7 @@ from tendon_mj.lab.diagnosis.wording import (
     warn_of_ends,
     warn_of_step_and_noise,
 )
-from tendon_mj.lab.replay import (
-    Parameter,
-    Simulates,
-    Simulator,
-    parameter_of,
-    recording_of,
-    value_in,
-)
+from tendon_mj.lab.replay import Parameter, parameter_of, recording_of, value_in
 from tendon_mj.typing import FloatArray
 
 _EXPLAINS = 0.01  # of the excess χ², to be in the ranking
@@ -265,7 +258,7 @@ class Proof:
             model=model,
             seconds=time.perf_counter() - self.began,
             catalogue=self.catalogue,
-            simulator=_with_own_guides(self.held_out.simulate),
+            simulator=self.held_out.simulate,
             recordings=self.own.recordings,
             held_out_recordings=self.held_out.recordings if data.has_recordings else (),
             search=(context, selection),
@@ -280,18 +273,11 @@ class Proof:
     def _too_few_guides(
         self, model: Mapping[str, float], left: float, mask: NDArray[np.bool_]
     ) -> list[LumpedSheath]:
-        """Sheaths of too few guides in a replay, of which a fit may have had more."""
-        held_out = replace(self.held_out, simulate=_with_own_guides(self.held_out.simulate))
-        if held_out.simulate is not self.held_out.simulate:
+        """Sheaths of too few guides in a replay, whose change by more a fit may have had."""
+        held_out = replace(self.held_out, by_guides=0.0)
+        if self.held_out.lumping:
             left = float(np.sqrt(np.mean(held_out.residuals([model])[0][mask] ** 2)))
         return too_few_guides(held_out, model, left) if left > ABOVE_NOISE else []
-
-
-def _with_own_guides(simulate: Simulates) -> Simulates:
-    """The simulator of a model as it is written, of which a fit may have split the guides."""
-    if isinstance(simulate, Simulator) and simulate.pieces > 1:
-        return simulate.split(1)
-    return simulate
 
 
 def _weigh(

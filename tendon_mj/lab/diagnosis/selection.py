@@ -198,11 +198,20 @@ class SelectionContext:
             )
         return self.reduced[fitted, candidate]
 
-    def polish(self, model: FittedCandidate) -> FittedCandidate:
-        """Continue a fit to convergence, so that no effect is added to mend an early stop."""
+    def polish(self, model: FittedCandidate, change: FloatArray | None = None) -> FittedCandidate:
+        """Continue a fit to convergence, so that no effect is added to mend an early stop.
+
+        ``change`` (m,) is that of its residuals since, where the model and the step are the same.
+        """
         fitted = model.fit
         return self.fit_model(
-            fitted.effects, fitted.values, model.candidate, near=fitted, evaluations=CONVERGED
+            fitted.effects,
+            fitted.values,
+            model.candidate,
+            near=fitted,
+            jacobian=None if change is None else fitted.jacobian,
+            seen=None if change is None else fitted.residual - fitted.correction + change,
+            evaluations=CONVERGED,
         )
 
     def converged(
@@ -226,9 +235,11 @@ class SelectionContext:
                 best = self._search(best, whole_range=whole_range)
         return best
 
-    def optimise_nearby(self, model: FittedCandidate) -> FittedCandidate:
-        """Continue a fit with another step, searching near it where the cost is non-smooth."""
-        best = self.polish(model)
+    def optimise_nearby(
+        self, model: FittedCandidate, change: FloatArray | None = None
+    ) -> FittedCandidate:
+        """Continue a fit as `polish` does, searching near it where the cost is non-smooth."""
+        best = self.polish(model, change)
         non_smooth = any(candidate.effect.non_smooth for candidate in best.fit.effects)
         if non_smooth and self._may_be_local(best):
             return self._search(best, whole_range=False)

@@ -44,6 +44,7 @@ from tendon_mj.lab.diagnosis.effects import (
     candidates,
     check_bindings,
 )
+from tendon_mj.lab.diagnosis.fitting import UNCHANGED
 from tendon_mj.lab.diagnosis.proof import Proof
 from tendon_mj.lab.diagnosis.result import Diagnosis
 from tendon_mj.lab.diagnosis.selection import CONVERGED, Selection, SelectionContext, select_effects
@@ -56,6 +57,7 @@ from tendon_mj.typing import FloatArray
 
 _EXPLAINED = ("named", "parameter", "nothing missing")
 _AT_NOISE = 1.2  # noises that an effect leaves at most, for it to be more than a fault of a column
+_ROUNDS = 3  # in which the change by more guides and the fit follow each other
 _SHORTEST = 0.5  # times the model's own step
 _RINGING = 0.1  # of the mean square residual, by which halving the step changes it
 _NEARLY = 2.0  # times the detection limit or the step's error: the rest may be the step's
@@ -129,15 +131,17 @@ def diagnose(
 
     def select_and_judge(context: SelectionContext) -> Diagnosis:
         selection = select_effects(context, calibrated)
-        data, in_steps = own, step
+        data = own
         if selection.final.excess > SMALLEST_EXCESS:  # of which lumping may be a part
-            data = with_more_guides(own, selection.final.fit.parameters(context.base))
-            context, selection, in_steps = _select_on(context, selection, data, step)
+            data, context, selection = _select_with_more_guides(own, context, selection, step)
         judged = data
         if held_out:  # and training recordings with an event, which no held-out one can show
             names = {s.candidate.recording for s in selection.effects} - {r.name for r in held_out}
             recordings = (*held_out, *(recording for recording in train if recording.name in names))
-            judged = _like(data, recordings, simulator)
+            judged = make_problem(recordings, simulator(recordings), all_samples(recordings))
+            if data.lumping:
+                model = selection.final.fit.parameters(context.base)
+                judged = with_more_guides(judged, model)
         proof = Proof(
             own=data,
             held_out=judged,
@@ -146,7 +150,7 @@ def diagnose(
             checks=checks,
             began=began,
         )
-        return _judge_with_short_steps(context, selection, proof, in_steps)
+        return _judge_with_short_steps(context, selection, proof, step)
 
     result = select_and_judge(context)
     blocked = any(warning.blocks for warning in checks)
@@ -163,35 +167,24 @@ def _read(
     return [read_given(recording, description) for recording in several]
 
 
-def _like(own: Problem, recordings: tuple[Recording, ...], simulator: MakeSimulator) -> Problem:
-    """Other recordings, to be simulated with guides that are split alike."""
-    simulate = simulator(recordings)
-    if isinstance(simulate, Simulator) and isinstance(own.simulate, Simulator):
-        simulate = simulate.split(own.simulate.pieces)
-    problem = make_problem(recordings, simulate, all_samples(recordings))
-    return replace(problem, lumping=own.lumping)
+def _select_with_more_guides(
+    own: Problem, context: SelectionContext, selection: Selection, step: float | None
+) -> tuple[Problem, SelectionContext, Selection]:
+    """The data with what more guides change, and the selection on them.
 
-
-def _select_on(
-    context: SelectionContext, selection: Selection, data: Problem, step: float | None
-) -> tuple[SelectionContext, Selection, float | None]:
-    """The selection on data with split guides, and its step; anew where lumping had ended it.
-
-    More guides may need a shorter step.
+    Anew where lumping had ended it.
     """
-    little = _NEARLY * context.detection_limit
-    if data.lumping and _pieces(data) == _pieces(context.problem):
-        context = replace(context, problem=with_step(data.without_tails(), step))
-    elif data.lumping:
-        context = replace(context, problem=data.without_tails())
-        values = selection.calibrated.fit.values
-        context, calibrated, step = _calibrate(context, search_step(data), values)
-        context = _at(context, calibrated)
-        final = context.optimise_nearby(selection.final) if selection.effects else calibrated
-        selection = replace(selection, calibrated=calibrated, final=final)
-    if context.smallest_gain < selection.final.excess < little and context.candidates:
-        selection = select_effects(context, selection.calibrated)
-    return context, selection, step
+    little, data = _NEARLY * context.detection_limit, own
+    for _ in range(_ROUNDS):
+        before, data = data, with_more_guides(own, selection.final.fit.parameters(context.base))
+        change = np.broadcast_to(data.by_guides - before.by_guides, own.in_train.shape)
+        if not data.lumping or (before.lumping and np.mean(change[own.in_train] ** 2) <= UNCHANGED):
+            break
+        problem = with_step(data.without_tails(), step)
+        context, selection = _fit_again(context, selection, problem, change)
+        if context.smallest_gain < selection.final.excess < little and context.candidates:
+            selection = select_effects(context, selection.calibrated)
+    return data, context, selection
 
 
 def _at(context: SelectionContext, calibrated: FittedCandidate) -> SelectionContext:
@@ -206,10 +199,6 @@ def _at(context: SelectionContext, calibrated: FittedCandidate) -> SelectionCont
         slopes={},
         reduced={},
     )
-
-
-def _pieces(problem: Problem) -> int:
-    return problem.simulate.pieces if isinstance(problem.simulate, Simulator) else 1
 
 
 def _judge_with_short_steps(
@@ -260,12 +249,17 @@ def _step_matters(context: SelectionContext, selection: Selection, verdict: Verd
 
 
 def _fit_again(
-    context: SelectionContext, selection: Selection, problem: Problem
+    context: SelectionContext,
+    selection: Selection,
+    problem: Problem,
+    change: FloatArray | None = None,
 ) -> tuple[SelectionContext, Selection]:
-    """Fit the selected models to the same data with another step."""
+    """Fit the selected models to the same data with another step, or with a ``change``."""
     context = replace(context, problem=problem)
-    calibrated = context.polish(selection.calibrated)
+    calibrated = context.polish(selection.calibrated, change)
     initial = reducible_excess(problem, calibrated.fit.residual)
     context = replace(context, initial_excess=initial, residual=calibrated.fit.residual)
-    final = context.optimise_nearby(selection.final)
+    final = calibrated
+    if selection.effects:
+        final = context.optimise_nearby(selection.final, change)
     return context, replace(selection, calibrated=calibrated, final=final)

@@ -467,7 +467,6 @@ class Simulator:
             joint's place or rate does, unless the resulting motion was measured, and so does a
             column with the joint itself in [drive].
         steps: time steps of one simulation of all recordings.
-        pieces: in how many each guide of the model is split, see `split`.
         sessions: True: a set may hold ``<parameter> @ <recording>``, which acts on that one alone.
 
     Raises:
@@ -477,7 +476,6 @@ class Simulator:
     """
 
     sessions = True
-    pieces = 1
 
     def __init__(
         self,
@@ -504,8 +502,7 @@ class Simulator:
                 self._with_plays = load_recorded(self.recordings[0], lacking)
                 self._plays = lacking
                 _skip_contacts(self._with_plays)
-        # in how many each guide is split → the models with these, see `split`
-        self._models = {1: (self.model, self._with_plays)} if model is None else None
+        self._given = model is not None
         self._schedules = [Schedule(r, self.model, settle, timestep) for r in self.recordings]
         self._settle = settle
         names = Adjustable(copy.copy(self.model)).names()
@@ -582,35 +579,28 @@ class Simulator:
     def split(self, pieces: int) -> Simulator:
         """This simulator of a model with each guide in ``pieces``, see `split_guides`.
 
-        Itself where the model was given, and not named by the recordings; with the guides that it
-        has where MuJoCo refuses to compile it with others.
+        Itself where the model was given, and not named by the recordings, or where MuJoCo refuses
+        to compile it with more guides.
         """
-        if self._models is None:
+        if self._given:
             return self
-        if pieces not in self._models:
-            self._models[pieces] = self._split_models(pieces)
         other = copy.copy(self)
-        other.pieces, (other.model, other._with_plays) = pieces, self._models[pieces]
-        return other._with(
-            Schedule(s.recording, other.model, self._settle, s.clock.timestep).up_to(s.samples)
-            for s in self._schedules
-        )
-
-    def _split_models(self, pieces: int) -> tuple[mujoco.MjModel, mujoco.MjModel]:
-        """The model and that with plays, with each guide in ``pieces``."""
 
         def split(name: str, *, beside: Path | None = None) -> mujoco.MjModel:
             return split_guides(load_spec(name, beside=beside), pieces)
 
         try:
-            model = with_plays = self._load_model(split)
+            other.model = other._with_plays = self._load_model(split)
             if self._plays:
-                with_plays = load_recorded(self.recordings[0], self._plays, split)
+                other._with_plays = load_recorded(self.recordings[0], self._plays, split)
         except ValueError:
-            model, with_plays = copy.copy(self.model), copy.copy(self._with_plays)
-        model.opt.disableflags = self.model.opt.disableflags
-        with_plays.opt.disableflags = self._with_plays.opt.disableflags
-        return model, with_plays
+            return self
+        other.model.opt.disableflags = self.model.opt.disableflags
+        other._with_plays.opt.disableflags = self._with_plays.opt.disableflags
+        return other._with(
+            Schedule(s.recording, other.model, self._settle, s.clock.timestep).up_to(s.samples)
+            for s in self._schedules
+        )
 
     def up_to(self, samples: Sequence[int]) -> Simulator:
         """This simulator for the first ``samples`` ≥ 1 of each recording; later ones mean nothing.

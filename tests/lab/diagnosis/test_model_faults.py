@@ -18,6 +18,7 @@ from tendon_mj.lab.diagnosis import (
     fit_with_sysid,
     sysid_is_there,
 )
+from tendon_mj.lab.diagnosis.data import with_more_guides
 from tendon_mj.lab.diagnosis.model_faults import (
     too_few_guides,
     warn_of_guides,
@@ -71,6 +72,19 @@ def test_as_many_as_are_said_would_do():
     (sheath,) = too_few_guides(told, {}, error_left(told))
     assert error_left(problem(sheath.enough)) < 1.5
     assert f"{sheath.enough} guides would do" in warn_of_guides([sheath])[0]
+
+
+def test_what_more_guides_change_leaves_no_more_than_is_said(tmp_path):
+    """And little from values nearby; what is simulated keeps the model's own guides."""
+    named = tmp_path / "few.xml"
+    named.write_text(build_bench(Bench(friction=FRICTION, guides=6)).to_xml())
+    few = problem(6, lambda _: Simulator([replace(loop(), model=str(named))], threads=1))
+    corrected, near = (with_more_guides(few, {"sheath.friction": s * FRICTION}) for s in (1, 0.99))
+    assert corrected.simulate is few.simulate
+    (share,) = corrected.lumping.values()
+    span = float(np.ptp(few.recordings[0].columns[TENSION]))
+    assert error_left(corrected) < share * span / LOOP_NOISE < 0.1 * error_left(few)
+    assert error_left(near) < 0.05 * error_left(few)
 
 
 @pytest.mark.parametrize("values", [{"sheath.friction": 0.0}, {"sheath.friction": 0.001}])

@@ -112,16 +112,15 @@ def test_a_site_whose_neighbour_turns_away_stays_an_eyelet():
     np.testing.assert_allclose(path_of(split_guides(spec, 4), "t")[1], before)
 
 
-def test_a_simulator_splits_the_model_that_its_recordings_name_and_back():
+def test_a_simulator_splits_the_model_that_its_recordings_name():
     time = np.arange(0.0, 1.0, 0.01)
     made = bench_recording("r", time, 1e-3 * np.sin(6.0 * time), 0.02, ["input_tension_N"])
     own = Simulator([made], threads=1)
     split = own.split(2)
-    assert (split.pieces, split.split(1).pieces, own.pieces) == (2, 1, 1)
-    (whole,), (finer,), (again,) = own([{}]), split([{}]), split.split(1)([{}])
+    assert split.model.nwrap > own.model.nwrap
+    (whole,), (finer,) = own([{}]), split([{}])
     column = "input_tension_N"
     assert 0.0 < np.abs(finer[0][column] - whole[0][column]).max() < 0.5
-    np.testing.assert_array_equal(again[0][column], whole[0][column])
     given = Simulator([made], own.model, threads=1)
     assert given.split(2) is given
 
