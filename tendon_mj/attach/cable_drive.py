@@ -17,7 +17,7 @@ from tendon_mj.attach.keywords import check_names, checked_number, takes
 from tendon_mj.attach.mjcf import write_sheaths
 from tendon_mj.attach.sheath_design import NewSheath
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnsuitedTendonError
-from tendon_mj.sheath import LAW, Law, OptionalParameters, doubt_of_friction
+from tendon_mj.sheath import LAW, Law, OptionalParameters, doubt_of_unit
 
 _TRN, _JOINT = mujoco.mjtTrn, mujoco.mjtJoint
 _ON_JOINT = (_TRN.mjTRN_JOINT, _TRN.mjTRN_JOINTINPARENT)
@@ -82,8 +82,8 @@ def add_cable_drive(
             no joint by a cable, or whose cable is there already; a pattern that means no other.
 
     Warns:
-        TendonWarning: of a friction above 2, of actuators that were left out, and of what limits or
-            senses a joint's force behind the cable's back.
+        TendonWarning: of a friction above 2, of a bend above four turns, of actuators that were
+            left out, and of what limits or senses a joint's force behind the cable's back.
     """
     tendons.check_spec(spec)
     check_names(_LAW, parameters, "add_cable_drive")
@@ -103,7 +103,7 @@ def add_cable_drive(
         own = {"guides": "1", "inner_guides": "1", "radius": repr(drive.radius)} | config
         new.append(NewSheath(element, drive.tendon, own, "", "", "", True, None))
     add_sheaths(spec, new, None, None, sensors, alone=False)
-    doubts = [doubt_of_friction(name, value) for name, value in values.items()]
+    doubts = [doubt_of_unit(name, value) for name, value in values.items()]
     left = [f"left as they are: {listed_reasons(left_out)}"] if left_out else []
     for message in filter(None, [*doubts, *left, *joint_warnings(spec, new), _weightless(new)]):
         warnings.warn(f"add_cable_drive: {message}", TendonWarning, stacklevel=2)

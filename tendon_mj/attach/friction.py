@@ -17,7 +17,7 @@ from tendon_mj.attach.tendon_bend import idlers
 from tendon_mj.attach.tendons import asks_for_several, check_spec, choose_tendons, is_cable, listed
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError
 from tendon_mj.plugin import INPUT_ENDS, NAME, SERVO, SPRINGS
-from tendon_mj.sheath import LAW, Law, OptionalParameters, doubt_of_friction
+from tendon_mj.sheath import LAW, Law, OptionalParameters, doubt_of_unit
 
 # EA and T_0, which then follow from the model, and parameters that are off
 _MAY_BE_NONE = {
@@ -95,9 +95,10 @@ def add_friction(
             would not pull through a spool as before, such as a muscle.
 
     Warns:
-        TendonWarning: of a friction above 2; of tendons that were named, left out, or have nothing
-            to rub on; of actuators that can push; of a side site that friction turns away from its
-            tendon; of an axial stiffness that the time step of the model does not carry.
+        TendonWarning: of a friction above 2 or a bend above four turns; of tendons that were named,
+            left out, or have nothing to rub on; of actuators that can push; of a side site that
+            friction turns away from its tendon; of an axial stiffness that the time step of the
+            model does not carry.
     """
     check_spec(spec)
     check_names(LAW, parameters, "add_friction")
@@ -134,7 +135,7 @@ def add_friction(
     side_sites = side_site_warnings(spec, sheaths)
     unnamed = [sheath.name for sheath in sheaths if not sheath.tendon.name]
     add_sheaths(spec, sheaths, name, reel, sensors, alone=not several)
-    doubts = [doubt_of_friction(key, value) for key, value in numbers.items() if value is not None]
+    doubts = [doubt_of_unit(key, value) for key, value in numbers.items() if value is not None]
     messages = warnings_of(spec, sheaths, unnamed, left_out)
     for message in filter(None, [*doubts, *messages, *side_sites]):
         warnings.warn(f"add_friction: {message}", TendonWarning, stacklevel=2)

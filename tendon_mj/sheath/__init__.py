@@ -12,7 +12,7 @@ from tendon_mj.sheath.parameters import check_range as check_range
 from tendon_mj.sheath.parameters import check_scales as check_scales
 from tendon_mj.sheath.parameters import check_static as check_static
 from tendon_mj.sheath.parameters import described as described
-from tendon_mj.sheath.parameters import doubt_of_friction as doubt_of_friction
+from tendon_mj.sheath.parameters import doubt_of_unit as doubt_of_unit
 from tendon_mj.sheath.parameters import parameters_of as parameters_of
 from tendon_mj.sheath.records import ARC as ARC
 from tendon_mj.sheath.records import GUIDE as GUIDE

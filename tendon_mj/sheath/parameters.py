@@ -17,6 +17,7 @@ from typing import Any, Final, NamedTuple, SupportsFloat, TypedDict
 from tendon_mj.errors import InvalidValueError
 
 _KEY = "parameter"
+_MOST_BEND = 8.0 * math.pi  # four turns; a guide's bend in degrees, or a sheath's, is more
 _MOST_FRICTION = 2.0  # more than rubber; what cables have, 0.03 to 0.5, is 3 to 50 in percent
 LARGEST: Final = 1e30  # in size: products of parameters beyond may not be finite
 
@@ -138,8 +139,11 @@ def check_in_range(
         raise InvalidValueError(f"{given} {parameter.extreme()}")
 
 
-def doubt_of_friction(name: str, value: float) -> str:
-    """Doubt of a coefficient that no sheath has, as one in percent; empty where it may be right."""
+def doubt_of_unit(name: str, value: float) -> str:
+    """Doubt of a friction in percent, or a bend in degrees; empty where it may be right."""
+    if name == "extra_bend" and value > _MOST_BEND:
+        turns = value / (2.0 * math.pi)
+        return f"{name} = {value:.4g} rad are {turns:.0f} turns: a bend in degrees is to be in rad"
     if name not in ("friction", "static_friction") or value <= _MOST_FRICTION:
         return ""
     share = math.exp(-math.pi * value)

@@ -228,5 +228,10 @@ def test_a_friction_in_percent_is_warned_of(friction, more):
         add_friction(finger(), "flexor", friction=friction, **more)
 
 
-def test_the_friction_of_rubber_is_not_warned_of():
-    add_friction(finger(), "flexor", friction=2.0)  # warnings are errors
+def test_a_bend_in_degrees_is_warned_of():
+    with pytest.warns(TendonWarning, match="extra_bend = 90 rad are 14 turns"):
+        add_friction(finger(), "flexor", friction=0.1, extra_bend=90.0)
+
+
+def test_the_friction_of_rubber_and_three_turns_are_not_warned_of():
+    add_friction(finger(), "flexor", friction=2.0, extra_bend=19.0)  # warnings are errors

@@ -39,7 +39,7 @@ from tendon_mj.lab.replay import (
     replay_recording,
     stated_values,
 )
-from tendon_mj.sheath import doubt_of_friction
+from tendon_mj.sheath import doubt_of_unit
 from tendon_mj.typing import FloatArray
 
 _WRONG_TIMES = ("times_in_ms", "times_too_short")  # with which no simulation is of use
@@ -159,9 +159,9 @@ def check_recording(
 
 
 def _friction_warnings(recording: Recording, adjustable: Adjustable) -> Iterator[DataWarning]:
-    """Warn of friction coefficients that no sheath has, of the description or of the model."""
+    """Warn of a friction or a bend that no sheath has, of the description or of the model."""
     for name, value in adjustable.live.items():
-        if said := doubt_of_friction(name.rpartition(".")[2], value):
+        if said := doubt_of_unit(name.rpartition(".")[2], value):
             value_said, _, way_out = said.partition(": ")
             yield DataWarning("friction", f"{recording.name}, {name}", value_said, way_out)
 

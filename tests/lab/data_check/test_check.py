@@ -89,6 +89,11 @@ def test_a_friction_that_no_sheath_has_is_named(
     assert not warned or f"friction = {friction:g}" in sentences["friction"]
 
 
+def test_a_bend_in_degrees_is_named(pull: Recording) -> None:
+    drawn = {"sheath.drawn_bend": 180.0}
+    assert "a bend in degrees" in said(replace(pull, known=drawn))["friction"]
+
+
 @pytest.mark.parametrize(("times", "warned"), [(1.0, False), (1.6, False), (2.0, True)])
 def test_a_diameter_in_the_place_of_a_radius_is_named(times: float, warned: bool) -> None:
     """Of a drum that winds in a cable and turns a lever on a soft spring."""
