@@ -47,6 +47,7 @@ from tendon_mj.lab.diagnosis.statistics import (
     SelectedEffect,
     beyond_range,
     intervals,
+    over_intervals,
 )
 from tendon_mj.lab.diagnosis.verdict import (
     LARGEST_EXCESS,
@@ -225,7 +226,9 @@ class Proof:
             _finding(effect, known, base, final_values) for effect in selection.effects
         )
         model = {**final_values, **after.sessions}
-        calibrated, fitted = fitted_values(context.problem, base, final, data.refits(final))
+        over = over_intervals(context.problem, base, final)
+        calibrated, fitted = fitted_values(context.problem, base, over, data.refits(final))
+        selection = replace(selection, final=replace(selection.final, fit=over))
         lumped = self._too_few_guides(model, evidence.held_out.after, data.mask)
         limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
         if verdict in ("partly", "unknown"):

@@ -273,6 +273,15 @@ class SelectionContext:
         least = max(self.smallest_gain, least_share(self.problem) * before.excess)
         return got.mean > max(least, STANDARD_ERRORS * got.standard_error)
 
+    def leaves_much(self, model: FittedCandidate) -> bool:
+        """Whether a model leaves more than the detection limit, cross-validated and as it fits.
+
+        Numbers that the data do not determine leave much where a block is left out, and alone.
+        """
+        left = model.fit.residual[self.problem.in_train]
+        fitted = float(left @ left) / max(left.size - int(model.fit.free.sum()), 1) - 1.0
+        return min(model.excess, fitted) > self.detection_limit
+
     @cached_property
     def detection_limit(self) -> float:
         """Excess χ² below which nothing is named."""
@@ -347,7 +356,7 @@ def select_forward(
     model, of the labels in ``seen``, to which the models extended here are added.
     """
     rivals, first, rounds = dict(rivals), None, list[list[FittedCandidate]]()
-    while len(model.fit.effects) < _MOST_EFFECTS and model.excess > context.detection_limit:
+    while len(model.fit.effects) < _MOST_EFFECTS and context.leaves_much(model):
         labels = frozenset(effect.label for effect in model.fit.effects)
         if labels in seen:
             break

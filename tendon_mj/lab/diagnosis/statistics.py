@@ -30,8 +30,8 @@ where recording b is left out of the fit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -39,8 +39,9 @@ from numpy.typing import NDArray
 
 from tendon_mj.lab.diagnosis.data import Problem, step_error
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
-from tendon_mj.lab.diagnosis.fitting import Fit
+from tendon_mj.lab.diagnosis.fitting import Fit, differences, natural_in_range, written
 from tendon_mj.lab.diagnosis.verdict import STANDARD_ERRORS
+from tendon_mj.lab.replay import suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
 
 _LEVEL = 0.95
@@ -49,6 +50,7 @@ _LOADING = 0.1  # component of its eigenvector
 _FAR = 4.0  # left-out χ² over that in the fit, beyond which the others are fitted again
 _MATTERS = 0.1  # of the χ² of all parts, that it must be worth
 _MOST_REFITTED = 3  # parts
+_WIDENED, _WIDEST = 2, 10.0  # times that a width follows the one before; probes
 _CORRELATION = 0.2  # ρ, of unmodelled structure with a column of J
 
 
@@ -246,6 +248,30 @@ def intervals(
         ends = [term.natural(fit.scaled[k] + sign * half) for sign in (-1.0, 1.0)]
         ranges[k] = np.clip(sorted(ends), *sorted(ranges[k]))
     return ranges
+
+
+@suppress_unsolved_warnings()
+def over_intervals(problem: Problem, base: Mapping[str, float], fit: Fit) -> Fit:
+    """The fit with differences over its intervals in its Jacobian.
+
+    Where friction sticks or a play closes, the response to a small step is rough: steep, and of no
+    use over a distance, so that intervals by it are too narrow. The widths follow each other.
+    """
+    simulated = fit.residual - fit.correction
+    side = np.where(fit.scaled > fit.bounds.mean(axis=0), -1.0, 1.0)
+    room = np.minimum(np.abs(fit.bounds - fit.scaled).max(axis=0), _WIDEST)
+
+    def parameters(scaled: FloatArray) -> dict[str, float]:
+        return written(fit.terms, natural_in_range(fit.terms, scaled), base)
+
+    for _ in range(_WIDENED):
+        step = np.zeros(len(fit.terms))
+        step[fit.free] = half_widths(problem, fit, fit.free)
+        step = side * np.minimum(step, room)
+        over = differences(problem, fit.terms, parameters, fit.scaled, step, simulated)
+        known = (step != 0.0) & np.isfinite(over).all(axis=0)
+        fit = replace(fit, jacobian=np.where(known, over, fit.jacobian))
+    return fit
 
 
 def correlation_matrix(problem: Problem, fit: Fit, chosen: NDArray[np.bool_]) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +26,7 @@ from tendon_mj.lab.diagnosis.statistics import (
     beyond_range,
     cross_validate,
     gain,
+    over_intervals,
     rate_effect,
     simplest,
 )
@@ -36,7 +38,7 @@ from tendon_mj.lab.diagnosis.verdict import (
     reducible_excess,
     unexplained_excess,
 )
-from tendon_mj.lab.recordings import Measured
+from tendon_mj.lab.recordings import Measured, Recording
 from tests.lab.diagnosis.linear_rig import BLOCKS, LinearRig, Shape, context, effect, named
 from tests.lab.diagnosis.toy import Toy, problem_of, recording
 
@@ -183,6 +185,30 @@ def test_values_that_compensate_each_other_have_no_interval() -> None:
 
 SAMPLES = 200 * BLOCKS  # of the linear rig
 QUANTILE = float(stats.t.ppf(0.975, 2 * BLOCKS - 1))
+
+
+class Rough(Toy):
+    """A toy whose readings jump by a fiftieth of their noise at the smallest change of a force."""
+
+    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, np.ndarray]:
+        force = changed.get(TERM.targets[0], 0.0)
+        jumps = 1e-3 * np.random.default_rng(7).normal(size=recording.time.size)
+        smooth = super()._one(changed, recording)
+        return {c: s + jumps * np.sin(force / 1e-4) for c, s in smooth.items()}
+
+
+def test_where_a_response_is_rough_intervals_are_those_of_the_smooth_one() -> None:
+    def width(rig: type[Toy], *, over: bool) -> float:
+        made = (recording("a", 1, {}), recording("b", 2, {}))
+        given = problem_of(rig, made)
+        fitted = fit(given, {}, (replace(TERM, probe=1e-3),), (), np.zeros(1))
+        used = over_intervals(given, {}, fitted) if over else fitted
+        return float(np.ptp(intervals(given, used)[0]))
+
+    smooth = width(Toy, over=False)
+    assert width(Toy, over=True) == pytest.approx(smooth, rel=1e-3)
+    assert width(Rough, over=False) < 0.5 * smooth
+    assert width(Rough, over=True) == pytest.approx(smooth, rel=0.4)
 
 
 def interval(unmodelled: float, correction: float = 0.0) -> tuple[float, float]:
@@ -390,3 +416,13 @@ def test_what_may_remain_is_a_part_of_the_error_above_the_noise(rms):
 
 def test_of_an_error_below_the_noise_nothing_may_remain():
     assert unexplained_excess(-0.5) == 0.0
+
+
+def test_no_effect_is_sought_beside_numbers_that_are_not_determined() -> None:
+    """Those leave much in the cross-validation alone; an unmodelled error does so in the fit."""
+    for unmodelled, sought in ((0.0, False), (5.0, True)):
+        given = context({"w": {"w": 1.0}}, {"w": 3.0, "a": unmodelled}, [])
+        fitted = given.fit_model([effect("w")], [3.0])
+        validation = fitted.validation
+        left_out = CrossValidation(validation.chi2 + validation.samples, validation.samples)
+        assert given.leaves_much(replace(fitted, validation=left_out)) == sought
