@@ -264,13 +264,16 @@ def over_intervals(problem: Problem, base: Mapping[str, float], fit: Fit) -> Fit
     def parameters(scaled: FloatArray) -> dict[str, float]:
         return written(fit.terms, natural_in_range(fit.terms, scaled), base)
 
-    for _ in range(_WIDENED):
-        step = np.zeros(len(fit.terms))
-        step[fit.free] = half_widths(problem, fit, fit.free)
-        step = side * np.minimum(step, room)
+    for _ in range(_WIDENED if fit.free.any() else 0):
+        step, halves = np.zeros(len(fit.terms)), half_widths(problem, fit, fit.free)
+        step[fit.free] = side[fit.free] * np.minimum(halves, room[fit.free])
         over = differences(problem, fit.terms, parameters, fit.scaled, step, simulated)
-        known = (step != 0.0) & np.isfinite(over).all(axis=0)
-        fit = replace(fit, jacobian=np.where(known, over, fit.jacobian))
+        if not np.isfinite(over).all():
+            break
+        wider = replace(fit, jacobian=np.where(fit.free, over, fit.jacobian))
+        if not half_widths(problem, wider, fit.free).sum() > halves.sum():
+            break  # values that compensate each other nearby do so less far off
+        fit = wider
     return fit
 
 
