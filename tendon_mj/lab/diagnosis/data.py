@@ -98,6 +98,8 @@ class Problem:
     by_guides: FloatArray | float = 0.0
     # column → error of sheaths that are lumped into guides, over its range; likewise
     lumping: Mapping[str, float] = field(default_factory=dict)
+    # (m,) change of the residual without that error; None where it was not measured
+    lumped: FloatArray | None = None
 
     @cached_property
     def noise(self) -> tuple[dict[str, float], ...]:
@@ -376,11 +378,11 @@ def with_more_guides(problem: Problem, parameters: Mapping[str, float]) -> Probl
     for pieces in _PIECES:
         split = replace(problem, simulate=problem.simulate.split(pieces))
         after = split.residuals([parameters])[0]
-        error = np.abs(after - left) * _FALLS / (1.0 - _FALLS)
+        error = (after - left) * _FALLS / (1.0 - _FALLS)
         if not np.isfinite(error).all() or not error.any():
             break
         shares = _shares(problem, error)
-        corrected = replace(problem, by_guides=after - own, lumping=shares)
+        corrected = replace(problem, by_guides=after - own, lumping=shares, lumped=error)
         if float(np.mean(error[problem.in_train] ** 2)) <= _LITTLE:
             break
         left = after

@@ -21,11 +21,12 @@ varies between whole blocks of time (a clustered sandwich estimate):
 
 Unmodelled structure biases the values: an error of mean square g with correlation ρ to a column of
 J shifts the value by ρ √(g m (A⁻¹)_kk). The fit has removed the correlated part from the residual,
-so ρ = 0.2 is assumed of the rest; the error of the simulation's step is added to g. A direction in
-which several values compensate each other has no interval. Where recordings are of different states
-of the rig, blocks of one recording repeat each other too. The interval is then no narrower than
-that of the jackknife over recordings, of variance (R−1)/R Σ_b Δ_b², with Δ_b the shift of the value
-where recording b is left out of the fit.
+so ρ = 0.2 is assumed of the rest; the error of the simulation's step is added to g. Where the error
+e of sheaths lumped into guides was measured, by twice as many guides, the shift |A⁻¹ Jᵀ e| that it
+causes is added to half of the interval. A direction in which several values compensate each other
+has no interval. Where recordings are of different states of the rig, blocks of one recording repeat
+each other too. The interval is then no narrower than that of the jackknife over recordings, of
+variance (R−1)/R Σ_b Δ_b², with Δ_b the shift of the value where recording b is left out of the fit.
 """
 
 from __future__ import annotations
@@ -340,6 +341,8 @@ def half_widths(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArr
     deviation = np.sqrt(np.maximum(np.diag(inverse @ clusters @ inverse), alone) + bias)
     quantile = scipy.stats.t.ppf(0.5 + _LEVEL / 2.0, max(names.size - int(free.sum()), 1))
     widths: FloatArray = np.where(undetermined, np.inf, float(quantile) * deviation)
+    if problem.lumped is not None:
+        widths += np.abs(inverse @ (jacobian.T @ problem.lumped[used]))
     return widths
 
 

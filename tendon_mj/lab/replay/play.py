@@ -32,8 +32,8 @@ from tendon_mj.plugin import sheath_arrays, sheaths
 
 PLAY: Final = f"_play.{RANGE_WIDTH}"  # after the name of the joint
 # The pulley between cables whose guides hold is an oscillator, to which friction may be no damper:
-# in the search's steps, twice as long as the model's, it turns by √2 rad of the 2 that are stable.
-_STEPS, _INERTIA = 2.0, 0.1  # inertia over stiffness × step², and at most of the joint's
+# in the model's steps, and none are longer, it turns by √2 rad of the 2 that are stable.
+_STEPS, _INERTIA = 0.5, 0.1  # inertia over stiffness × step², and at most of the joint's
 _WIDTH = 1e-3  # in the text until it is set: MuJoCo refuses 0
 _LOADED = 1e-6  # torque or force in the reference pose, of which less is rounding [N m or N]
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value

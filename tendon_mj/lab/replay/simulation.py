@@ -675,10 +675,22 @@ class Simulator:
 
     def adjusted(self, values: Values) -> Adjustable:
         """The model with these values, which has plays if one of them is not 0; a copy."""
-        given = any(values.get(name) for name in self._plays)
+        given = self._has_play(values)
         adjustable = Adjustable(copy.copy(self._with_plays if given else self.model))
         adjustable.set({n: v for n, v in values.items() if given or n not in self._plays})
         return adjustable
+
+    def _schedule(self, job: _Job) -> Schedule:
+        """Schedule of a simulation, of which a pulley takes no longer steps than the model's."""
+        schedule, own = self._schedules[job.recording], self.model.opt.timestep
+        if schedule.clock.timestep <= own or not self._has_play(job.acting):
+            return schedule
+        shorter = Schedule(schedule.recording, self.model, self._settle, own)
+        return shorter.up_to(schedule.samples)
+
+    def _has_play(self, values: Values) -> bool:
+        """Whether one of the plays that the model lacks is not 0."""
+        return any(values.get(name) for name in self._plays)
 
     def _jobs(self, parameter_sets: Sequence[Values]) -> list[_Job]:
         """Distinct simulations that answer all sets, the longest first."""
@@ -713,8 +725,8 @@ class Simulator:
 
     def _run(self, job: _Job) -> tuple[list[Series], set[str]]:
         """Series of every readout, and the sheaths with unsolved flows."""
-        schedule = self._schedules[job.recording]
         adjustable = self.adjusted(job.acting)
+        schedule = self._schedule(job)
         schedule.prepare(adjustable)
         model, data = adjustable.model, adjustable.data
         if self._strict:

@@ -173,6 +173,18 @@ def test_a_value_is_determined_by_another_at_its_end_where_the_data_hold_it_ther
     assert width == pytest.approx(alone) if determined else width > 5.0 * alone
 
 
+def test_intervals_reach_the_values_that_sheaths_without_lumping_have() -> None:
+    data = problem()
+    random = np.random.default_rng(7)
+    jacobian = random.normal(size=(data.blocks.size, 2))
+    noise, lumped = random.normal(size=data.blocks.size), jacobian @ [3.0, -1.0]
+    ranges = intervals(replace(data, lumped=lumped), linear(data, jacobian, noise))
+    for sign in (-1.0, 1.0):
+        values = linear(data, jacobian, noise + sign * lumped).values
+        assert all(ranges[:, 0] < values)
+        assert all(values < ranges[:, 1])
+
+
 def test_values_that_compensate_each_other_have_no_interval() -> None:
     data = problem()
     random = np.random.default_rng(6)

@@ -77,6 +77,24 @@ def test_without_a_width_nothing_changes_and_a_narrow_play_changes_little(tmp_pa
         assert abs(narrow[column] - plain[column]).max() < measured.noise
 
 
+def test_a_pulley_takes_no_longer_steps_than_the_model_s(tmp_path):
+    """In longer ones it would ring between guides that hold."""
+    own = Simulator([motion(arm(tmp_path))], threads=1)
+    play = [{"arm_play.range_width": WIDTH}]
+    ((searched,),), ((simulated,),) = own.in_steps(2.0)(play), own(play)
+    for column, series in simulated.items():
+        assert np.array_equal(searched[column], series)
+
+
+def test_the_inertia_of_a_pulley_is_not_felt(tmp_path):
+    """It goes with the square of the step, and a quarter of the step changes little."""
+    path = arm(tmp_path)
+    ((coarse,),) = Simulator([motion(path)], threads=1)([{"arm_play.range_width": WIDTH}])
+    path.write_text(path.read_text().replace('timestep="0.001"', 'timestep="0.00025"'))
+    ((fine,),) = Simulator([motion(path)], threads=1)([{"arm_play.range_width": WIDTH}])
+    assert abs(coarse["one_N"] - fine["one_N"]).max() < 0.06
+
+
 def test_a_written_model_has_the_play_that_was_simulated(tmp_path):
     made, values = motion(arm(tmp_path)), {"arm_play.range_width": WIDTH, "arm.damping": 0.2}
     ((simulated,),) = Simulator([made])([values])
