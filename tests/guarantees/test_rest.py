@@ -98,16 +98,17 @@ def test_a_load_within_the_band_rests_in_any_pose_beside_any_tendons(
     data.qfrc_applied[:] = load_within(rng, model, data, views, friction, pulls)
     for _ in range(SETTLES):
         mujoco.mj_step(model, data)
-    swings = 2000  # steps for which what no tendon holds may swing on its spring
-    while swings > 0 and step * np.abs(data.qvel).max() > 1e-11:
-        mujoco.mj_step(model, data)
-        swings -= 1
-    assume(swings > 0)
-    outputs, work, speed = [], sum(view.friction_work.sum() for view in views), 0.0
-    for _ in range(200):
-        mujoco.mj_step(model, data)
-        outputs.append([float(view.output_tension) for view in views])
-        speed = max(speed, np.abs(data.qvel).max())
+    # what no tendon holds swings on its spring for a while
+    assume(step * np.abs(data.qvel).max() < 1e-9)
+    work = sum(view.friction_work.sum() for view in views)
+    for _ in range(10):
+        outputs, speed = [], 0.0
+        for _ in range(200):
+            mujoco.mj_step(model, data)
+            outputs.append([float(view.output_tension) for view in views])
+            speed = max(speed, np.abs(data.qvel).max())
+        if step * speed < 1e-11:
+            break
     assert sum(view.friction_work.sum() for view in views) - work < 1e-12 * (1.0 + work)
     # tendons tip a joint over that none of them holds, which no friction can stop
     assume(step * speed < 1e-9)
