@@ -179,15 +179,18 @@ BARE = 'objtype="tendon" objname="bare"'
 
 
 REFUSED = [
-    (plugin_sensor("", sensor="input_tension"), ["'shown'", "input_tension", "objtype"]),
+    (plugin_sensor("", sensor="input_tension"), ["'shown'", "objtype"]),
     (
         plugin_sensor('objtype="site" objname="a"', sensor="input_tension"),
-        ["'shown'", "input_tension"],
+        ["'shown'", "objtype"],
     ),
     (plugin_sensor(BARE, sensor="input_tension"), ["'shown'", "'bare'"]),
     (plugin_sensor(BARE, sensor="input_tension", tendon="flexor"), ["'shown'", "'flexor'"]),
-    (plugin_sensor(FLEXOR, sensor="slip"), ["slip", "tendon is missing"]),
-    (shown("sheath", BARE), ["sensor ''", "'flexor'"]),  # of both ends, which are the sheath's own
+    (plugin_sensor(FLEXOR, sensor="slip"), ["slip", "guides is missing"]),
+    (
+        shown("sheath", BARE),
+        ["sensor 'ends'", "'flexor'", "'bare'"],
+    ),  # of both ends, which are the sheath's own
 ]
 
 
