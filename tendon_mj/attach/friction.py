@@ -320,9 +320,7 @@ def _is_on(holder: Any, tendons: Collection[str], configs: Mapping[str, Mapping[
 
 
 def _check_needed(
-    spec: mujoco.MjSpec,
-    configs: Sequence[Mapping[str, str]],
-    actuators: Sequence[mujoco.MjsActuator],
+    spec: mujoco.MjSpec, configs: list[dict[str, str]], actuators: Sequence[mujoco.MjsActuator]
 ) -> None:
     """Refuse to take away an element that a servo or a sensor of the model's own refers to."""
     winding = {c["reel_joint"]: c["tendon"] for c in configs if "reel_joint" in c}

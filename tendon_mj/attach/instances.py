@@ -82,7 +82,7 @@ def instances(
         if plugin.plugin_name == plugin_name:
             config = dict(plugin.config)
             written = config.get("tendon", "")
-            if plugin.name in tendons and plugin.name and written:
+            if plugin.name and plugin.name in tendons and (written or "sensor" not in config):
                 config["tendon"] = now = tendons[plugin.name]
                 places = [k for k in range(len(now)) if now.startswith(written, k)]
                 for key in config.keys() & {"reel_joint", "output_joint"}:
@@ -129,9 +129,7 @@ class Sensors:
             if is_shared(config := plugin.config)
         }
 
-    def add(
-        self, sheath: Mapping[str, str], kind: str, name: str, instance: str
-    ) -> mujoco.MjsSensor:
+    def add(self, sheath: dict[str, str], kind: str, name: str, instance: str) -> mujoco.MjsSensor:
         """Add a sensor of a sheath with this configuration.
 
         ``name`` and ``instance`` are free names of it and of its own instance.

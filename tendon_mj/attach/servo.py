@@ -66,11 +66,8 @@ def add_servo(
             gain = checked_number(f"{where}: {key}", value, f" [{GAINS[key].unit}]")
             check_gain(key, gain, where)
             config[key] = gain
-    words = {
-        "tendon": sheath.config["tendon"],
-        "feedback": feedback,
-        "backdrive": "true" if backdrive else "false",
-    }
+    words = {"tendon": sheath.config.get("tendon", ""), "feedback": feedback}
+    words["backdrive"] = "true" if backdrive else "false"
     spec.activate_plugin(SERVO)
     instance = add_instance(spec, name, config | words, SERVO)
     actuator = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=joint)

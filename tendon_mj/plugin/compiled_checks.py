@@ -162,8 +162,8 @@ _no_count = _says("{name} = '{value}' must be a count up to 999999")
 _no_arc = _says("{name} = {value} must be 1 or more")
 _not_of_a_sensor = _says("{name} = {value}: a sensor takes no {name}; the sheath has it")
 _unsized = _says(
-    "{name} is missing, and no sheath has the attribute tendon = '{a}' to say how many numbers a"
-    " sensor of {b} shows"
+    "unknown sheathed tendon '{a}', and {name} is missing, on which the size of a sensor of {b}"
+    " depends"
 )
 _second = _says("tendon '{value}' already runs in sheath '{a}'; a tendon has one sheath")
 _slips = _says("{name} = {value} must be ≥ friction = {a}")
@@ -259,7 +259,7 @@ _no_arc_guides = _says(
 _does_not_fit = _says("{name} = {value} is too few for the path of the tendon")
 _too_many = _says("{name} = {value} [s] is more than {a} samples to remember")
 _shared_servo = _says("{a} actuators share it; a servo drives one motor")
-_other_joint = _says("joint '{b}' is the reel_joint of no sheath on tendon '{a}'")
+_other_joint = _says("unknown sheathed tendon '{a}' with the reel_joint '{b}'")
 _no_joint = _says("actuator '{a}' drives no joint, but a servo drives a sheath's reel_joint")
 _geared = _says(
     "actuator '{a}' has gear = {b}; it must be 1, a gear belongs into motor_inertia and the gains"

@@ -58,10 +58,15 @@ def sheaths(model: mujoco.MjModel) -> dict[str, Instance]:
     named = {}
     for k in range(model.nplugin):
         if _is_of(model, k, NAME) and not _config(model, k, "sensor"):
-            tendon = model.tendon(int(attachment(model._address, k).tendon)).name
+            tendon = _tendon_name(model, attachment(model._address, k).tendon)
             name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k) or tendon
             named[name] = Instance(tendon, int(model.plugin_stateadr[k]), k)
     return named
+
+
+def _tendon_name(model: mujoco.MjModel, tendon: float) -> str:
+    """Name of a tendon; empty without one, as in a binary model that another release wrote."""
+    return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TENDON, int(tendon)) or ""
 
 
 def sensor_kind(model: mujoco.MjModel, sensor: int) -> str:
@@ -93,7 +98,7 @@ def _is_of(model: mujoco.MjModel, instance: int, plugin: str) -> bool:
 def unused_parameters(model: mujoco.MjModel, instance: int) -> dict[str, str]:
     """Parameters that a sheath has no use for, whatever their values, and why each has none."""
     bound = attachment(model._address, instance)
-    name = repr(model.tendon(int(bound.tendon)).name)
+    name = repr(_tendon_name(model, bound.tendon))
     unused = {
         f"{end}_radius": f"has no meaning without {end}_joint"
         for end, joint in (("reel", bound.reel_joint), ("output", bound.output_joint))

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tendon_mj import Parameters, add_friction, add_sensor, add_servo, view_sheath
+from tendon_mj import Parameters, add_friction, add_sensor, add_servo, remove_friction, view_sheath
 from tendon_mj.attach.instances import instances
 from tendon_mj.plugin import sheaths
 from tendon_mj.plugin.sheath_plugin.state import view
@@ -142,6 +142,14 @@ def test_an_instance_without_a_name_has_its_sensor_s_tendon():
     for onto in (parent(), mujoco.MjSpec()):
         model = attached(mujoco.MjSpec.from_string(child), "l_", onto=onto).compile()
         assert list(sheaths(model)) == ["l_flexor"]
+
+
+def test_the_object_alone_says_which_tendon_it_is_but_not_which_joint():
+    spec = attached(written(tendon=None), "l_")
+    assert pulled(spec.compile()) == {"l_knuckle"}
+    assert not remove_friction(spec, "l_flexor").compile().nplugin
+    with refusing(ValueError, "reel_joint and tendon go together"):
+        written(tendon=None, **SPOOL).compile()
 
 
 def test_a_tendon_that_is_not_the_one_written_is_refused():
