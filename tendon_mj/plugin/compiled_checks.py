@@ -58,7 +58,6 @@ _OBJ = mujoco.mjtObj
 _JOINT, _SITE = _OBJ.mjOBJ_JOINT.value, _OBJ.mjOBJ_SITE.value
 _ACTUATOR, _SENSOR = _OBJ.mjOBJ_ACTUATOR.value, _OBJ.mjOBJ_SENSOR.value
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value  # before it come joints of several degrees of freedom
-_ON_JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
 _MOST_STATE = 2**24  # numbers of all sheaths: 128 MiB in each mjData, a third of a million guides
 _RUNGE_KUTTA = 2.785293563405282  # where |1 + z + z²/2 + z³/6 + z⁴/24| = 1 on the negative axis
 
