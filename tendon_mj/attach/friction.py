@@ -238,7 +238,7 @@ def add_sheaths(
         for kind in kinds:
             short, prefix = (kind,) if alone else (), tendon if name is None else name
             sensor = take(sensors, *short, f"{prefix}_{kind}")
-            shown.add(tendon, kind, sensor, take(taken, f"{own}.{kind}"))
+            shown.add(config, kind, sensor, take(taken, f"{own}.{kind}"))
 
 
 def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.MjSpec:
@@ -266,8 +266,8 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
         [holder for holder in holders if _is_on(holder, removed, configs)]
         for holders in (spec.actuators, spec.sensors)
     )
-    _check_needed(spec, removed, actuators)
     on_removed = [c for c in configs.values() if c.get("tendon") in removed]
+    _check_needed(spec, on_removed, actuators)
     keys = remove_spools(
         spec, {c["tendon"]: c["reel_joint"] for c in on_removed if "reel_joint" in c}
     )
@@ -321,13 +321,15 @@ def _is_on(holder: Any, tendons: Collection[str], configs: Mapping[str, Mapping[
 
 
 def _check_needed(
-    spec: mujoco.MjSpec, tendons: Collection[str], actuators: Sequence[mujoco.MjsActuator]
+    spec: mujoco.MjSpec, configs: list[dict[str, str]], actuators: Sequence[mujoco.MjsActuator]
 ) -> None:
     """Refuse to take away an element that a servo or a sensor of the model's own refers to."""
-    for _, config in instances.instances(spec, SERVO):
-        if config.get("tendon") in tendons:
+    winding = {c["reel_joint"]: c["tendon"] for c in configs if "reel_joint" in c}
+    servos = {plugin.name for plugin in spec.plugins if plugin.plugin_name == SERVO}
+    for actuator in spec.actuators:
+        if actuator.plugin.name in servos and actuator.target in winding:
             raise InvalidValueError(
-                f"a servo needs the sheath on tendon {config['tendon']!r}: delete its "
+                f"a servo needs the sheath on tendon {winding[actuator.target]!r}: delete its "
                 "actuator and its plugin instance first"
             )
     reels = {actuator.name for actuator in actuators}

@@ -21,8 +21,9 @@ from tendon_mj.plugin import (
     TENSION_SCALE,
     check_limits,
     is_one_number,
-    prefix_and_suffix,
 )
+
+_TENDON, _ON_TENDON = mujoco.mjtObj.mjOBJ_TENDON, mujoco.mjtTrn.mjTRN_TENDON
 
 
 def free_name(taken: Container[str], *candidates: str) -> str:
@@ -48,16 +49,12 @@ def taken_names(spec: mujoco.MjSpec) -> tuple[set[str], set[str]]:
 def add_instance(
     spec: mujoco.MjSpec, name: str, config: Mapping[str, str | float | None], plugin_name: str
 ) -> Any:
-    """Add a plugin instance, without the attributes that are None.
-
-    It keeps its name in the configuration, so that it finds the elements that it names after
-    `attach`.
-    """
+    """Add a plugin instance, without the attributes that are None."""
     check_instance_name(name, {plugin.name for plugin in spec.plugins})
     plugin = spec.add_plugin(name=name, plugin_name=plugin_name, active=True)
     plugin.config = {
         k: v if isinstance(v, str) else repr(float(v)) for k, v in config.items() if v is not None
-    } | {"instance": name}
+    }
     return plugin
 
 
@@ -74,19 +71,23 @@ def instances(
 ) -> list[tuple[mujoco.MjsPlugin, dict[str, str]]]:
     """Plugin instances, each with its configuration.
 
-    Names have the affixes that `attach` gave to them; of an instance without a name they are as
-    written.
+    A tendon is called in it as the object of the instance's sensor or the target of its reel, and
+    joints as that tendon after `attach`; of an instance without a name they are as written.
     """
-    tendons = {tendon.name for tendon in spec.tendons}
+    on_tendons = [(a.plugin.name, a.target) for a in spec.actuators if a.trntype == _ON_TENDON]
+    on_tendons += [(s.plugin.name, s.objname) for s in spec.sensors if s.objtype == _TENDON]
+    joints, tendons = {joint.name for joint in spec.joints}, dict(on_tendons)
     configs = []
     for plugin in spec.plugins:
         if plugin.plugin_name == plugin_name:
             config = dict(plugin.config)
-            if plugin.name:
-                named = config.get("instance", ""), config.get("tendon", "")
-                affixes, *_ = prefix_and_suffix(plugin.name, *named, tendons)
-                for key in config.keys() & {"tendon", "reel_joint", "output_joint"}:
-                    config[key] = affixes.around(config[key])
+            written = config.get("tendon", "")
+            if plugin.name and plugin.name in tendons and (written or "sensor" not in config):
+                config["tendon"] = now = tendons[plugin.name]
+                places = [k for k in range(len(now)) if now.startswith(written, k)]
+                for key in config.keys() & {"reel_joint", "output_joint"}:
+                    names = (now[:k] + config[key] + now[k + len(written) :] for k in places)
+                    config[key] = next((name for name in names if name in joints), config[key])
             configs.append((plugin, config))
     return configs
 
@@ -128,11 +129,15 @@ class Sensors:
             if is_shared(config := plugin.config)
         }
 
-    def add(self, tendon: str, kind: str, name: str, instance: str) -> mujoco.MjsSensor:
-        """Add a sensor; ``name`` and ``instance`` are free names of it and of its own instance."""
+    def add(self, sheath: dict[str, str], kind: str, name: str, instance: str) -> mujoco.MjsSensor:
+        """Add a sensor of a sheath with this configuration.
+
+        ``name`` and ``instance`` are free names of it and of its own instance.
+        """
+        tendon = sheath["tendon"]
         sensor = add_plugin_sensor(self._spec, name, tendon)
         if not is_one_number(kind):
-            config = {"tendon": tendon, "sensor": kind}
+            config = {"tendon": tendon, "sensor": kind, "guides": sheath.get("guides")}
             sensor.plugin = add_instance(self._spec, instance, config, NAME)
             return sensor
         if kind not in self._shared:
@@ -173,7 +178,7 @@ def add_sensor(
         UnknownNameError: no such sheath or kind.
         InvalidValueError: another sensor already has this name.
     """
-    sheaths = {plugin.name: tendon for tendon, plugin in sheaths_by_tendon(spec).items()}
+    sheaths = {plugin.name: config for plugin, config in instances(spec) if "sensor" not in config}
     if sheath not in sheaths:
         raise UnknownNameError("sheath", sheath, sheaths)
     check_kinds([kind])

@@ -159,8 +159,8 @@ class Parameters(MutableMapping[str, Any]):
             for k, parameter in enumerate(plugin.PARAMETERS)
             if f"{name}.{parameter}" not in self._unused
         } | {
-            f"{name}.{gain}": instance.state + k
-            for name, instance in plugin.servos(model).items()
+            f"{name}.{gain}": state + k
+            for name, state in plugin.servos(model).items()
             for k, gain in enumerate(plugin.GAINS)
             if gain not in _FIXED_GAINS
         }

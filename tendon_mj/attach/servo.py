@@ -46,10 +46,11 @@ def add_servo(
             sheath without a reel joint. Bounds that depend on the whole model, such as the damping
             that a `period` allows, are checked when it is compiled.
     """
-    sheaths = {c.get("tendon", ""): c for _, c in instances(spec) if "sensor" not in c}
+    sheaths = {c.get("tendon", ""): (p, c) for p, c in instances(spec) if "sensor" not in c}
     if not isinstance(tendon, str) or tendon not in sheaths:
         raise UnknownNameError("sheathed tendon", str(tendon), sheaths, f"servo {name!r}")
-    where, joint = f"servo {name!r}", sheaths[tendon].get("reel_joint")
+    where, (sheath, wound) = f"servo {name!r}", sheaths[tendon]
+    joint = wound.get("reel_joint")
     if not joint:
         raise InvalidValueError(
             f"{where}: the sheath on tendon {tendon!r} has no reel_joint for it to turn"
@@ -65,7 +66,8 @@ def add_servo(
             gain = checked_number(f"{where}: {key}", value, f" [{GAINS[key].unit}]")
             check_gain(key, gain, where)
             config[key] = gain
-    words = {"tendon": tendon, "feedback": feedback, "backdrive": "true" if backdrive else "false"}
+    words = {"tendon": sheath.config.get("tendon", ""), "feedback": feedback}
+    words["backdrive"] = "true" if backdrive else "false"
     spec.activate_plugin(SERVO)
     instance = add_instance(spec, name, config | words, SERVO)
     actuator = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=joint)

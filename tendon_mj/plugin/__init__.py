@@ -35,4 +35,3 @@ from tendon_mj.plugin.sheath_plugin import TENSION_SCALE as TENSION_SCALE
 from tendon_mj.plugin.sheath_plugin import THICKER as THICKER
 from tendon_mj.plugin.sheath_plugin import check_limits as check_limits
 from tendon_mj.plugin.sheath_plugin import is_one_number as is_one_number
-from tendon_mj.plugin.sheath_plugin import prefix_and_suffix as prefix_and_suffix

@@ -11,13 +11,13 @@ into the message of a compiled check, which raises it after Python has returned.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 import mujoco
 
 from tendon_mj.errors import InvalidValueError, TendonError, suggestion
-from tendon_mj.plugin.abi import C, Draft
+from tendon_mj.plugin.abi import Draft
 from tendon_mj.plugin.compiled_checks import LISTS, MORE
 from tendon_mj.plugin.servo_plugin import FEEDBACKS, SWITCH
 from tendon_mj.plugin.sheath_plugin import (
@@ -25,10 +25,8 @@ from tendon_mj.plugin.sheath_plugin import (
     KINDS,
     NAME,
     SPRINGS,
-    check_own_names,
+    attachment,
     check_tension_scale,
-    own_config,
-    sheathed_tendons,
 )
 
 _OBJ, _WRAP, _POLICY = mujoco.mjtObj, mujoco.mjtWrap, mujoco.mjtSleepPolicy
@@ -48,10 +46,18 @@ _LENGTH = 1023  # bytes of a text
 def _names(model: Draft, kind: str) -> Iterable[str]:
     """Names of the kind that a model has, or words that an attribute may have."""
     if kind == "tendon":
-        return model.tendons
+        return filter(None, model.names_of(_OBJ.mjOBJ_TENDON, model.ntendon))
     if kind == "joint":
         return model.names_of(_OBJ.mjOBJ_JOINT, model.njnt)
-    return _WORDS[kind] if kind in _WORDS else sheathed_tendons(model)
+    if kind in _WORDS:
+        return _WORDS[kind]
+    sheaths = [k for k in range(model.nplugin) if _is_sheath(model, k)]
+    on = (int(attachment(model.address, k).tendon) for k in sheaths)
+    return [model.name(_OBJ.mjOBJ_TENDON, tendon) for tendon in on if tendon >= 0]
+
+
+def _is_sheath(model: Draft, instance: int) -> bool:
+    return model.plugin_name(instance) == NAME and not model.config(instance)["sensor"]
 
 
 def _said(address: int, which: int, argument: int) -> str:
@@ -60,16 +66,15 @@ def _said(address: int, which: int, argument: int) -> str:
     Raises:
         InvalidValueError, UnknownNameError: a check fails.
     """
-    model = Draft(address, ("tendon", "sensor", "reel_joint", "output_joint"))
+    model = Draft(address, ("sensor",))
     if which != MORE:
         name = ctypes.string_at(argument).decode(errors="replace")
         return suggestion(LISTS[which], name, _names(model, LISTS[which]))
     instances = model.siblings(argument)
-    if instances[0] == argument:
-        check_own_names(model, instances)
-        if model.plugin_name(argument) == NAME:
-            check_tension_scale(model)
-            for instance in instances:
+    if instances[0] == argument and model.plugin_name(argument) == NAME:
+        check_tension_scale(model)
+        for instance in instances:
+            if _is_sheath(model, instance):
                 _check_sheath(model, instance)
     return ""
 
@@ -96,31 +101,28 @@ write_advice: Any = ctypes.CFUNCTYPE(
 
 def _check_sheath(model: Draft, instance: int) -> None:
     """Refuse a spring that yields, and bodies that may fall asleep."""
-    config = own_config(model, instance)
-    tendon = model.tendons.get(config["tendon"])
-    if config["sensor"] or tendon is None:
+    bound = attachment(model.address, instance)
+    tendon = int(bound.tendon)
+    if tendon < 0:
         return
-    where = model.where(instance)
+    where = f"{model.where(instance)}: tendon {model.name(_OBJ.mjOBJ_TENDON, tendon)!r}"
     limit = model.tendon_springyield[tendon] if hasattr(model, "tendon_springyield") else 0.0
     if limit > 0.0:  # as it may from MuJoCo 4 on
         raise InvalidValueError(
-            f"{where}: tendon {config['tendon']!r} has springyield = {limit:g} N, and a sheath does"
-            " not follow a spring that stays deformed; set it to 0"
+            f"{where} has springyield = {limit:g} N, and a sheath does not follow a spring that"
+            " stays deformed; set it to 0"
         )
     if model.opt.enableflags & _SLEEPS:
-        _check_awake(model, tendon, config, where)
+        _check_awake(model, tendon, (bound.reel_joint, bound.output_joint), where)
 
 
-def _check_awake(model: Draft, tendon: int, config: Mapping[str, str], where: str) -> None:
+def _check_awake(model: Draft, tendon: int, joints: Iterable[float], where: str) -> None:
     """Refuse a tendon that moves a body which may fall asleep, by itself or by a spool.
 
     Raises:
         InvalidValueError: names the tendon, the body and the remedy.
     """
-    bodies = []
-    for name in filter(None, (config["reel_joint"], config["output_joint"])):
-        joint = C.mj_name2id(model.address, _OBJ.mjOBJ_JOINT.value, name.encode())
-        bodies.append(model.jnt_bodyid[joint])
+    bodies = [model.jnt_bodyid[int(joint)] for joint in joints if joint >= 0.0]
     start, count = model.tendon_adr[tendon], model.tendon_num[tendon]
     for k in range(start, start + count):
         kind, element = model.wrap_type[k], model.wrap_objid[k]
@@ -135,6 +137,6 @@ def _check_awake(model: Draft, tendon: int, config: Mapping[str, str], where: st
         if tree >= 0 and model.tree_sleep_policy[tree] not in _NEVER:
             root = model.name(_OBJ.mjOBJ_BODY, model.body_rootid[body])
             raise InvalidValueError(
-                f"{where}: tendon {config['tendon']!r} moves body {root!r}, "
-                'which may fall asleep while the tendon pulls; give that body sleep="never"'
+                f"{where} moves body {root!r}, which may fall asleep while the tendon pulls; "
+                'give that body sleep="never"'
             )

@@ -37,17 +37,27 @@ from tendon_mj.plugin.servo_plugin import state as sv
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import is_fixed
 from tendon_mj.plugin.sheath_plugin.input_force import ON_TENDON, acts_on, has_spring
-from tendon_mj.plugin.sheath_plugin.names import own_name, resolve, resolve_from
+from tendon_mj.plugin.sheath_plugin.names import (
+    SEVERAL,
+    TENDON,
+    is_same,
+    joint_of,
+    motor_of,
+    own_name,
+    place_of,
+    sheath_wound_by,
+    tendon_of,
+    tendon_of_sensor,
+)
 from tendon_mj.plugin.sheath_plugin.path import NOT_GIVEN, PULLEY, capacity, count_guides
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS, Bound, is_wound, size_of
 from tendon_mj.sheath import LARGEST, Parameter
 from tendon_mj.typing import FloatArray
 
 _OBJ = mujoco.mjtObj
-_JOINT, _TENDON, _SITE = _OBJ.mjOBJ_JOINT.value, _OBJ.mjOBJ_TENDON.value, _OBJ.mjOBJ_SITE.value
+_JOINT, _SITE = _OBJ.mjOBJ_JOINT.value, _OBJ.mjOBJ_SITE.value
 _ACTUATOR, _SENSOR = _OBJ.mjOBJ_ACTUATOR.value, _OBJ.mjOBJ_SENSOR.value
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value  # before it come joints of several degrees of freedom
-_ON_JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
 _MOST_STATE = 2**24  # numbers of all sheaths: 128 MiB in each mjData, a third of a million guides
 _RUNGE_KUTTA = 2.785293563405282  # where |1 + z + z²/2 + z³/6 + z⁴/24| = 1 on the negative axis
 
@@ -145,13 +155,15 @@ _none, _interrupted = Text(""), Text(f"tendon_mj: {INTERRUPTED}")
 _unknown_word = _says("unknown {name} '{a}'")
 _unknown_tendon = _says("unknown tendon '{a}'")
 _unknown_joint = _says("{name}: unknown joint '{a}'")
-_unknown_sheath = _says("unknown sheathed tendon '{a}'")
 _unknown_object = _says("sensor '{b}': unknown sheathed tendon '{a}'")
 _no_number = _says("{name} = '{value}' is not a number")
 _no_count = _says("{name} = '{value}' must be a count up to 999999")
 _no_arc = _says("{name} = {value} must be 1 or more")
 _not_of_a_sensor = _says("{name} = {value}: a sensor takes no {name}; the sheath has it")
-_sized_by_tendon = _says("{name} is missing, on whose sheath the size of a sensor of {a} depends")
+_unsized = _says(
+    "unknown sheathed tendon '{a}', and {name} is missing, on which the size of a sensor of {b}"
+    " depends"
+)
 _second = _says("tendon '{value}' already runs in sheath '{a}'; a tendon has one sheath")
 _slips = _says("{name} = {value} must be ≥ friction = {a}")
 _together = _says("{name} and {a} go together, one of them is missing")
@@ -163,14 +175,25 @@ _too_large = _says(
 )
 _reel_of_sensor = _says("actuator '{a}' belongs on the sheath's instance, not on a sensor's")
 _second_reel = _says("a sheath has one reel, and actuator '{a}' is another")
-_other_reel = _says("reel '{a}' acts on tendon '{b}', the sheath on '{value}'")
+_other_reel = _says("reel '{a}' acts on tendon '{b}', the sheath on '{c}'")
 _other_object = _says(
-    "sensor '{a}' has another object than tendon '{value}', which its configuration names; remove"
-    " one of them"
+    "sensor '{a}' is on tendon '{b}', its instance on '{c}', which `attach` cannot have renamed so"
 )
 _no_object = _says(
-    "sensor '{a}' shows {value} of no tendon: give it objtype=\"tendon\" and the tendon's name as"
-    " objname, or its configuration the attribute tendon"
+    "sensor '{a}' has no tendon as its object: give it objtype=\"tendon\" and the tendon's name as"
+    " objname"
+)
+_renamed = _says(
+    "sensor '{a}' has no object, and by '{b}' the attribute tendon may mean tendon '{c}' since"
+    ' `attach`: give the sensor objtype="tendon" and the tendon\'s name as objname'
+)
+_several_joints = _says(
+    "{name} = '{value}' may mean two joints, as the name of tendon '{a}' holds more than once what"
+    " the attribute tendon is; rename one of the joints"
+)
+_other_width = _says(
+    "sensor '{a}' shows a number per guide, and has not as many as tendon '{b}' has guides: give"
+    " its instance the attribute guides of that tendon's sheath"
 )
 _no_stiffness = _says(
     "{name} is missing (its unit is N); only a tendon that an actuator, a spring of its own, an"
@@ -233,20 +256,10 @@ _no_arc_guides = _says(
     " of guides on each of them"
 )
 _does_not_fit = _says("{name} = {value} is too few for the path of the tendon")
-_no_motor = _says(
-    "the sheath on tendon '{value}' has no reel_joint that a motor could turn; give it reel_joint"
-    " and reel_radius"
-)
 _too_many = _says("{name} = {value} [s] is more than {a} samples to remember")
 _shared_servo = _says("{a} actuators share it; a servo drives one motor")
-_other_joint = _says(
-    "actuator '{a}' drives joint '{b}', but the tendon is wound in by joint '{c}', the sheath's"
-    " reel_joint"
-)
-_no_joint = _says(
-    "actuator '{a}' drives no joint, but the tendon is wound in by joint '{c}', the sheath's"
-    " reel_joint"
-)
+_other_joint = _says("unknown sheathed tendon '{a}' with the reel_joint '{b}'")
+_no_joint = _says("actuator '{a}' drives no joint, but a servo drives a sheath's reel_joint")
 _geared = _says(
     "actuator '{a}' has gear = {b}; it must be 1, a gear belongs into motor_inertia and the gains"
 )
@@ -284,20 +297,12 @@ def _name_of(m: Model, kind: int, index: int) -> int:
 
 
 @apart
-def _tendon_of(m: Model, instance: int) -> int:
-    """Index of the tendon that a sheath, a sensor or a servo names, −1 for none."""
-    if _is_servo(m, instance):
-        return resolve_from(m, instance, sv.TENDON, sv.INSTANCE, sv.TENDON, _TENDON)
-    return resolve(m, instance, at.TENDON, _TENDON)
-
-
-@apart
 def _value_of(m: Model, instance: int, attribute: int) -> int:
     """Address of an attribute's value, of a tendon's its name as `attach` has changed it."""
-    if attribute == (sv.TENDON if _is_servo(m, instance) else at.TENDON):
-        tendon = _tendon_of(m, instance)
+    if attribute == at.TENDON and not _is_servo(m, instance):
+        tendon = tendon_of(m, instance)
         if tendon >= 0:
-            return _name_of(m, _TENDON, tendon)
+            return _name_of(m, TENDON, tendon)
     return at.text_at(m, instance, attribute)
 
 
@@ -465,7 +470,7 @@ def _sheath_on(m: Model, tendon: int, but: int) -> int:
     for other in range(m.nplugin if tendon >= 0 else 0):
         if other == but or at.index_of(plugin_name(m, other), _PLUGINS) != 0:
             continue
-        if not at.is_sensor(m, other) and resolve(m, other, at.TENDON, _TENDON) == tendon:
+        if not at.is_sensor(m, other) and tendon_of(m, other) == tendon:
             return other
     return -1
 
@@ -473,18 +478,10 @@ def _sheath_on(m: Model, tendon: int, but: int) -> int:
 @apart
 def sheath_state(m: Model, out: int, instance: int) -> int:
     """Check the attributes of a sheath or sensor; numbers of its state, 0 if they are refused."""
-    tendon = resolve(m, instance, at.TENDON, _TENDON)
-    is_named = at.is_given(m, instance, at.TENDON) or not at.is_sensor(m, instance)
-    if is_named and tendon < 0:
-        text = at.text_at(m, instance, at.TENDON)
-        _say_unknown(m, out, instance, at.TENDON, TENDONS, _unknown_tendon(), text)
     _check_word(m, out, instance, at.SENSOR, at.KIND_NAMES, KINDS)
     if at.is_sensor(m, instance):
-        _check_sensor(m, out, instance, tendon)
+        _check_sensor(m, out, instance)
         return 0 if has_refused(out) else 1
-    rival = _sheath_on(m, tendon, instance)
-    if rival >= 0:
-        _say(m, out, instance, at.TENDON, _second(), own_name(m, rival))
     for k in range(len(_LAW_RANGES)):
         texts = _row(_LAW_OUTSIDE, k), _row(_LAW_EXTREME, k), _row(_LAW_MISSING, k)
         _check_number(m, out, instance, at.FIRST_PARAMETER + k, _LAW_RANGES[k], texts)
@@ -498,19 +495,34 @@ def sheath_state(m: Model, out: int, instance: int) -> int:
 
 
 @apart
-def _check_sensor(m: Model, out: int, instance: int, tendon: int) -> None:
-    """Refuse attributes of a sheath, and a tendon that is missing or has none."""
+def _check_sensor(m: Model, out: int, instance: int) -> None:
+    """Refuse attributes of a sheath, and a number of guides that is missing."""
     for attribute in range(len(_SHEATH_NAMES)):
-        is_own = attribute in (at.SENSOR, at.TENDON, at.INSTANCE)
+        is_own = attribute in (at.SENSOR, at.TENDON, at.GUIDES, at.INSTANCE)
         if not is_own and at.is_given(m, instance, attribute):
             _say(m, out, instance, attribute, _not_of_a_sensor())
-    if tendon >= 0 and _sheath_on(m, tendon, -1) < 0:
-        name = _name_of(m, _TENDON, tendon)
-        _say_unknown(m, out, instance, at.TENDON, SHEATHED, _unknown_sheath(), name)
-    is_one = at.numbers_of(at.sensor_kind(m, instance), 2) == 1
-    if not is_one and not at.is_given(m, instance, at.TENDON):
-        kind = at.text_at(m, instance, at.SENSOR)
-        _say(m, out, instance, at.TENDON, _sized_by_tendon(), kind)
+    if _guides_of_sensor(m, instance) < 0:
+        tendon, kind = at.text_at(m, instance, at.TENDON), at.text_at(m, instance, at.SENSOR)
+        _say_unknown(m, out, instance, at.GUIDES, SHEATHED, _unsized(), tendon, kind)
+
+
+@apart
+def _guides_of_sensor(m: Model, instance: int) -> int:
+    """Guides that the sensors of an instance show, below 0 if it does not say.
+
+    Without `guides` they are those of the sheath with the same `tendon`, the nearest before it: the
+    names may be those of several models that are attached.
+    """
+    if at.numbers_of(at.sensor_kind(m, instance), 2) == 1:
+        return 0
+    guides, written = _count(m, instance, at.GUIDES, -1), at.text_at(m, instance, at.TENDON)
+    for step in range(1, m.nplugin if guides == -1 else 0):
+        other = (instance - step + m.nplugin) % m.nplugin
+        if not at.is_sheath(m, other, instance):
+            continue
+        if is_same(at.text_at(m, other, at.TENDON), written):
+            return min(_capacity(m, other)[0], _MOST_STATE)
+    return guides
 
 
 @apart
@@ -530,19 +542,14 @@ def _check_scales(m: Model, out: int, instance: int) -> None:
 
 @apart
 def _check_spool(m: Model, out: int, instance: int, joint: int, radius: int) -> None:
-    """Refuse a joint of a spool that does not exist, cannot wind, or has no radius."""
+    """Refuse a joint of a spool without a radius, or the other way round."""
     has_joint, has_radius = at.is_given(m, instance, joint), at.is_given(m, instance, radius)
     if has_joint != has_radius:
         _say(m, out, instance, joint, _together(), _row(_SHEATH_NAMES, radius))
     if has_radius and at.number(m, instance, radius) == 0.0:
         _say(m, out, instance, radius, _no_radius())
-    if has_joint:
-        index = resolve(m, instance, joint, _JOINT)
-        if index < 0:
-            text = at.text_at(m, instance, joint)
-            _say_unknown(m, out, instance, joint, JOINTS, _unknown_joint(), text)
-        elif m.jnt_type[index] < _SLIDE:
-            _say(m, out, instance, joint, _no_spool())
+    if has_joint and not at.is_given(m, instance, at.TENDON):
+        _say(m, out, instance, joint, _together(), _row(_SHEATH_NAMES, at.TENDON))
 
 
 @apart
@@ -590,7 +597,8 @@ def _check_size(m: Model, out: int, instance: int) -> int:
 @apart
 def check_elements(m: Model, out: int, instance: int) -> None:
     """Refuse actuators and sensors on an instance that are not of its sheath."""
-    tendon, reels, sensor = _tendon_of(m, instance), 0, at.is_sensor(m, instance)
+    tendon, reels, sensor = tendon_of(m, instance), 0, at.is_sensor(m, instance)
+    written = at.text_at(m, instance, at.TENDON)
     for k in range(m.nactuator):
         if m.actuator_plugin[k] == instance:
             name = _name_of(m, _ACTUATOR, k)
@@ -599,33 +607,76 @@ def check_elements(m: Model, out: int, instance: int) -> None:
                 _say(m, out, instance, -1, _reel_of_sensor(), name)
             elif reels > 1:
                 _say(m, out, instance, -1, _second_reel(), name)
-            elif m.actuator_trntype[k] == ON_TENDON and not acts_on(m, k, tendon):
-                other = _name_of(m, _TENDON, m.actuator_trnid[k, 0])
-                _say(m, out, instance, at.TENDON, _other_reel(), name, other)
+            elif m.actuator_trntype[k] == ON_TENDON:
+                other = _name_of(m, TENDON, m.actuator_trnid[k, 0])
+                if place_of(other, written, 0) < 0 or not acts_on(m, k, tendon):
+                    _say(m, out, instance, -1, _other_reel(), name, other, written)
     for k in range(m.nsensor):
         if m.sensor_plugin[k] == instance:
             _check_object(m, out, instance, k, tendon)
+    if not sensor:
+        _check_tendon(m, out, instance, tendon)
+
+
+@apart
+def _check_tendon(m: Model, out: int, instance: int, tendon: int) -> None:
+    """Refuse a tendon that is missing or another's, and joints that do not exist or cannot wind."""
+    rival, written = _sheath_on(m, tendon, instance), at.text_at(m, instance, at.TENDON)
+    if rival >= 0:
+        _say(m, out, instance, at.TENDON, _second(), own_name(m, rival))
+    if tendon < 0:
+        _say_unknown(m, out, instance, at.TENDON, TENDONS, _unknown_tendon(), written)
+    for joint in (at.REEL_JOINT, at.OUTPUT_JOINT):
+        text, index = at.text_at(m, instance, joint), joint_of(m, instance, joint)
+        if index == SEVERAL:
+            _say(m, out, instance, joint, _several_joints(), _name_of(m, TENDON, tendon))
+        elif index < 0 and letters(text)[0] != 0:
+            _say_unknown(m, out, instance, joint, JOINTS, _unknown_joint(), text)
+        elif index >= 0 and m.jnt_type[index] < _SLIDE:
+            _say(m, out, instance, joint, _no_spool())
 
 
 @apart
 def _check_object(m: Model, out: int, instance: int, sensor: int, tendon: int) -> None:
-    """Refuse a sensor that shows the sheath of no tendon, or of two."""
-    kind, shown = m.sensor_objtype[sensor], m.sensor_objid[sensor]
-    name = _name_of(m, _SENSOR, sensor)
-    if at.is_given(m, instance, at.TENDON):
-        if kind != 0 and (kind != _TENDON or shown != tendon):
-            _say(m, out, instance, at.TENDON, _other_object(), name)
-    elif kind != _TENDON:
-        _say(m, out, instance, at.SENSOR, _no_object(), name)
-    elif _sheath_on(m, shown, -1) < 0:
-        shows = _name_of(m, _TENDON, shown)
+    """Refuse a sensor that shows the sheath of no tendon, or of another."""
+    shown, name = tendon_of_sensor(m, sensor), _name_of(m, _SENSOR, sensor)
+    written, kind = at.text_at(m, instance, at.TENDON), m.sensor_objtype[sensor]
+    if kind not in (0, TENDON) or (kind == 0 and not at.is_given(m, instance, at.TENDON)):
+        _say(m, out, instance, -1, _no_object(), name)
+    for k in range(m.ntendon if kind == 0 else 0):
+        if k != shown and place_of(_name_of(m, TENDON, k), written, 0) >= 0:
+            _say(m, out, instance, -1, _renamed(), name, written, _name_of(m, TENDON, k))
+    if shown < 0:
+        _say_unknown(m, out, instance, at.TENDON, TENDONS, _unknown_tendon(), written)
+        return
+    shows, is_sensor = _name_of(m, TENDON, shown), at.is_sensor(m, instance)
+    if place_of(shows, written, 0) < 0:
+        _say(m, out, instance, -1, _other_object(), name, shows, written)
+    elif not is_sensor and shown != tendon:
+        _say(m, out, instance, -1, _other_object(), name, shows, _name_of(m, TENDON, tendon))
+    if not is_sensor:
+        return
+    sheath = _sheath_on(m, shown, -1)
+    if sheath < 0:
         _say_unknown(m, out, instance, -1, SHEATHED, _unknown_object(), shows, name)
+        return
+    kind, width = at.sensor_kind(m, instance), m.sensor_dim[sensor]
+    fits = width == at.numbers_of(kind, _capacity(m, sheath)[0])
+    if not fits and width != at.numbers_of(kind, int(_guides_of(m, sheath, shown)[0])):
+        _say(m, out, instance, at.GUIDES, _other_width(), name, shows)
+
+
+@apart
+def _guides_of(m: Model, instance: int, tendon: int) -> tuple[float, float, float]:
+    """Guides, arcs and pulleys of a sheath's path; the model is complete."""
+    each = _count(m, instance, at.ARC_GUIDES, 1)
+    return count_guides(m, tendon, each, _count(m, instance, at.INNER_GUIDES, 0))
 
 
 @apart
 def check_bound(m: Model, out: int, instance: int, bound: Bound) -> None:
     """Refuse a sheath that cannot act on its tendon; the model is complete."""
-    tendon = resolve(m, instance, at.TENDON, _TENDON)
+    tendon = tendon_of(m, instance)
     if is_fixed(m, tendon):
         _check_fixed(m, out, instance, tendon)
     else:
@@ -640,7 +691,7 @@ def check_bound(m: Model, out: int, instance: int, bound: Bound) -> None:
 @apart
 def _check_fixed(m: Model, out: int, instance: int, tendon: int) -> None:
     """Refuse a fixed tendon without an actuator, and parameters that its cable cannot have."""
-    pullers, name = 0, _name_of(m, _TENDON, tendon)
+    pullers, name = 0, _name_of(m, TENDON, tendon)
     for k in range(m.nactuator):
         pullers += _pulls(m, k, instance, tendon)
     if pullers == 0:
@@ -674,7 +725,7 @@ def _check_drive(m: Model, out: int, instance: int, bound: Bound, tendon: int) -
     if at.is_given(m, instance, _RADIUS):
         _say(m, out, instance, _RADIUS, _drawn())
     has_stiffness = at.is_given(m, instance, at.AXIAL_STIFFNESS)
-    name, is_cable = _name_of(m, _TENDON, tendon), bound.own_spring != 0.0
+    name, is_cable = _name_of(m, TENDON, tendon), bound.own_spring != 0.0
     if not (has_stiffness or bound.driven != 0.0 or is_cable):
         _say(m, out, instance, at.AXIAL_STIFFNESS, _no_stiffness())
     if is_cable and not has_stiffness and not _is_linear(m, tendon):
@@ -742,10 +793,9 @@ def _check_counts(m: Model, out: int, instance: int, tendon: int) -> None:
     if stored < needed:
         text = _written(float(stored), 15, _digits())
         _say(m, out, instance, at.GUIDES, _too_few(), text, _written(float(needed), 15, _digits()))
+    guides, arcs, pulleys = _guides_of(m, instance, tendon)
     each = _count(m, instance, at.ARC_GUIDES, 1)
-    inner = _count(m, instance, at.INNER_GUIDES, 0)
-    guides, arcs, pulleys = count_guides(m, tendon, each, inner)
-    name, has_guides = _name_of(m, _TENDON, tendon), at.is_given(m, instance, at.GUIDES)
+    name, has_guides = _name_of(m, TENDON, tendon), at.is_given(m, instance, at.GUIDES)
     if has_guides and _count(m, instance, at.GUIDES, 0) != guides:
         text = _written(float(guides), 15, _digits())
         _say(m, out, instance, at.GUIDES, _other_count(), name, text)
@@ -762,13 +812,7 @@ def sensor_width(m: Model, instance: int) -> int:
     """Numbers of a sensor on an instance; 1 for what is refused."""
     if not at.is_sensor(m, instance):
         return at.ENDS
-    kind = at.sensor_kind(m, instance)
-    if at.numbers_of(kind, 2) == 1:
-        return 1
-    sheath = _sheath_on(m, resolve(m, instance, at.TENDON, _TENDON), -1)
-    if sheath < 0 or _state_size(m, sheath) > _MOST_STATE:
-        return 1
-    return at.numbers_of(kind, _capacity(m, sheath)[0])
+    return max(1, at.numbers_of(at.sensor_kind(m, instance), _guides_of_sensor(m, instance)))
 
 
 @apart
@@ -779,16 +823,6 @@ def servo_state(m: Model, out: int, instance: int) -> int:
         _check_number(m, out, instance, k, _GAIN_RANGES[k], texts)
     _check_word(m, out, instance, sv.FEEDBACK, _FEEDBACKS, FEEDBACKS)
     _check_word(m, out, instance, sv.BACKDRIVE, _SWITCH, SWITCH)
-    tendon = _tendon_of(m, instance)
-    sheath = _sheath_on(m, tendon, -1)
-    if tendon < 0:
-        text = at.text_at(m, instance, sv.TENDON)
-        _say_unknown(m, out, instance, sv.TENDON, TENDONS, _unknown_tendon(), text)
-    elif sheath < 0:
-        name = _name_of(m, _TENDON, tendon)
-        _say_unknown(m, out, instance, sv.TENDON, SHEATHED, _unknown_sheath(), name)
-    elif not at.is_given(m, sheath, at.REEL_JOINT):
-        _say(m, out, instance, sv.TENDON, _no_motor())
     if has_refused(out):
         return 0
     period, delay = at.number(m, instance, _PERIOD), at.number(m, instance, _DELAY)
@@ -804,38 +838,36 @@ def servo_state(m: Model, out: int, instance: int) -> int:
 @apart
 def check_motor(m: Model, out: int, instance: int) -> None:
     """Refuse a servo that does not drive its tendon's motor, or not alone."""
-    tendon = _tendon_of(m, instance)
-    sheath, count = _sheath_on(m, tendon, -1), 0
-    joint = resolve(m, sheath, at.REEL_JOINT, _JOINT)
-    if joint < 0:
-        return  # which the sheath refuses
-    wanted = _name_of(m, _JOINT, joint)
-    for k in range(m.nactuator):
-        if m.actuator_plugin[k] == instance:
-            count += 1
-    if count > 1:
-        _say(m, out, instance, -1, _shared_servo(), _written(float(count), 15, _digits()))
+    count, sheath = 0, sheath_wound_by(m, instance, sv.TENDON)
     for k in range(m.nactuator):
         owner = m.actuator_plugin[k]
         if owner == instance:
-            _check_actuator(m, out, instance, k, joint)
-        elif count > 0 and owner >= 0 and _is_servo(m, owner) and _tendon_of(m, owner) == tendon:
+            count += 1
+            _check_actuator(m, out, instance, k, sheath)
+        elif sheath < 0 or owner < 0 or not _is_servo(m, owner):
+            continue
+        elif sheath_wound_by(m, owner, sv.TENDON) == sheath:
             _say(m, out, instance, sv.TENDON, _second_servo(), own_name(m, owner))
+    if count > 1:
+        _say(m, out, instance, -1, _shared_servo(), _written(float(count), 15, _digits()))
+    joint = joint_of(m, sheath, at.REEL_JOINT) if sheath >= 0 else -1
+    if joint < 0:
+        return  # which the sheath refuses
     armature = m.dof_armature[m.jnt_dofadr[joint]]
     has_inertia = at.is_given(m, instance, _INERTIA)
     if not has_inertia and not armature > 0.0:
-        _say(m, out, instance, _INERTIA, _no_inertia(), wanted)
+        _say(m, out, instance, _INERTIA, _no_inertia(), _name_of(m, _JOINT, joint))
     _check_damping(m, out, instance, at.number(m, instance, _INERTIA) if has_inertia else armature)
 
 
 @apart
-def _check_actuator(m: Model, out: int, instance: int, actuator: int, joint: int) -> None:
-    name, wanted = _name_of(m, _ACTUATOR, actuator), _name_of(m, _JOINT, joint)
-    if m.actuator_trntype[actuator] != _ON_JOINT:
-        _say(m, out, instance, -1, _no_joint(), name, 0, wanted)
-    elif m.actuator_trnid[actuator, 0] != joint:
-        other = _name_of(m, _JOINT, m.actuator_trnid[actuator, 0])
-        _say(m, out, instance, -1, _other_joint(), name, other, wanted)
+def _check_actuator(m: Model, out: int, instance: int, actuator: int, sheath: int) -> None:
+    name, joint = _name_of(m, _ACTUATOR, actuator), motor_of(m, actuator)
+    if joint < 0:
+        _say(m, out, instance, -1, _no_joint(), name)
+    elif sheath < 0:
+        tendon, driven = at.text_at(m, instance, sv.TENDON), _name_of(m, _JOINT, joint)
+        _say_unknown(m, out, instance, -1, SHEATHED, _other_joint(), tendon, driven)
     gear = m.actuator_gear[m.actuator_outadr[actuator], 0]
     if gear != 1.0:
         _say(m, out, instance, -1, _geared(), name, _written(gear, 6, _digits()))

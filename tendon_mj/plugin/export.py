@@ -41,7 +41,7 @@ _SERVO_WORDS = {
     "tendon": "tendon that the motor winds, which runs in a sheath",
     "feedback": "`sensor` or `observer`",
     "backdrive": "`true` where the tendon can turn the motor",
-    "instance": "name of the instance where this is written",
+    "instance": "no meaning now; earlier releases wrote it",
 }
 
 

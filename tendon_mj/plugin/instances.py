@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import mujoco
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.plugin.abi import C, Draft
+from tendon_mj.plugin.abi import C
 from tendon_mj.plugin.compiled_checks import (
     DRAWN,
     ELASTICITY,
@@ -21,20 +20,16 @@ from tendon_mj.plugin.compiled_checks import (
     OF_A_REEL,
 )
 from tendon_mj.plugin.servo_plugin import SERVO
-from tendon_mj.plugin.sheath_plugin import NAME, STATE, View, own_config, size_of
+from tendon_mj.plugin.sheath_plugin import NAME, STATE, View, attachment, size_of
 from tendon_mj.plugin.sheath_plugin import view as sheath_view
-from tendon_mj.plugin.sheath_plugin.fixed_tendon import is_fixed
-from tendon_mj.plugin.sheath_plugin.input_force import acts_on, has_spring, is_constrained
 
-_JOINTS = ("reel_joint", "output_joint")
-_DRIVE = (*_JOINTS, "spring", "pretension", "slack", *ELASTICITY)
 _INEXTENSIBLE = (
-    "has no meaning where tendon {!r} does not stretch: give it axial_stiffness in the model"
+    "has no meaning where tendon {} does not stretch: give it axial_stiffness in the model"
 )
 
 
 class Instance(NamedTuple):
-    """A sheath or servo of a model."""
+    """A sheath of a model."""
 
     tendon: str
     state: int  # address of its first number in `mjData.plugin_state`
@@ -60,11 +55,18 @@ def _config(model: mujoco.MjModel, instance: int, attribute: str) -> str:
 
 def sheaths(model: mujoco.MjModel) -> dict[str, Instance]:
     """Every sheath of a model by name; an unnamed one goes by its tendon's name."""
-    return {
-        mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k) or sheath.tendon: sheath
-        for k, sheath in _instances(model, NAME)
-        if not _config(model, k, "sensor")
-    }
+    named = {}
+    for k in range(model.nplugin):
+        if _is_of(model, k, NAME) and not _config(model, k, "sensor"):
+            tendon = _tendon_name(model, attachment(model._address, k).tendon)
+            name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k) or tendon
+            named[name] = Instance(tendon, int(model.plugin_stateadr[k]), k)
+    return named
+
+
+def _tendon_name(model: mujoco.MjModel, tendon: float) -> str:
+    """Name of a tendon; empty without one, as in a binary model that another release wrote."""
+    return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TENDON, int(tendon)) or ""
 
 
 def sensor_kind(model: mujoco.MjModel, sensor: int) -> str:
@@ -73,15 +75,16 @@ def sensor_kind(model: mujoco.MjModel, sensor: int) -> str:
     return _config(model, instance, "sensor") if _is_of(model, instance, NAME) else ""
 
 
-def servos(model: mujoco.MjModel) -> dict[str, Instance]:
-    """Every servo of a model by name; an unnamed one goes by its actuator's name."""
+def servos(model: mujoco.MjModel) -> dict[str, int]:
+    """Where the state of every servo begins, by its name or else by its actuator's."""
     named = {}
-    for k, servo in _instances(model, SERVO):
-        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k)
-        for actuator in np.flatnonzero(model.actuator_plugin == k):
-            name = name or model.actuator(int(actuator)).name
-        if name:
-            named[name] = servo
+    for k in range(model.nplugin):
+        if _is_of(model, k, SERVO):
+            name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k)
+            for actuator in np.flatnonzero(model.actuator_plugin == k):
+                name = name or model.actuator(int(actuator)).name
+            if name:
+                named[name] = int(model.plugin_stateadr[k])
     return named
 
 
@@ -92,45 +95,23 @@ def _is_of(model: mujoco.MjModel, instance: int, plugin: str) -> bool:
     return bool(C.mjp_getPluginAtSlot(slot).contents.name == plugin.encode())
 
 
-def _instances(model: mujoco.MjModel, plugin: str) -> Iterator[tuple[int, Instance]]:
-    draft = Draft(model._address, ("tendon",))
-    for k in range(model.nplugin):
-        if _is_of(model, k, plugin):
-            yield k, Instance(own_config(draft, k)["tendon"], int(model.plugin_stateadr[k]), k)
-
-
 def unused_parameters(model: mujoco.MjModel, instance: int) -> dict[str, str]:
     """Parameters that a sheath has no use for, whatever their values, and why each has none."""
-    draft = Draft(model._address, ("tendon", *_DRIVE))
-    config = own_config(draft, instance)
+    bound = attachment(model._address, instance)
+    name = repr(_tendon_name(model, bound.tendon))
     unused = {
-        f"{joint.removesuffix('_joint')}_radius": f"has no meaning without {joint}"
-        for joint in _JOINTS
-        if not config[joint]
+        f"{end}_radius": f"has no meaning without {end}_joint"
+        for end, joint in (("reel", bound.reel_joint), ("output", bound.output_joint))
+        if joint < 0.0
     }
-    if is_fixed(draft, draft.tendons[config["tendon"]]):
-        why = NOT_DRAWN.format(repr(config["tendon"]))
-        return unused | dict.fromkeys((*OF_A_PATH, "creep_time"), why)
+    if bound.fixed:
+        return unused | dict.fromkeys((*OF_A_PATH, "creep_time"), NOT_DRAWN.format(name))
     unused["radius"] = DRAWN
-    if _is_driven(draft, instance, config):
-        unused |= dict.fromkeys(OF_A_REEL, GIVEN.format(repr(config["tendon"])))
-        if not any(float(config[name] or 0.0) for name in ELASTICITY):
-            why = _INEXTENSIBLE.format(config["tendon"])
-            unused |= dict.fromkeys((*ELASTICITY, "creep_time"), why)
+    if bound.driven:
+        unused |= dict.fromkeys(OF_A_REEL, GIVEN.format(name))
+        if bound.inextensible:
+            unused |= dict.fromkeys((*ELASTICITY, "creep_time"), _INEXTENSIBLE.format(name))
     return unused
-
-
-def _is_driven(model: Draft, instance: int, config: Mapping[str, str]) -> bool:
-    """Whether MuJoCo's forces along the tendon of a sheath give its input tension."""
-    tendon, is_wound = model.tendons[config["tendon"]], any(config[joint] for joint in _JOINTS)
-    if is_wound or config["spring"] == "cable" or instance in model.actuator_plugin:
-        return False
-    has_length = config["pretension"] or config["slack"]
-    return (
-        any(acts_on(model, k, tendon) for k in range(model.nactuator))
-        or has_spring(model, tendon)
-        or (not has_length and is_constrained(model, tendon))
-    )
 
 
 def unsolved_evaluations(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, int]:

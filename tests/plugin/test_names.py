@@ -1,4 +1,4 @@
-"""What an instance's name shares with a tendon's, as Python and compiled code find it."""
+"""The tendon and the joints of a sheath after `attach`, as Python and compiled code find them."""
 
 import mujoco
 import numpy as np
@@ -6,60 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tendon_mj import Parameters, add_friction, add_sensor, add_servo, view_sheath
-from tendon_mj.plugin import servos, sheaths
-from tendon_mj.plugin.sheath_plugin.names import Affixes, around_tendon
+from tendon_mj import Parameters, add_friction, add_sensor, add_servo, remove_friction, view_sheath
+from tendon_mj.attach.instances import instances
+from tendon_mj.plugin import sheaths
 from tendon_mj.plugin.sheath_plugin.state import view
 from tests.refusals import refusing
 from tests.rigs import config, rope, sheath, shown, simulated, spatial
-
-AFFIX = st.text("ab", max_size=2)
-FEW = st.text("ab", min_size=1, max_size=6)  # so that many fit by chance
-
-
-def compiled(own: str, affixes: Affixes, tendon: str, tendons: list[str]) -> mujoco.MjModel | None:
-    """The model as attached with these; None if it is refused, as nothing says which is meant."""
-    first, second, third = (affixes.around(site) for site in ("x0", "x1", "x2"))
-    path = f"{first} {second} {third}"
-    text = rope(
-        f"{first}; {second} .2 0 0",
-        f"{third} .3 .2 0",
-        name=tendons[0],
-        head=sheath(affixes.around(own), tendon=tendon, axial_stiffness=1000, friction=0.1),
-        tendons="".join(spatial(name, path) for name in tendons[1:]),
-        actuator="",
-    )
-    try:
-        return mujoco.MjModel.from_xml_string(text)
-    except ValueError as refused:
-        if not any(reason in str(refused) for reason in ("may be", "unknown tendon")):
-            raise
-        return None
-
-
-def all_shared(own: str, tendon: str, tendons: set[str]) -> list[Affixes]:
-    """By trying every part of the name that `attach` may have added."""
-    parts = [(end, start) for end in range(len(own)) for start in range(end + 1, len(own) + 1)]
-    tried = [Affixes(own[:end], own[start:]) for end, start in parts]
-    return [affixes for affixes in tried if affixes.around(tendon) in tendons]
-
-
-@given(st.text("ab", max_size=6), FEW, st.sets(FEW, max_size=4))
-def test_all_that_are_shared_are_found(own, tendon, tendons):
-    assert around_tendon(own, tendon, tendons) == all_shared(own, tendon, tendons)
-
-
-@given(AFFIX, AFFIX, FEW, FEW, st.sets(FEW, max_size=3))
-def test_compiled_code_takes_the_tendon_that_python_takes(prefix, suffix, own, tendon, more):
-    tendons = sorted(more | {prefix + tendon + suffix})
-    model = compiled(own, Affixes(prefix, suffix), tendon, tendons)
-    if model is None:
-        return
-    data = simulated(model, 1)
-    ((_, sheath),) = sheaths(model).items()
-    bound = int(view(data.plugin_state, sheath.state).state.tendon)
-    assert tendons[bound] == sheath.tendon
-
 
 pytestmark = pytest.mark.filterwarnings("ignore:Attaching a spec with an empty prefix")
 MOTOR = '<body name="motor"><joint name="motor" armature=".1"/><geom size=".1"/></body>'
@@ -95,10 +47,13 @@ def finger(**more):
     return add_friction(parent(), "flexor", **(law | more))
 
 
-def written(**more):
-    law = {"tendon": "flexor", "axial_stiffness": 1000, "friction": 0.1}
-    ends = shown("sheath", 'name="ends"')
-    return mujoco.MjSpec.from_string(plain(sheath("sheath", **law, **more), ends))
+ON_FLEXOR = 'objtype="tendon" objname="flexor"'
+
+
+def written(sensor=ON_FLEXOR, **more):
+    law = {"tendon": "flexor", "axial_stiffness": 1000, "friction": 0.1, "pretension": 1}
+    ends = shown("sheath", f'name="ends" {sensor}')
+    return mujoco.MjSpec.from_string(plain(sheath("sheath", **law | more), ends))
 
 
 def attached(child, prefix, suffix="", onto=None):
@@ -149,53 +104,96 @@ def test_attach_in_mjcf(tmp_path, child):
     (tmp_path / "finger.xml").write_text(spec.to_xml())
     asset = f'<asset><model name="finger" file="{tmp_path}/finger.xml"/></asset><worldbody>'
     whole = PLAIN.replace("<worldbody>", f'{asset}<attach model="finger" prefix="l_"/>', 1)
-    if child is written:  # who wrote it may have meant either
-        with refusing(ValueError, "instance 'l_sheath'", "'flexor' or 'l_flexor'"):
-            mujoco.MjModel.from_xml_string(whole)
-    else:
-        assert sheaths(mujoco.MjModel.from_xml_string(whole))["l_sheath"].tendon == "l_flexor"
+    assert sheaths(mujoco.MjModel.from_xml_string(whole))["l_sheath"].tendon == "l_flexor"
     part = whole.replace('prefix="l_"', 'body="link" prefix="l_"')  # the tendon stays behind
-    if child is not written:
-        model = mujoco.MjModel.from_xml_string(part)
-        assert "l_knuckle" in (model.joint(k).name for k in range(model.njnt))
-        assert [model.tendon(k).name for k in range(model.ntendon)] == ["flexor"]  # the parent's
-        assert not sheaths(model)  # it stays with its tendon
-        assert model.nsensor == 0
+    model = mujoco.MjModel.from_xml_string(part)
+    assert "l_knuckle" in (model.joint(k).name for k in range(model.njnt))
+    assert [model.tendon(k).name for k in range(model.ntendon)] == ["flexor"]  # the parent's
+    assert not sheaths(model)  # it stays with its tendon
+    assert model.nsensor == 0
 
 
-def test_a_sheath_written_by_hand():
-    assert pulled(attached(written(instance="sheath"), "l_").compile()) == set()  # no pretension
-    assert (
-        sheaths(attached(written(instance="sheath"), "l_").compile())["l_sheath"].tendon
-        == "l_flexor"
+def test_a_sheath_without_an_object_is_on_the_tendon_of_the_name_unless_attach_renamed_it():
+    objectless = written(sensor="", **SPOOL)
+    assert pulled(objectless.compile()) == {"knuckle", "motor"}
+    unheld = sheath("sheath", tendon="flexor", axial_stiffness=1000, friction=0.1, pretension=1)
+    assert pulled(mujoco.MjModel.from_xml_string(plain(unheld))) == {"knuckle"}
+    for onto in (parent(), mujoco.MjSpec()):
+        spec = attached(written(sensor=""), "l_", onto=onto)
+        with refusing(ValueError, "sensor 'l_ends' has no object", "'l_flexor'", "objname"):
+            spec.compile()
+
+
+def test_an_instance_of_an_earlier_release_keeps_its_tendon_and_joints(tmp_path):
+    """It had its name in the attribute `instance`, which has no meaning now."""
+    child = written(instance="sheath", **SPOOL)
+    for spec, prefix in ((child, ""), (attached(child.copy(), "l_"), "l_")):
+        mujoco.mj_saveModel(spec.compile(), str(tmp_path / "model.mjb"))
+        for model in (spec.compile(), mujoco.MjModel.from_binary_path(str(tmp_path / "model.mjb"))):
+            assert pulled(model) == {f"{prefix}knuckle", f"{prefix}motor"}
+
+
+def test_an_instance_without_a_name_has_its_sensor_s_tendon():
+    keys = config(tendon="flexor", axial_stiffness=1, friction=0)
+    child = plain(
+        '<extension><plugin plugin="tendon_mj.sheath"/></extension>',
+        f'<plugin name="t" plugin="tendon_mj.sheath" {ON_FLEXOR}>{keys}</plugin>',
     )
-    alone = attached(written(), "l_", onto=mujoco.MjSpec()).compile()
-    assert sheaths(alone)["l_sheath"].tendon == "l_flexor"
-    with refusing(ValueError, "'flexor' or 'l_flexor'", 'key="instance"'):
-        attached(written(), "l_").compile()
-
-
-def test_an_instance_without_a_name_goes_by_what_refers_to_it():
-    for more in ({}, {"instance": "t"}):
-        keys = config(tendon="flexor", axial_stiffness=1, friction=0, **more)
-        child = plain(
-            '<extension><plugin plugin="tendon_mj.sheath"/></extension>',
-            f'<plugin name="t" plugin="tendon_mj.sheath">{keys}</plugin>',
-        )
-        onto = parent() if more else mujoco.MjSpec()
+    for onto in (parent(), mujoco.MjSpec()):
         model = attached(mujoco.MjSpec.from_string(child), "l_", onto=onto).compile()
         assert list(sheaths(model)) == ["l_flexor"]
 
 
-def test_a_name_by_chance_is_no_prefix():
-    """Tendons `1` and `11`, a sheath `1_sheath`: nothing says that it was attached as `1`."""
-    text = written().to_xml().replace('"flexor"', '"1"').replace('"sheath"', '"1_sheath"')
-    other = spatial("11", "a b") + "</tendon>"
-    model = mujoco.MjModel.from_xml_string(text.replace("</tendon>", other))
-    assert sheaths(model)["1_sheath"].tendon == "1"
-    with refusing(ValueError, "unknown tendon 'lexor'"):
-        text = written().to_xml().replace('value="flexor"', 'value="lexor"')
-        mujoco.MjModel.from_xml_string(text.replace('"sheath"', '"flexor_sheath"'))
+def test_the_object_alone_says_which_tendon_it_is_but_not_which_joint():
+    spec = attached(written(tendon=None), "l_")
+    assert pulled(spec.compile()) == {"l_knuckle"}
+    assert not remove_friction(spec, "l_flexor").compile().nplugin
+    with refusing(ValueError, "reel_joint and tendon go together"):
+        written(tendon=None, **SPOOL).compile()
+
+
+def test_a_tendon_that_is_not_the_one_written_is_refused():
+    other = spatial("extensor", "a b") + "</tendon>"
+    text = written().to_xml().replace("</tendon>", other)
+    with refusing(ValueError, "sensor 'ends' is on tendon 'flexor'", "'extensor'"):
+        mujoco.MjModel.from_xml_string(text.replace('value="flexor"', 'value="extensor"'))
+
+
+WORD = st.text("ab", min_size=1, max_size=3)
+
+
+def places(text, part):
+    return [k for k in range(len(text)) if text.startswith(part, k)]
+
+
+@given(st.text("ab", max_size=2), st.text("ab", max_size=2), WORD, WORD, st.sets(WORD, max_size=3))
+def test_a_joint_is_renamed_like_the_tendon_or_refused(prefix, suffix, tendon, joint, more):
+    joints = [f"{prefix}{joint}{suffix}", *sorted(more - {f"{prefix}{joint}{suffix}"})]
+    bodies = "".join(f'<body><joint name="{name}"/><geom size=".1"/></body>' for name in joints)
+    law = {"axial_stiffness": 1000, "friction": 0.1, "reel_joint": joint, "reel_radius": 0.01}
+    now = f"{prefix}{tendon}{suffix}"
+    text = rope(
+        "x; y .2 0 0",
+        "z .3 .2 0",
+        name=now,
+        joint="",
+        head=sheath("s", tendon=tendon, **law),
+        actuator="",
+        sensor=shown("s", f'objtype="tendon" objname="{now}"'),
+        rest=f"<worldbody>{bodies}</worldbody>",
+    )
+    around = {now[:k] + joint + now[k + len(tendon) :] for k in places(now, tendon)}
+    if len(around & set(joints)) > 1:
+        with refusing(ValueError, "may mean two joints"):
+            mujoco.MjModel.from_xml_string(text)
+        return
+    model = mujoco.MjModel.from_xml_string(text)
+    (instance,) = sheaths(model).values()
+    assert instance.tendon == now
+    bound = view(simulated(model, 1).plugin_state, instance.state).state
+    assert model.joint(int(bound.reel_joint)).name == joints[0]
+    ((_, as_spec),) = instances(mujoco.MjSpec.from_string(text))
+    assert (as_spec["tendon"], as_spec["reel_joint"]) == (now, joints[0])
 
 
 @pytest.mark.parametrize("added_later", [False, True])
@@ -216,7 +214,6 @@ def test_servos_and_sensors_go_with_it_or_are_added_after_attaching(prefix, suff
         add(spec, prefix, suffix)
     model = attached(spec, "x_").compile()
     name = f"x_{prefix}servo{suffix}"
-    assert servos(model)[name].tendon == f"x_{prefix}flexor{suffix}"
     data = mujoco.MjData(model)
     data.actuator(name).ctrl[:] = 5.0
     mujoco.mj_step(model, data, 20)

@@ -143,7 +143,7 @@ REFUSED = [
             ({"tendon": "flexor", "sensor": "tensoin"}, "sensor 'tensoin'"),
             ({"tendon": "flexor", "sensor": "slip", "friction": "1"}, "takes no friction"),
             ({"tendon": "extensor", "sensor": "slip"}, "'extensor'"),
-            ({"tendon": "flexr", "sensor": "slip"}, "unknown tendon 'flexr'"),
+            ({"tendon": "flexr", "sensor": "slip"}, "guides is missing", "'flexr'"),
         )
     ),
     (

@@ -139,6 +139,30 @@ def test_instances_that_were_read_from_a_file_are_shared_as_well(removed):
     assert spec.compile().nplugin == (0 if removed == "*" else 3)
 
 
+def digit(guides):
+    """A finger whose tendon runs over so many sites between its ends, with sensors."""
+    names = [f"g{k}" for k in range(guides)]
+    ground = "a; " + "; ".join(f"{name} .{k + 1} 0 .0{k % 2}" for k, name in enumerate(names))
+    spec = mujoco.MjSpec.from_string(rope(ground, "b .9 .2 0", actuator=""))
+    law = {"friction": 0.1, "axial_stiffness": 1e2, "pretension": 1.0}
+    return add_friction(spec, "t", sensors=("tension",), **law)
+
+
+def test_a_sensor_is_as_long_as_the_path_of_its_own_tendon_after_attach():
+    hand = digit(2)
+    for name, guides in (("index_", 4), ("thumb_", 3)):
+        hand.attach(digit(guides), prefix=name, frame=hand.worldbody.add_frame())
+    add_sensor(hand, "t_sheath", "slip", "slip")
+    add_sensor(hand, "index_t_sheath", "bend_angle", "bend")
+    data = simulated(hand.compile())
+    for name, guides in (("", 2), ("index_", 4), ("thumb_", 3)):
+        assert data.sensor(f"{name}tension").data == pytest.approx(np.ones(guides + 1))
+    assert (data.sensor("slip").data.size, data.sensor("bend").data.size) == (2, 4)
+    hand.plugin("thumb_t_sheath.tension").config = {"sensor": "tension", "guides": "4"}
+    with refusing(ValueError, "sensor 'thumb_tension'", "'thumb_t'", "guides"):
+        hand.compile()
+
+
 def mjcf(sensor):
     return rope(
         "a; b .1 0 .01",
@@ -179,15 +203,18 @@ BARE = 'objtype="tendon" objname="bare"'
 
 
 REFUSED = [
-    (plugin_sensor("", sensor="input_tension"), ["'shown'", "input_tension", "objtype"]),
+    (plugin_sensor("", sensor="input_tension"), ["'shown'", "objtype"]),
     (
         plugin_sensor('objtype="site" objname="a"', sensor="input_tension"),
-        ["'shown'", "input_tension"],
+        ["'shown'", "objtype"],
     ),
     (plugin_sensor(BARE, sensor="input_tension"), ["'shown'", "'bare'"]),
     (plugin_sensor(BARE, sensor="input_tension", tendon="flexor"), ["'shown'", "'flexor'"]),
-    (plugin_sensor(FLEXOR, sensor="slip"), ["slip", "tendon is missing"]),
-    (shown("sheath", BARE), ["sensor ''", "'flexor'"]),  # of both ends, which are the sheath's own
+    (plugin_sensor(FLEXOR, sensor="slip"), ["slip", "guides is missing"]),
+    (
+        shown("sheath", BARE),
+        ["sensor 'ends'", "'flexor'", "'bare'"],
+    ),  # of both ends, which are the sheath's own
 ]
 
 

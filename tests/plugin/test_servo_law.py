@@ -123,7 +123,7 @@ def test_the_observer_sees_what_the_sensor_sees_or_is_off_by_the_wrong_friction(
         data.ctrl[0] = 35.0 + 12.0 * np.sin(2e-3 * k)
         mujoco.mj_step(m, data)
         seen = data.sensor("output_tension").data[0]
-        estimate = view(data.plugin_state, servos(m)["servo"].state).trial.estimate
+        estimate = view(data.plugin_state, servos(m)["servo"]).trial.estimate
         worst = max(worst, abs(estimate / seen - 1.0))
     assert worst < 1e-4  # the load has a mass, which drives the output end a little, too
 

@@ -38,8 +38,8 @@ def compiled(**values):
 
 MOTOR = 'joint="motor"'
 CASES = [
-    ({"tendon": "flexer"}, "unknown tendon 'flexer'"),
-    ({"tendon": None}, "unknown tendon ''"),
+    ({"tendon": "flexer"}, "tendon 'flexer'", "did you mean 'flexor'"),
+    ({"tendon": None}, "tendon ''"),
     ({"tendon": "bare"}, "'bare'"),
     ({"tendon": "idle"}, "'idle'", "reel_joint"),
     ({"tension_gain": None}, "tension_gain is missing"),
@@ -58,7 +58,7 @@ CASES = [
     ({"feedback": "senser"}, "feedback 'senser'"),
     ({"backdrive": "yes"}, "backdrive 'yes'"),
     ({"armature": ""}, "motor_inertia [kg m²]", "joint 'motor'"),
-    ({"target": 'joint="other"'}, "'pull'", "joint 'other'", "joint 'motor'"),
+    ({"target": 'joint="other"'}, "'flexor' with the reel_joint 'other'"),
     ({"target": 'site="a"'}, "'pull' drives no joint"),
     ({"target": f'{MOTOR} gear="2"'}, "gear = 2"),
     ({"target": f'{MOTOR} forcerange="-1 1"'}, "forcerange", "torque_limit"),

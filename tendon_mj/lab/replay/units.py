@@ -96,7 +96,7 @@ def control_unit(model: mujoco.MjModel, actuator: int) -> str:
     """
     plugin = int(model.actuator_plugin[actuator])
     if plugin >= 0:
-        servo = model.plugin_stateadr[plugin] in {servo.state for servo in servos(model).values()}
+        servo = model.plugin_stateadr[plugin] in servos(model).values()
         return "N" if servo else "m"
     on = int(model.actuator_trntype[actuator])
     if on in (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value):

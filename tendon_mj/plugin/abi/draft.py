@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, SupportsIndex
 
 import mujoco
@@ -11,8 +10,6 @@ import numpy as np
 
 from tendon_mj.plugin.abi.layout import field_at
 from tendon_mj.plugin.abi.library import C
-
-_TENDON = mujoco.mjtObj.mjOBJ_TENDON
 
 
 class Draft:
@@ -34,11 +31,6 @@ class Draft:
     def names_of(self, kind: Any, count: int) -> list[str]:
         """Names of the first ``count`` elements of a kind."""
         return [self.name(kind, k) for k in range(count)]
-
-    @functools.cached_property
-    def tendons(self) -> Mapping[str, int]:
-        """Index of each tendon that has a name."""
-        return _Tendons(self)
 
     def config(self, instance: int) -> dict[str, str]:
         """Attributes of a plugin instance, empty where they are not given."""
@@ -62,26 +54,3 @@ class Draft:
         name = self.name(mujoco.mjtObj.mjOBJ_PLUGIN, instance)
         plugin = f"plugin {self.plugin_name(instance)}"
         return f"{plugin} instance {name!r}" if name else plugin
-
-
-class _Tendons(Mapping[str, int]):
-    """Tendons by name; all names are read only when they are gone through."""
-
-    def __init__(self, model: Draft) -> None:
-        self._model = model
-
-    def __getitem__(self, name: str) -> int:
-        index: int = C.mj_name2id(self._model.address, _TENDON.value, name.encode())
-        if not name or index < 0:
-            raise KeyError(name)
-        return index
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names)
-
-    def __len__(self) -> int:
-        return len(self._names)
-
-    @functools.cached_property
-    def _names(self) -> list[str]:
-        return [name for name in self._model.names_of(_TENDON, self._model.ntendon) if name]

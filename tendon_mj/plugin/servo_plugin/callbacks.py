@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from tendon_mj.native import LocalDoubles, apart, compiled, entry
 from tendon_mj.plugin.abi.layout import Data, Model
-from tendon_mj.plugin.abi.library import plugin_name
 from tendon_mj.plugin.abi.memory import doubles, letters, word
 from tendon_mj.plugin.compiled_checks import (
     check_more,
@@ -26,15 +25,13 @@ from tendon_mj.plugin.sheath_plugin.bind import (
     range_of,
     release,
 )
-from tendon_mj.plugin.sheath_plugin.names import resolve, resolve_from
+from tendon_mj.plugin.sheath_plugin.names import joint_of, sheath_wound_by
 from tendon_mj.plugin.sheath_plugin.signature import pair_signature
 from tendon_mj.plugin.sheath_plugin.state import SERVO, SHEATH, binding_of, state_of, state_size_of
 from tendon_mj.plugin.sheath_plugin.state import binding_at as sheath_binding_at
 
-_JOINT, _TENDON = 3, 18  # mjtObj
 _BINDING_COUNT = sv.BINDING.itemsize // 8
 _passing = LocalDoubles(_BINDING_COUNT)  # what is bound for the moment
-_SHEATH_PLUGIN = at.as_rows(("tendon_mj.sheath",))
 _FEEDBACKS, _SWITCH = at.as_rows(sv.FEEDBACKS), at.as_rows(sv.SWITCH)
 _DEFAULTS = tuple(gain.default or 0.0 for gain in GAINS.values())
 _GAIN = {name: k for k, name in enumerate(GAINS)}
@@ -44,22 +41,6 @@ _LOOSENING = (
 )
 _FRICTION, _INERTIA = _GAIN["observer_friction"], _GAIN["motor_inertia"]
 _SHEATH_FRICTION = ATTRIBUTES.index("friction")
-
-
-@compiled
-def _find_sheath(m: Model, servo: int) -> int:
-    """The sheath on the tendon that a servo names, −1 if there is none."""
-    tendon = resolve_from(m, servo, sv.TENDON, sv.INSTANCE, sv.TENDON, _TENDON)
-    count = m.nplugin
-    for step in range(count):  # backwards, as a servo comes after its sheath
-        other = (servo - step + count) % count
-        if (
-            at.index_of(plugin_name(m, other), _SHEATH_PLUGIN) == 0
-            and not at.is_sensor(m, other)
-            and tendon == resolve(m, other, at.TENDON, _TENDON)
-        ):
-            return other
-    return -1
 
 
 @compiled
@@ -76,9 +57,9 @@ def _bind(m: Model, instance: int, address: int, signature: float) -> None:
     bound.signature = signature
     bound.capacity = sv.capacity_of(state_size_of(m, instance))
     bound.actuator = range_of(m.actuator_plugin, m.nactuator, instance)[1]
-    sheath = _find_sheath(m, instance)
+    sheath = sheath_wound_by(m, instance, sv.TENDON)
     bound.sheath, bound.instance = -1.0, -1.0
-    if sheath >= 0 and resolve(m, sheath, at.REEL_JOINT, _JOINT) >= 0:
+    if sheath >= 0:
         bound.sheath = m.plugin_stateadr[sheath]
         bound.instance = sheath
     bound.config_signature = pair_signature(m, instance, int(bound.instance))
@@ -104,14 +85,12 @@ def _reset(m: Model, address: int, binding: int, instance: int) -> None:
     state = sv.state_at(address)
     state.observes = at.index_of(at.text_at(m, instance, sv.FEEDBACK), _FEEDBACKS) == 1
     state.backdriven = at.index_of(at.text_at(m, instance, sv.BACKDRIVE), _SWITCH) == 1
-    sheath = _find_sheath(m, instance)
+    sheath = sheath_wound_by(m, instance, sv.TENDON)
     if sheath >= 0:
         friction = at.number(m, sheath, _SHEATH_FRICTION)
         values[_FRICTION] = _given(m, instance, _FRICTION, friction)
-        joint = resolve(m, sheath, at.REEL_JOINT, _JOINT)
-        if joint >= 0:
-            armature = m.dof_armature[m.jnt_dofadr[joint]]
-            values[_INERTIA] = _given(m, instance, _INERTIA, armature)
+        armature = m.dof_armature[m.jnt_dofadr[joint_of(m, sheath, at.REEL_JOINT)]]
+        values[_INERTIA] = _given(m, instance, _INERTIA, armature)
     if binding == 0:
         binding = _passing()
         _bind(m, instance, binding, 0.0)

@@ -114,7 +114,7 @@ def check_gain(name: str, value: float, where: str) -> None:
 
 SERVO: Final = "tendon_mj.servo"  # name of the plugin
 ATTRIBUTES: Final = (*GAINS, "tendon", "feedback", "backdrive", "instance")
-TENDON, FEEDBACK, BACKDRIVE, INSTANCE = range(len(GAINS), len(ATTRIBUTES))
+TENDON, FEEDBACK, BACKDRIVE = range(len(GAINS), len(ATTRIBUTES) - 1)
 FEEDBACKS: Final = ("sensor", "observer")
 SWITCH: Final = ("false", "true")
 

@@ -7,11 +7,8 @@ from tendon_mj.plugin.sheath_plugin.attributes import KINDS as KINDS
 from tendon_mj.plugin.sheath_plugin.attributes import NAME as NAME
 from tendon_mj.plugin.sheath_plugin.attributes import SPRINGS as SPRINGS
 from tendon_mj.plugin.sheath_plugin.attributes import is_one_number as is_one_number
+from tendon_mj.plugin.sheath_plugin.bind import attachment as attachment
 from tendon_mj.plugin.sheath_plugin.drive import CHOSEN_STIFFNESS as CHOSEN_STIFFNESS
-from tendon_mj.plugin.sheath_plugin.names import check_own_names as check_own_names
-from tendon_mj.plugin.sheath_plugin.names import own_config as own_config
-from tendon_mj.plugin.sheath_plugin.names import prefix_and_suffix as prefix_and_suffix
-from tendon_mj.plugin.sheath_plugin.names import sheathed_tendons as sheathed_tendons
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS as PARAMETERS
 from tendon_mj.plugin.sheath_plugin.state import STATE as STATE
 from tendon_mj.plugin.sheath_plugin.state import View as View

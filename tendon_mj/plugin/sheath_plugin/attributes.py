@@ -70,14 +70,14 @@ class Attachment(NamedTuple):
 # first, which tells sheaths from sensors, is read in every step.
 ATTACHMENT: Final = {
     "sensor": Attachment("quantity that a sensor's instance shows, see below", "word", "none"),
-    "tendon": Attachment("tendon that runs in the sheath", "name", "required"),
+    "tendon": Attachment("tendon in the sheath, as it is called here", "name", "required"),
     "reel_joint": Attachment("hinge or slide that winds tendon in at the input", "name", "none"),
     "output_joint": Attachment("the same at the output, such as a joint's pulley", "name", "none"),
     "guides": Attachment("number of guides; give it with several tendons", "1", "counted"),
     "arc_guides": Attachment("guides on each geom that the tendon wraps around", "1", "1"),
     "inner_guides": Attachment("guides at its input end, for `extra_bend`", "1", "0"),
     "input_end": Attachment("its site at which it is pulled: `first` or `last`", "word", "first"),
-    "instance": Attachment("name of the instance where this is written", "name", "none"),
+    "instance": Attachment("no meaning now; earlier releases wrote it", "name", "none"),
     "spring": Attachment(
         "the tendon's own spring: the `cable`'s elasticity, or one at its `input` that pulls it",
         "word",

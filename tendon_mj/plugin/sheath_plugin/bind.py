@@ -13,9 +13,11 @@ guides, it is laid anew.
 
 from __future__ import annotations
 
-import mujoco
+import ctypes
 
-from tendon_mj.native import LocalDoubles, apart, compiled
+import numpy as np
+
+from tendon_mj.native import LocalDoubles, apart, compiled, entry, load
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import free, malloc, plugin_name
 from tendon_mj.plugin.abi.memory import address_of, doubles, word, words
@@ -29,7 +31,7 @@ from tendon_mj.plugin.sheath_plugin.input_force import (
     is_constrained,
     note_spring,
 )
-from tendon_mj.plugin.sheath_plugin.names import resolve
+from tendon_mj.plugin.sheath_plugin.names import joint_of, tendon_of
 from tendon_mj.plugin.sheath_plugin.path import count_guides, mark_branches
 from tendon_mj.plugin.sheath_plugin.signature import (
     as_number,
@@ -59,7 +61,6 @@ from tendon_mj.plugin.sheath_plugin.state import (
 )
 from tendon_mj.typing import IntArray
 
-_JOINT, _TENDON = mujoco.mjtObj.mjOBJ_JOINT.value, mujoco.mjtObj.mjOBJ_TENDON.value
 _COUNT = BINDING.itemsize // 8
 _passing = LocalDoubles(_COUNT)  # what is bound for the moment
 _SERVO_NAME = at.as_rows(("tendon_mj.servo",))
@@ -160,18 +161,34 @@ def _bind(m: Model, instance: int, address: int, signature: float) -> None:
     bound.is_last_plugin = _is_last_plugin(m, int(bound.last_sheath))
     bound.guides, bound.arcs = 0.0, 0.0
     bound.dofs = m.nv if bound.first_sheath == instance else 0.0
-    bound.tendon = resolve(m, instance, at.TENDON, _TENDON)
-    bound.reel_joint = resolve(m, instance, at.REEL_JOINT, _JOINT)
-    bound.output_joint = resolve(m, instance, at.OUTPUT_JOINT, _JOINT)
+    bound.tendon = tendon_of(m, instance)
+    bound.reel_joint = joint_of(m, instance, at.REEL_JOINT)
+    bound.output_joint = joint_of(m, instance, at.OUTPUT_JOINT)
     first, last = range_of(m.sensor_plugin, m.nsensor, instance)
     bound.first_sensor, bound.last_sensor = first, last
     bound.reel_actuator = range_of(m.actuator_plugin, m.nactuator, instance)[1]
-    if bound.tendon < 0.0:
+    if not 0.0 <= bound.tendon < m.ntendon:
+        bound.tendon = -1.0
         return
     _count_guides(m, instance, bound)
     _bind_drive(m, instance, bound)
     if not fits(bound, state_size_of(m, instance)):
         bound.tendon, bound.guides, bound.arcs = -1.0, 0.0, 0.0
+
+
+@entry("tendon_mj_sheath_bind", "void(mjModel, i32, ptr)")
+def bind(m: Model, instance: int, address: int) -> None:
+    """Look up what a sheath is attached to, for Python."""
+    _bind(m, instance, address, 0.0)
+
+
+def attachment(model: int, instance: int) -> Binding:
+    """What a sheath is attached to in the model at an address."""
+    record = np.zeros(1, BINDING).view(np.recarray)
+    function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p)
+    function(load().address("tendon_mj_sheath_bind"))(model, instance, record.ctypes.data)
+    bound: Binding = record[0]
+    return bound
 
 
 @apart

@@ -1,14 +1,12 @@
 """Sensors of the plugin: which sheaths they show, and of these which numbers.
 
-An instance with `sensor` whose configuration names a tendon shows the sheath on that; of another
-each sensor has the tendon as its object. Which sheaths these are is kept in `mjData.plugin_data`.
+Each sensor of an instance with `sensor` shows the sheath on the tendon that is its object, or that
+its instance names. Which sheaths these are is kept in `mjData.plugin_data`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-
-import mujoco
 
 from tendon_mj.native import Record, apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
@@ -29,7 +27,7 @@ from tendon_mj.plugin.sheath_plugin.bind import (
     new_binding,
     range_of,
 )
-from tendon_mj.plugin.sheath_plugin.names import resolve
+from tendon_mj.plugin.sheath_plugin.names import tendon_of_sensor
 from tendon_mj.plugin.sheath_plugin.state import (
     SENSORS,
     SHEATH,
@@ -42,8 +40,6 @@ from tendon_mj.plugin.sheath_plugin.state import (
 )
 from tendon_mj.sheath import record_type
 from tendon_mj.typing import FloatArray
-
-_TENDON = mujoco.mjtObj.mjOBJ_TENDON.value
 
 
 @compiled
@@ -83,7 +79,6 @@ class _Binding:
     kind: float
     first_sensor: float
     last_sensor: float
-    is_of_one: float  # whether all its sensors show the same sheath
 
 
 _BINDING = record_type(_Binding)
@@ -93,7 +88,7 @@ _binding_at: Callable[[int], _Binding] = Record(_BINDING)
 
 @compiled
 def _shown_at(binding: int) -> FloatArray:
-    """Sheath that an instance shows, or that each sensor of the model shows; −1 for none."""
+    """Sheath that each sensor of the model shows for an instance; −1 for none."""
     return doubles(binding + 8 * _COUNT, int(_binding_at(binding).capacity) + 1)
 
 
@@ -114,15 +109,12 @@ def _find_shown(m: Model, d: Data, instance: int) -> None:
         address = new_binding(d, instance, SENSORS, _COUNT + sensors + 1)
         _binding_at(address).capacity = sensors
     bound, shown = _binding_at(address), _shown_at(address)
-    owners, objects = m.sensor_plugin, m.sensor_objid
-    types = m.sensor_objtype
+    owners = m.sensor_plugin
     first, last = range_of(owners, m.nsensor, instance)
     bound.first_sheath = at.first_sheath(m, instance)
     bound.signature = _present(d, instance)
     bound.first_sensor, bound.last_sensor = first, last
     bound.kind = at.sensor_kind(m, instance)
-    bound.is_of_one = at.is_given(m, instance, at.TENDON)
-    tendon = resolve(m, instance, at.TENDON, _TENDON)
     shown[:] = -1.0
     for other in range(m.nplugin):
         if not at.is_sheath(m, other, instance):
@@ -131,13 +123,8 @@ def _find_shown(m: Model, d: Data, instance: int) -> None:
         if sheath == 0:
             continue
         runs = binding_at(sheath).tendon
-        if bound.is_of_one != 0.0:
-            if runs == tendon:
-                shown[0] = other
-            continue
         for sensor in range(first, last + 1):
-            mine = owners[sensor] == instance and types[sensor] == _TENDON
-            if mine and objects[sensor] == runs:
+            if owners[sensor] == instance and tendon_of_sensor(m, sensor) == runs:
                 shown[sensor] = other
 
 
@@ -152,7 +139,7 @@ def show(m: Model, d: Data, instance: int) -> None:
     owners, widths = m.sensor_plugin, m.sensor_dim
     kind = int(bound.kind)
     for sensor in range(int(bound.first_sensor), int(bound.last_sensor) + 1):
-        source = shown[0] if bound.is_of_one != 0.0 else shown[sensor]
+        source = shown[sensor]
         if owners[sensor] != instance or source < 0.0:
             continue
         if not has_own_state(m, d, int(source)):
