@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 
 from tendon_mj import load_spec
-from tendon_mj.native import ARRAYS, ENTRIES, library, load
-from tendon_mj.plugin import ATTRIBUTES, export_library
+from tendon_mj.native import ARRAYS, library, load
+from tendon_mj.native.marks import ENTRIES
+from tendon_mj.plugin import export_library
+from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES
 from tests.plugin import test_refusals, test_sensor_objects, test_servo_refusals
 from tests.rigs import config
 

@@ -22,14 +22,13 @@ except ModuleNotFoundError as error:
     raise MissingPackageError.of_lab("tendon_mj.envs", error) from None
 
 if TYPE_CHECKING:
-    from tendon_mj.envs.finger import FingerPhysics as FingerPhysics
     from tendon_mj.envs.finger import follow_trajectory as follow_trajectory
     from tendon_mj.envs.finger import hold_force as hold_force
     from tendon_mj.envs.gymnasium_finger import FollowTrajectoryEnv as FollowTrajectoryEnv
     from tendon_mj.envs.gymnasium_finger import HoldForceEnv as HoldForceEnv
 
 # name -> module that it is loaded from when it is first used
-_LAZY = dict.fromkeys(("follow_trajectory", "hold_force", "FingerPhysics"), "finger")
+_LAZY = dict.fromkeys(("follow_trajectory", "hold_force"), "finger")
 _LAZY |= dict.fromkeys(("FollowTrajectoryEnv", "HoldForceEnv"), "gymnasium_finger")
 _DM_CONTROL = (
     "pip install 'tendon-mj[environments]', and from Python 3.13 on also "

@@ -18,4 +18,3 @@ from tendon_mj.models.load import load_spec as load_spec
 from tendon_mj.models.load import model_digest as model_digest
 from tendon_mj.models.load import model_names as model_names
 from tendon_mj.models.load import model_path as model_path
-from tendon_mj.models.load import models_folder as models_folder

@@ -19,7 +19,6 @@ broadcast of the rest). An argument out of its range raises InvalidValueError, w
 """
 
 from tendon_mj.theory.dry_friction import frictionloss as frictionloss
-from tendon_mj.theory.history import TensionMemory as TensionMemory
 from tendon_mj.theory.history import displacement as displacement
 from tendon_mj.theory.history import driven_tensions as driven_tensions
 from tendon_mj.theory.history import output_tension as output_tension

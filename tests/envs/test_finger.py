@@ -11,7 +11,8 @@ from absl.testing import absltest
 from dm_env import test_utils
 
 from tendon_mj.attach import Parameters
-from tendon_mj.envs import FingerPhysics, Ranges, follow_trajectory, hold_force
+from tendon_mj.envs import Ranges, follow_trajectory, hold_force
+from tendon_mj.envs.finger import FingerPhysics
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.models import Finger
 from tendon_mj.plugin import sheath_arrays, sheaths

@@ -28,8 +28,8 @@ from tendon_mj.models import (
     load_model,
     load_spec,
     model_names,
-    models_folder,
 )
+from tendon_mj.models.load import models_folder
 from tendon_mj.plugin import sheaths
 from tests.rigs import simulated
 

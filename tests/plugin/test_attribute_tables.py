@@ -6,8 +6,8 @@
 import re
 from pathlib import Path
 
-from tendon_mj.plugin import ATTRIBUTES, PARAMETERS
-from tendon_mj.plugin.sheath_plugin.attributes import ATTACHMENT
+from tendon_mj.plugin import PARAMETERS
+from tendon_mj.plugin.sheath_plugin.attributes import ATTACHMENT, ATTRIBUTES
 
 PAGE = Path(__file__).parents[2] / "docs" / "plugin.md"
 

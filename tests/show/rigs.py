@@ -9,8 +9,8 @@ from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 
 import tendon_mj
-from tendon_mj.show.live import LiveSimulation, Prepared
 from tendon_mj.show.live.scene import first_view
+from tendon_mj.show.live.session import LiveSimulation, Prepared
 from tests.rigs import pulled_xml
 
 CAMERA = '<camera name="front" pos="0.5 -1.2 0.1" xyaxes="1 0 0 0 0 1" fovy="50"/>'

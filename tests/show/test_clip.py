@@ -19,18 +19,18 @@ from tendon_mj.lab.finger import lasting, press, simulate_finger, tap
 from tendon_mj.lab.replay import Cable, FrameRecorder, default_motion, record_frames
 from tendon_mj.models import Bench, build_bench, load_model
 from tendon_mj.plugin import segment_tensions, sheaths
-from tendon_mj.show import (
-    Offscreen,
-    add_cable,
-    draw_frames,
-    find_camera,
-    render_clip,
-    without_tendons,
-)
+from tendon_mj.show import Offscreen, draw_frames, find_camera, render_clip
 from tendon_mj.show.figures.style import DARK
 from tendon_mj.show.render import offscreen as scene_module
 from tendon_mj.show.render.clip import draw_arrow
-from tendon_mj.show.render.offscreen import COLOURS, blend, cable_radius, project
+from tendon_mj.show.render.offscreen import (
+    COLOURS,
+    add_cable,
+    blend,
+    cable_radius,
+    project,
+    without_tendons,
+)
 from tests.refusals import refusing
 from tests.rigs import compiled, rope
 

@@ -12,9 +12,9 @@ from tendon_mj.errors import (
     UnknownNameError,
 )
 from tendon_mj.plugin import TENSION_SCALE
-from tendon_mj.show.live import LiveSimulation, prepare
+from tendon_mj.show.live import prepare
 from tendon_mj.show.live.scene import first_view, look_from
-from tendon_mj.show.live.session import repeated, run_in_real_time, stands_still
+from tendon_mj.show.live.session import LiveSimulation, repeated, run_in_real_time, stands_still
 from tests.refusals import refusing
 from tests.rigs import block_and_tackle
 from tests.show.rigs import PULLED, TENSION, pulled

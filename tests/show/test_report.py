@@ -14,21 +14,20 @@ from tendon_mj.lab.diagnosis import (
     CATALOGUE,
     DISCRIMINATING_EXPERIMENTS,
     MEANING,
-    Alternative,
     Autocorrelation,
     BeforeAfter,
     Bin,
     Correlations,
     Diagnosis,
     ErrorReduction,
-    Evidence,
     Finding,
     Located,
     Provenance,
-    Ranked,
     SysidResult,
     Value,
 )
+from tendon_mj.lab.diagnosis.result import Alternative, Ranked
+from tendon_mj.lab.diagnosis.verdict import Evidence
 from tendon_mj.lab.replay import Simulates
 from tendon_mj.show import write_report
 from tendon_mj.show.figures.simulations import before_after_figure

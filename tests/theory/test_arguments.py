@@ -5,7 +5,6 @@ import pytest
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.theory import (
-    TensionMemory,
     apparent_stiffness,
     displacement,
     driven_tensions,
@@ -14,6 +13,7 @@ from tendon_mj.theory import (
     reversal_backlash,
     transmission_stiffness,
 )
+from tendon_mj.theory.history import TensionMemory
 from tendon_mj.theory.stiffness import tendon_stiffness
 from tests.refusals import refusing
 

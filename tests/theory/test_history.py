@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from tendon_mj.theory import (
-    TensionMemory,
     displacement,
     driven_tensions,
     output_tension,
     reversal_backlash,
     transmission_stiffness,
 )
+from tendon_mj.theory.history import TensionMemory
 
 EA, LENGTH, PRETENSION = 20e3, 0.5, 20.0
 SPRING = 8e3  # 10e3 and 40e3 in a row

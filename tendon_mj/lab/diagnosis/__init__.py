@@ -25,11 +25,6 @@ from tendon_mj.lab.diagnosis.data import with_step as with_step
 from tendon_mj.lab.diagnosis.effects import CATALOGUE as CATALOGUE
 from tendon_mj.lab.diagnosis.effects import DISCRIMINATING_EXPERIMENTS as DISCRIMINATING_EXPERIMENTS
 from tendon_mj.lab.diagnosis.effects import candidates as candidates
-from tendon_mj.lab.diagnosis.effects.binding import ParameterSpecification as ParameterSpecification
-from tendon_mj.lab.diagnosis.effects.binding import on_inputs as on_inputs
-from tendon_mj.lab.diagnosis.effects.binding import on_joints as on_joints
-from tendon_mj.lab.diagnosis.effects.binding import on_sensors as on_sensors
-from tendon_mj.lab.diagnosis.effects.binding import on_sheaths as on_sheaths
 from tendon_mj.lab.diagnosis.effects.effect import Candidate as Candidate
 from tendon_mj.lab.diagnosis.effects.effect import Effect as Effect
 from tendon_mj.lab.diagnosis.effects.effect import SystemDescription as SystemDescription
@@ -42,11 +37,9 @@ from tendon_mj.lab.diagnosis.fitting import written as written
 from tendon_mj.lab.diagnosis.regimes import Bin as Bin
 from tendon_mj.lab.diagnosis.regimes import Located as Located
 from tendon_mj.lab.diagnosis.rehearsal import rehearse as rehearse
-from tendon_mj.lab.diagnosis.result import Alternative as Alternative
 from tendon_mj.lab.diagnosis.result import BeforeAfter as BeforeAfter
 from tendon_mj.lab.diagnosis.result import Diagnosis as Diagnosis
 from tendon_mj.lab.diagnosis.result import Finding as Finding
-from tendon_mj.lab.diagnosis.result import Ranked as Ranked
 from tendon_mj.lab.diagnosis.result import Value as Value
 from tendon_mj.lab.diagnosis.result import write_before_after as write_before_after
 from tendon_mj.lab.diagnosis.selection import Selection as Selection
@@ -60,7 +53,6 @@ from tendon_mj.lab.diagnosis.sysid import fit_with_sysid as fit_with_sysid
 from tendon_mj.lab.diagnosis.sysid import sysid_is_there as sysid_is_there
 from tendon_mj.lab.diagnosis.verdict import SMALLEST_EXCESS as SMALLEST_EXCESS
 from tendon_mj.lab.diagnosis.verdict import ErrorReduction as ErrorReduction
-from tendon_mj.lab.diagnosis.verdict import Evidence as Evidence
 from tendon_mj.lab.diagnosis.wording import MEANING as MEANING
 from tendon_mj.lab.diagnosis.wording import state_alternatives as state_alternatives
 from tendon_mj.lab.diagnosis.workflow import diagnose as diagnose

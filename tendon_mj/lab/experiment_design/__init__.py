@@ -6,6 +6,5 @@ from tendon_mj.lab.experiment_design.experiment import ExperimentBounds as Exper
 from tendon_mj.lab.experiment_design.experiment import check_bounds as check_bounds
 from tendon_mj.lab.experiment_design.experiment import draw_experiment as draw_experiment
 from tendon_mj.lab.experiment_design.experiment import read_bounds as read_bounds
-from tendon_mj.lab.experiment_design.suggest import Difference as Difference
 from tendon_mj.lab.experiment_design.suggest import Suggestion as Suggestion
 from tendon_mj.lab.experiment_design.suggest import suggest_experiment as suggest_experiment

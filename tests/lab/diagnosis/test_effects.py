@@ -12,19 +12,19 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
-from tendon_mj.lab.diagnosis import (
-    CATALOGUE,
-    Effect,
+from tendon_mj.lab.diagnosis import CATALOGUE, Effect, candidates, diagnose
+from tendon_mj.lab.diagnosis.effects import by_identifier, check_bindings
+from tendon_mj.lab.diagnosis.effects.binding import (
     ParameterSpecification,
-    candidates,
-    diagnose,
+    frictionless_sheaths,
+    on,
+    on_gravity,
     on_inputs,
     on_joints,
     on_sensors,
     on_sheaths,
+    together,
 )
-from tendon_mj.lab.diagnosis.effects import by_identifier, check_bindings
-from tendon_mj.lab.diagnosis.effects.binding import frictionless_sheaths, on, on_gravity, together
 from tendon_mj.lab.diagnosis.effects.effect import Binding
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Kind, Parameter, Simulator, replay_recording

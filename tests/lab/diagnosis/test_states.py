@@ -13,17 +13,19 @@ from tendon_mj.lab.diagnosis import (
     CATALOGUE,
     Diagnosis,
     Fit,
-    ParameterSpecification,
     Problem,
     Term,
     diagnose,
     fit,
-    on_sheaths,
     session_terms,
     uncertain_terms,
 )
 from tendon_mj.lab.diagnosis.data import by_recording
-from tendon_mj.lab.diagnosis.effects.binding import written_parameters
+from tendon_mj.lab.diagnosis.effects.binding import (
+    ParameterSpecification,
+    on_sheaths,
+    written_parameters,
+)
 from tendon_mj.lab.diagnosis.statistics import cross_validate
 from tendon_mj.lab.diagnosis.verdict import bar, reproducibility
 from tendon_mj.lab.recordings import Measured, Recording, Session, Uncertain

@@ -14,7 +14,6 @@ from tendon_mj.lab.diagnosis import (
     CATALOGUE,
     Candidate,
     Diagnosis,
-    ParameterSpecification,
     Problem,
     all_samples,
     candidates,
@@ -22,6 +21,7 @@ from tendon_mj.lab.diagnosis import (
     diagnose,
     written,
 )
+from tendon_mj.lab.diagnosis.effects.binding import ParameterSpecification
 from tendon_mj.lab.diagnosis.wording import state_finding
 from tendon_mj.lab.recordings import Recording, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulator

@@ -6,7 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj.attach import add_cable_drive, add_friction, add_tendon, arc_points
+from tendon_mj.attach import add_friction, add_tendon, arc_points
+from tendon_mj.attach.cable_drive import add_cable_drive
 from tendon_mj.lab.replay import Simulator, rollout_named_sensors
 from tendon_mj.lab.replay.finer_guides import split_guides
 from tendon_mj.models import Bench, Joint, build_bench, build_joint

@@ -7,8 +7,7 @@ from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.finger import lasting, press, simulate_finger, tap
 from tendon_mj.lab.replay import FrameRecorder, frictionless, record_frames
 from tendon_mj.models import Bench, build_bench, load_model
-from tendon_mj.show import add_cable, without_tendons
-from tendon_mj.show.render.offscreen import cable_radius, colour_limits
+from tendon_mj.show.render.offscreen import add_cable, cable_radius, colour_limits, without_tendons
 from tests.refusals import refusing
 from tests.rigs import compiled, lever, rope
 

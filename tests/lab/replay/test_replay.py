@@ -23,7 +23,8 @@ from tendon_mj.errors import (
 from tendon_mj.lab.recordings import Measured, Uncertain, read_recording
 from tendon_mj.lab.replay import Adjustable, patch_model, replay_error, replay_recording
 from tendon_mj.lab.replay.readout import make_clock
-from tendon_mj.models import Bench, Joint, build_bench, build_joint, load_model, models_folder
+from tendon_mj.models import Bench, Joint, build_bench, build_joint, load_model
+from tendon_mj.models.load import models_folder
 from tests.lab.recorded import recorded
 from tests.lab.replay.rigs import MEASURED, bench, joint_recording, wave
 from tests.refusals import refusing
