@@ -150,7 +150,7 @@ def step_convergence(
         models: MJCF files with actuators on tendons.
         out: folder for result.json.
         friction: mu of every sheath.
-        stiffness: axial stiffnesses EA in N, after the one that is chosen where none is given.
+        stiffness: axial stiffnesses EA in N, after the one that is chosen if none is given.
         duration: simulated time in s.
         amplitude: of the controls, over half their range.
         seed: of the controls.

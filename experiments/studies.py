@@ -57,7 +57,7 @@ class Figure:
         return re.sub(r" *\(.*?\)", "", rows[self.table][self.cell])
 
     def agrees(self, page: str) -> bool:
-        """Whether the README states it."""
+        """Return whether the README states it."""
         stated = self.stated(page)
         if isinstance(self.measured, str):
             return stated == self.measured

@@ -118,7 +118,7 @@ def suggestion(kind: str, name: str, valid: Iterable[str], folder: str = "") -> 
 
 
 def _begins(name: str, valid: str) -> bool:
-    """Whether a name is the beginning of a valid one, three letters of it at least."""
+    """Return whether a name is the beginning of a valid one, three letters of it at least."""
     return len(name) >= 3 and valid.casefold().startswith(name.casefold())
 
 

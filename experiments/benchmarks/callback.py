@@ -119,7 +119,7 @@ class NumpySheath:
             exponents: μφ of each guide [-].
         """
         slip, tau = self._slip, self._tau
-        most = np.exp(exponents) * (1.0 + _ROUNDING)  # of the two tensions' ratio where it holds
+        most = np.exp(exponents) * (1.0 + _ROUNDING)  # of the two tensions' ratio if it holds
         for done in range(_PASSES):
             holds, tau = _tension(lengths, stored, exponents, slip, tau)
             flow = (holds - stored).cumsum()[:-1]

@@ -93,7 +93,7 @@ class GuideScaling:
 
 
 def exponent(counts: Sequence[int], added: Sequence[float]) -> float:
-    """p of added ∝ count^p; nan where nothing was added."""
+    """p of added ∝ count^p; nan if nothing was added."""
     if min(added) <= 0.0:
         return float("nan")
     return float(np.polyfit(np.log(counts), np.log(added), 1)[0])
@@ -194,7 +194,7 @@ class CostParts:
     """Cost that each part adds to a step, on top of those before it.
 
     Attributes:
-        empty_plugin: an instance of a plugin of MuJoCo's that does nothing; None where MuJoCo came
+        empty_plugin: an instance of a plugin of MuJoCo's that does nothing; None if MuJoCo came
             without it [s].
         idle_instance: an instance of this plugin that finds nothing to do, beyond the above [s].
         first_guide: a sheath of one guide at rest, beyond the above [s].
@@ -233,7 +233,7 @@ def with_instances(
 
 
 def has_empty_plugin() -> bool:
-    """Whether MuJoCo came with ``EMPTY_PLUGIN``."""
+    """Return whether MuJoCo came with ``EMPTY_PLUGIN``."""
     try:
         _with_empty_plugins(Bench(guides=1)).compile()
     except ValueError:

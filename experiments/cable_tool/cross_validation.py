@@ -34,7 +34,7 @@ class HeldOut:
         torque_variation: the same with its mean apart [N m].
         angle: error of the output angle, its mean apart [rad]; None for a model without angle.
         angle_zeroed: the same with the zero from the recordings of this pose that were fitted
-            [rad]; None where there are none.
+            [rad]; None if there are none.
     """
 
     name: str

@@ -86,7 +86,7 @@ class ToolRecording:
         pose: wrist pose as the file names it, ``straight`` where it names none.
         pitch, roll: of the wrist [rad].
         load_share: brake's share of full load [-].
-        rate: of the sine as the file names it, empty where it names none.
+        rate: of the sine as the file names it, empty if it names none.
         time: [s].
         input_angle, input_torque: of the driving side [rad], [N m].
         output_angle: of the driven side; runs against the input [rad].

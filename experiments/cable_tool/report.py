@@ -61,7 +61,7 @@ def result(study: Study) -> dict[str, object]:
 
 
 def mean_and_worst(errors: Sequence[HeldOut], name: str) -> tuple[float, float] | None:
-    """Mean and largest of one kind of error; None where a model has no such error."""
+    """Mean and largest of one kind of error; None if a model has no such error."""
     values = [getattr(one, name) for one in errors]
     known = [value for value in values if value is not None]
     return (float(np.mean(known)), float(np.max(known))) if known else None

@@ -69,7 +69,7 @@ def fit_steady_load(recordings: Sequence[ToolRecording]) -> SteadyLoad:
 
 
 def sliding(recording: ToolRecording) -> np.ndarray:
-    """Whether the output slides at each sample: the input has travelled ``SLIDING``."""
+    """Return whether the output slides at each sample: the input has travelled ``SLIDING``."""
     result: np.ndarray = recording.strokes.travel > SLIDING
     return result
 

@@ -26,7 +26,7 @@ class Tool:
         closing_offset: b_c, input torque when closing without load: constant friction and zero of
             the cells [N m].
         load_difference: by how much the load is larger when closing than when opening, from the
-            friction of the brake itself; None where `opening_offset` takes its place [N m].
+            friction of the brake itself; None if `opening_offset` takes its place [N m].
         stiffness: k, elastic torque at the input over its angle [N m/rad].
         take_up: w, travel after a reversal over which the cable comes to slide [rad].
         angle_ratio: ρ, output over input angle without torque [-].

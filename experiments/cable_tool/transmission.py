@@ -10,7 +10,7 @@ friction that does not grow with the load, and (b_c + b_o)/2 the zero of the tor
 the two lines the output holds: x ← clip(x, closing, opening) is the play operator of
 docs/theory.md, section 2, with a constant beside λ.
 
-Play alone lets the output move only where the input torque pushes it. A cable that is being drawn
+Play alone lets the output move only if the input torque pushes it. A cable that is being drawn
 on slides whichever way its torque changes, so that x also comes onto the line of the direction of
 motion with the travel s since the last reversal: the distance to it is multiplied by
 e^{−(s₂² − s₁²)/w²} from s₁ to s₂, little just after a reversal, where the cable still sticks, and

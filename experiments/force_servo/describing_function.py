@@ -41,7 +41,7 @@ def _harmonics(bench: Bench, amplitude: float, centre: float) -> tuple[float, fl
 
 
 def _net_damping(bench: Bench, servo: Servo, amplitude: float) -> float:
-    """G_v ω A + G_t r² Q [N m]: > 0 where the damping exceeds the energy that the lag feeds in."""
+    """G_v ω A + G_t r² Q [N m]: > 0 if the damping exceeds the energy that the lag feeds in."""
     low, high = -amplitude, amplitude
     for _ in range(24):  # T̄ rises with the centre
         centre = 0.5 * (low + high)
@@ -55,7 +55,7 @@ def _net_damping(bench: Bench, servo: Servo, amplitude: float) -> float:
 
 
 def predict_amplitude(bench: Bench, servo: Servo, backlash: float) -> float:
-    """Amplitude of ξ_in in the stable limit cycle [m]; 0 where there is none.
+    """Amplitude of ξ_in in the stable limit cycle [m]; 0 if there is none.
 
     Args:
         bench, servo: with reference T_r = T_0.

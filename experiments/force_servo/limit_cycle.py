@@ -39,7 +39,7 @@ class LimitCycle:
         bench: its parameters.
         backlash: ξ_B of the closed form, pulling [m].
         amplitude: half the range of ξ_in [m].
-        predicted_amplitude: by the describing function; 0 where that has no cycle [m].
+        predicted_amplitude: by the describing function; 0 if that has no cycle [m].
         response: the last part of the run.
     """
 

@@ -86,7 +86,7 @@ def _model_of(recording: Recording) -> mujoco.MjModel:
 
 @dataclass(frozen=True)
 class Solved:
-    """Outcome of a case: content of result.json (None where it failed), and of run.json."""
+    """Outcome of a case: content of result.json (None if it failed), and of run.json."""
 
     result: dict[str, Any] | None
     seconds: float

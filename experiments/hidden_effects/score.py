@@ -77,7 +77,7 @@ _UNREACHED = "Misses. Cases whose strength was not reached count in no figure ab
 
 
 def _of_missing(missing: list[str], cases: int, partial: bool) -> str:
-    """Line that says which cases have no result; empty where all have one."""
+    """Line that says which cases have no result; empty if all have one."""
     if not missing:
         return ""
     if partial:

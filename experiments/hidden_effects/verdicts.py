@@ -29,9 +29,9 @@ class JudgedCase:
     Attributes:
         name: of the case.
         key: entry of the case in keys.json.
-        result: content of result.json, of which README.md says what is read; None where the
+        result: content of result.json, of which README.md says what is read; None if the
             diagnosis failed.
-        seconds: that the diagnosis took, as the tool states it [s]; None where it does not.
+        seconds: that the diagnosis took, as the tool states it [s]; None if it does not.
         missing: whether the tool wrote nothing at all about the case, which counts as failed.
     """
 
@@ -110,7 +110,7 @@ class JudgedCase:
 
     @property
     def hit(self) -> float:
-        """1 where the one hidden effect comes first; ½ where it is one of "A or B"."""
+        """1 if the one hidden effect comes first; ½ where it is one of "A or B"."""
         if len(self.hidden) != 1 or not self.named_effect:
             return 0.0
         first = self.effects[0]
@@ -137,7 +137,7 @@ class JudgedCase:
 
     @property
     def leads(self) -> float:
-        """Like `hit`, but 0 where a wrong number is named before the hidden effect."""
+        """Like `hit`, but 0 if a wrong number is named before the hidden effect."""
         return self.hit if self.named[:1] == self.effects[:1] else 0.0
 
     @property
@@ -212,7 +212,7 @@ class Run(NamedTuple):
 
 
 def read_run(path: Path) -> Run | None:
-    """Read run.json; None where there is none.
+    """Read run.json; None if there is none.
 
     Raises:
         InvalidValueError: it cannot be read, or a value is not as README.md says.
@@ -227,7 +227,7 @@ def read_run(path: Path) -> Run | None:
 
 
 def read_result(path: Path) -> dict[str, Any] | None:
-    """Read result.json; None where there is none.
+    """Read result.json; None if there is none.
 
     Raises:
         InvalidValueError: it cannot be read, or a value is not as README.md says.

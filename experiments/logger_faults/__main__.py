@@ -24,11 +24,11 @@ class Case:
     """One recording, and its reports.
 
     Attributes:
-        fault: its kind; empty where there is none.
+        fault: its kind; empty if there is none.
         rig, motion: of the recording.
         warnings: of the check.
         named: whether they name the fault at the right place.
-        verdict: of a diagnosis; empty where none was made.
+        verdict: of a diagnosis; empty if none was made.
         effects: of the rig that a diagnosis names.
     """
 

@@ -34,7 +34,7 @@ class Fault:
     row: int | None
 
     def named_by(self, warning: DataWarning) -> bool:
-        """Whether a warning names the fault, its column and its row."""
+        """Return whether a warning names the fault, its column and its row."""
         column = "time_s" if self.column == "time" else self.column
         rows = [int(row) for row in re.findall(r"row (\d+)", warning.value)]
         near = self.row is None or any(abs(row - self.row) <= _ROWS for row in rows)
@@ -92,7 +92,7 @@ def drive_reset(recording: Recording, random: np.random.Generator) -> Fault:
 
 
 def below_zero(recording: Recording, random: np.random.Generator) -> Fault:
-    """A load cell whose zero was set under load reads less than 0 where the cable is let off."""
+    """A load cell whose zero was set under load reads less than 0 if the cable is let off."""
     column = random.choice(_unit(recording, "_N"))
     series = recording.columns[column]
     low = 20.0 * noise_levels(recording)[column]

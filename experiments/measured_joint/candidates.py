@@ -24,7 +24,7 @@ class Candidate:
 
     Attributes:
         name: in tables.
-        numbers: how many it fits; None where it keeps whole curves.
+        numbers: how many it fits; None if it keeps whole curves.
         fit: makes a prediction from recordings and a seed.
         random: whether the seed matters.
     """

@@ -89,7 +89,7 @@ def record(
 def run(
     truth: ReferenceBench, template: Recording, random: np.random.Generator
 ) -> Recording | None:
-    """Run an experiment on the rig; None where a reading would leave the limits."""
+    """Run an experiment on the rig; None if a reading would leave the limits."""
     known = template.known
     state = dataclasses.replace(
         truth,

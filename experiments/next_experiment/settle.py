@@ -29,7 +29,7 @@ class After:
     """A diagnosis with one more recording.
 
     Attributes:
-        experiment: in words; empty where none could be run.
+        experiment: in words; empty if none could be run.
         verdict, effects, ties: of the diagnosis.
         settled: whether it names the hidden effect first, and nothing ties with it.
     """
@@ -51,7 +51,7 @@ class Outcome:
         tie: whether it ties, the hidden effect being one of the tied.
         sentence: of the suggestion. differences: see `tendon_mj.lab.experiment_design.Difference`.
         seconds: that the search took.
-        suggested: with the suggested experiment; None where none was suggested.
+        suggested: with the suggested experiment; None if none was suggested.
         random: with random ones of the same length from the same bounds.
     """
 

@@ -36,7 +36,7 @@ class Described:
         errors: model → measured column → held-out error, rms [the column's unit].
         residuals: likewise, over all samples (n,), simulated − measured.
         sysid: `mujoco.sysid` told nothing but that the mass is uncertain, and told the structure;
-            None where it is not installed.
+            None if it is not installed.
     """
 
     recording: Recording

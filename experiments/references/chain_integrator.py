@@ -74,7 +74,7 @@ ELEMENT: Final = np.dtype(
 SPRING: Final = np.dtype(
     [
         ("stiffness", np.float64),  # k_j [N/m]
-        ("tension", np.float64),  # at the start of the step, below 0 where slack [N]
+        ("tension", np.float64),  # at the start of the step, below 0 if slack [N]
         ("mean", np.float64),  # T̄_j over the step [N]
         ("slope", np.float64),  # its derivative in the elongation [N/m]
     ]

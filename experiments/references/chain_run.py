@@ -112,7 +112,7 @@ def simulate_chain(
     """Integrate eq. (25) of the paper with stick and slip through an input history.
 
     The method is the energy-conserving implicit midpoint rule with exact sticking, of order 2
-    where no element stops or starts; `chain_integrator` has the details.
+    if no element stops or starts; `chain_integrator` has the details.
 
     Args:
         chain: the elements.

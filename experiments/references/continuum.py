@@ -204,7 +204,7 @@ def simulate_continuum(
     Args:
         model: the sheath.
         input_tension: T_in [N], ≥ 0, monotone between samples. Shape (samples,).
-        input_displacement: ξ_in [m]; exactly one of the two. Where it leaves the tendon slack,
+        input_displacement: ξ_in [m]; exactly one of the two. If it leaves the tendon slack,
             T_in = 0.
         tension: T(x) to start from [N], ≥ 0, shape (points,); None is T_0 throughout.
 

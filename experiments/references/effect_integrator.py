@@ -159,7 +159,7 @@ class EffectChain(NamedTuple):
         friction: of the elements.
         preload: tension that the carriages' springs balance at the start [N].
         mount_compliance: C_s, of the sheath's mount at the input [m/N].
-        output_compliance: of a massless output, where there is no carriage [m/N].
+        output_compliance: of a massless output, if there is no carriage [m/N].
         backlash: b [m].
         nodes: of type ``NODE``. Shape (n + carriages,).
         elements: of type ``ELEMENT``. Shape (n,).

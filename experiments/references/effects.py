@@ -47,7 +47,7 @@ class Effects:
 
     Args:
         stribeck_friction: Δμ, friction at rest above that of fast sliding [–], ≥ 0.
-        stribeck_velocity: v_s, speed over which it fades [m/s]; > 0 where Δμ > 0.
+        stribeck_velocity: v_s, speed over which it fades [m/s]; > 0 if Δμ > 0.
         viscous_friction: c_v, of the whole tendon [N s/m], ≥ 0.
         constant_friction: F_c, of the whole tendon besides the chain's own [N], ≥ 0.
         direction_asymmetry: α, −1 < α < 1 [–].
@@ -56,12 +56,12 @@ class Effects:
         backlash: b, width of the play between drive and drum; starts centred [m], ≥ 0.
         stiffening: κ, share by which EA grows per unit strain [–], ≥ 0.
         creep: χ, delayed strain over elastic strain [–], ≥ 0.
-        creep_time: τ_c [s]; > 0 where χ > 0.
+        creep_time: τ_c [s]; > 0 if χ > 0.
         sheath_compliance: C_s, compliance of the sheath's mount at the input [m/N], ≥ 0.
         tendon_mass: m, of the whole tendon besides the chain's own [kg], ≥ 0.
         extra_bend: φ_x, bend of the whole sheath besides the chain's own [rad].
         retardation_time: τ_r of T = EA (ε + τ_r dε/dt) between elements [s], ≥ 0: the loss in the
-            tendon that ends its own ringing where it has mass.
+            tendon that ends its own ringing if it has mass.
         axial_stiffness: EA [N], > 0: strain per tension, for finite strain and for
             stiffening. inf: strain is infinitesimal, nothing stiffens.
     """

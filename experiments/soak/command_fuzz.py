@@ -28,7 +28,7 @@ from tendon_mj.models import example_recording, load_spec
 
 _ENDINGS = {0: "carried out", 2: "refused", 130: "interrupted"}
 _LONGEST = 0.4  # [s] until the last moment of an interruption
-_MOST_LINES = 150  # of a refusal: where no command is named, it lists them all
+_MOST_LINES = 150  # of a refusal: if no command is named, it lists them all
 _TABLE = "loop.csv"
 # by command; none of them opens a window, and one process does the work of those that have many
 _TYPED = (

@@ -58,7 +58,7 @@ def killed_runs(
         kills: number of runs to kill; as many may end before, after which all is done anew.
         seed: of the moments.
         finished: pattern of the files in ``out`` that a finished part leaves, which no later run
-            may write again; where it is given, the runs begin with an empty folder.
+            may write again; if it is given, the runs begin with an empty folder.
         progress: is told of every run.
     """
     result, draw = KilledRuns(), random.Random(seed)
@@ -106,7 +106,7 @@ def _see_finished(out: Path, finished: str, done: dict[Path, int], result: Kille
 
 
 def whole(path: Path) -> bool:
-    """Whether a file is whole; a file that a killed run was writing begins with a dot.
+    """Return whether a file is whole; a file that a killed run was writing begins with a dot.
 
     A recording's table and description are two files, and either may be missing.
     """

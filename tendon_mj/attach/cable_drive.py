@@ -62,7 +62,7 @@ def add_cable_drive(
     stretches, so there is no lost motion.
 
     Args:
-        spec: changed in place and returned; not at all where the call is refused.
+        spec: changed in place and returned; not at all if the call is refused.
         actuator: name of an actuator on a hinge, a slide or a fixed tendon, several names, or a
             pattern such as ``*``, which leaves out other actuators; a warning says which.
         radius: of the drum on a joint [m]; for a fixed tendon, of cable per unit of its
@@ -71,7 +71,7 @@ def add_cable_drive(
         bend: whole angle by which the cable turns on its way [rad].
         <parameters>
         sensors: kinds to add, named ``<tendon>_<kind>``. The tension is the difference of both
-            cables, and above 0 where it turns the joint towards positive angles.
+            cables, and above 0 if it turns the joint towards positive angles.
 
     Returns:
         ``spec``.

@@ -50,7 +50,7 @@ def add_friction(
 ) -> mujoco.MjSpec:
     """Let spatial tendons run through sheaths with Coulomb friction.
 
-    Where an actuator pulls a tendon, its force is the input tension; EA is then by default the
+    If an actuator pulls a tendon, its force is the input tension; EA is then by default the
     stiffest that the step resolves, and there is no T_0. Elsewhere the tendon's own spring is the
     cable's elasticity: EA and T_0 default to its stiffness times its spring length and its pull at
     `qpos0`, and follow them where the model is changed later; a shorter spring length is tendon
@@ -59,7 +59,7 @@ def add_friction(
     limit (``range``) pulls the tendon, their force is.
 
     Args:
-        spec: changed in place and returned; not at all where the call is refused.
+        spec: changed in place and returned; not at all if the call is refused.
         tendon: name of a spatial tendon; a list of names, so that the names of sheaths and sensors
             begin with the tendon's; or a pattern with ``*``, ``?`` or ``[…]``.
             A pattern leaves out tendons that are fixed, run in a sheath or that nothing pulls, and
@@ -67,7 +67,7 @@ def add_friction(
         <parameters>
         arc_guides: guides on each geom that a tendon may wrap around.
         inner_guides: guides at the input end, for bend that is not drawn (``extra_bend``), as of a
-            cable outside the model; by default one where there is no other, else none.
+            cable outside the model; by default one if there is no other, else none.
         input_end: site of the path, ``first`` or ``last``, at which a tendon is pulled or wound in.
             ``last`` is for one that is drawn from its insertion to its muscle or motor.
         name: of the sheath, by default ``<tendon>_sheath``.
@@ -82,7 +82,7 @@ def add_friction(
         spring: role of the tendon's own spring: the ``cable``'s elasticity, or a spring at the
             ``input`` end, whose force is the input tension.
         sensors: kinds to add. Those of a tendon given alone are named like the kind, or
-            ``<tendon>_<kind>`` where that is taken (``<name>_<kind>`` with a name); of one in a
+            ``<tendon>_<kind>`` if that is taken (``<name>_<kind>`` with a name); of one in a
             list, even of one tendon, always ``<tendon>_<kind>``.
 
     Returns:
@@ -248,7 +248,7 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
     compiles to the same model as before.
 
     Args:
-        spec: changed in place and returned; not at all where the call is refused.
+        spec: changed in place and returned; not at all if the call is refused.
         tendon: name, several names, or a pattern, of which tendons without a sheath are left out.
 
     Returns:
@@ -307,7 +307,7 @@ def _delete_instances(
 
 
 def _is_on(holder: Any, tendons: Collection[str], configs: Mapping[str, Mapping[str, str]]) -> bool:
-    """Whether a sensor or an actuator belongs to a sheath on one of the tendons.
+    """Return whether a sensor or an actuator belongs to a sheath on one of the tendons.
 
     It refers to an instance by name, or has its own without a name.
     """

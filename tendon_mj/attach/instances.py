@@ -27,7 +27,7 @@ _TENDON, _ON_TENDON = mujoco.mjtObj.mjOBJ_TENDON, mujoco.mjtTrn.mjTRN_TENDON
 
 
 def free_name(taken: Container[str], *candidates: str) -> str:
-    """The first candidate that is not taken; where all are, the last one and a number."""
+    """The first candidate that is not taken; if all are, the last one and a number."""
     for name in candidates:
         if name not in taken:
             return name
@@ -98,7 +98,7 @@ def sheaths_by_tendon(spec: mujoco.MjSpec) -> dict[str, mujoco.MjsPlugin]:
 
 
 def is_shared(config: Mapping[str, str]) -> bool:
-    """Whether an instance belongs to sensors that state by their object which sheath they show."""
+    """Return whether the sensors of an instance state by their object which sheath they show."""
     return "sensor" in config and "tendon" not in config
 
 
@@ -172,7 +172,7 @@ def add_sensor(
         spec: changed in place.
         sheath: name of the plugin instance.
         kind: one of ``tendon_mj.plugin.KINDS``.
-        name: of the sensor; default: the kind, or ``<sheath>_<kind>`` where that is taken.
+        name: of the sensor; default: the kind, or ``<sheath>_<kind>`` if that is taken.
 
     Raises:
         UnknownNameError: no such sheath or kind.

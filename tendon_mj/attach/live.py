@@ -265,7 +265,7 @@ class SheathView:
 
     @property
     def slip(self) -> FloatArray:
-        """(…, n) +1 where tendon slides towards the input, −1 towards the output, 0 at rest."""
+        """(…, n) +1 if tendon slides towards the input, −1 towards the output, 0 at rest."""
         guides = self._read().guides
         return np.where(guides["flow"] != 0.0, guides["slip"], 0.0)
 

@@ -54,7 +54,7 @@ _SAME_LENGTH = 1e-9  # relative, of two lengths
 class Request(NamedTuple):
     """Request of a call, for each of its tendons; see `add_friction`."""
 
-    law: Law  # with some EA and T_0 where none is given
+    law: Law  # with some EA and T_0 if none is given
     axial_stiffness: float | None
     pretension: float | None
     arc_guides: int
@@ -167,7 +167,7 @@ class Designer:
         constraints: Constraints,
         only_inner: bool,
     ) -> bool:
-        """Whether the spring or the constraints of a tendon without actuators drive it.
+        """Return whether the spring or the constraints of a tendon without actuators drive it.
 
         A spring that cannot be the elasticity of a wound tendon does.
         """
@@ -213,7 +213,7 @@ def _sheath_config(
 def idle_reason(
     tendon: mujoco.MjsTendon, config: Mapping[str, str], *, is_driven: bool, is_wound_in: bool
 ) -> str:
-    """Reason that friction of a sheath has no effect, and the remedy; empty where it has."""
+    """Reason that friction of a sheath has no effect, and the remedy; empty if it has."""
     inner, end = int(config.get("inner_guides", 0)), config.get("input_end", "first")
     if path_of(tendon).bends() == 0:
         if not (inner and any(float(config.get(key, 0.0)) > 0.0 for key in _RUB_UNBENT)):

@@ -384,7 +384,7 @@ _Keyframe = tuple[list[float], list[float]]  # positions and velocities
 
 
 def _keyframes(spec: mujoco.MjSpec) -> list[_Keyframe]:
-    """Positions and velocities of each keyframe, empty where it does not state them."""
+    """Positions and velocities of each keyframe, empty if it does not state them."""
     return [(list(key.qpos), list(key.qvel)) for key in spec.keys]
 
 

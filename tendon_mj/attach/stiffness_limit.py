@@ -28,8 +28,8 @@ def largest_stiffness(model: mujoco.MjModel, tendon: str) -> float:
 
     A stretch j of tendon that its guides hold, of length ℓ_j between two bodies, is a spring EA/ℓ_j
     on the inertia 1/a_j, with J_j = ∂ℓ_j/∂q. MuJoCo's integrators carry ω² = a_j EA/ℓ_j up to 4/h²
-    where it is alone; a quarter of that leaves room for other tendons. A stiffer tendon can ring at
-    the pace of the steps; where an actuator pulls it, its guides yield instead.
+    if it is alone; a quarter of that leaves room for other tendons. A stiffer tendon can ring at
+    the pace of the steps; if an actuator pulls it, its guides yield instead.
 
     Args:
         model: compiled, in its pose `qpos0`.
@@ -74,7 +74,7 @@ def _limits(model: mujoco.MjModel, tendons: Sequence[int], damping: FloatArray) 
 def step_warning(
     model: mujoco.MjModel, tendon: int, stiffness: float, *, driven: bool = False
 ) -> str:
-    """Sentence on an EA that a step does not carry; empty where it does.
+    """Sentence on an EA that a step does not carry; empty if it does.
 
     With more, a wound tendon is unstable, and the guides of one that is ``driven`` yield.
     """

@@ -210,7 +210,7 @@ def unswept_joints(model: mujoco.MjModel) -> list[int]:
 
 
 def _is_swept(model: mujoco.MjModel, joint: int) -> bool:
-    """Whether a joint has a range, or turns."""
+    """Return whether a joint has a range, or turns."""
     is_slide = model.jnt_type[joint] == _JOINT_TYPE.mjJNT_SLIDE.value
     return bool(model.jnt_limited[joint]) or not is_slide
 
@@ -286,7 +286,7 @@ def idlers(model: mujoco.MjModel) -> list[Idler]:
 
 
 def _is_axle(model: mujoco.MjModel, data: mujoco.MjData, joint: int, geom: int) -> bool:
-    """Whether a joint is a hinge on the axis of a cylinder."""
+    """Return whether a joint is a hinge on the axis of a cylinder."""
     hinge, anchor = data.xaxis[joint], data.xanchor[joint]
     misses = np.linalg.norm(np.cross(data.geom_xpos[geom] - anchor, hinge))
     tilt = np.linalg.norm(np.cross(data.geom_xmat[geom].reshape(3, 3)[:, 2], hinge))
@@ -297,7 +297,7 @@ def _is_axle(model: mujoco.MjModel, data: mujoco.MjData, joint: int, geom: int) 
 def _turns_along(
     model: mujoco.MjModel, data: mujoco.MjData, joint: int, body: int, site: int, geom: int
 ) -> bool:
-    """Whether a site turns about a hinge of a body that carries a cylinder, off its axis."""
+    """Return whether a site turns about a hinge of a body that carries a cylinder, off its axis."""
     if not _is_carrier(model, body, int(model.site_bodyid[site])):
         return False
     arm = np.cross(data.site_xpos[site] - data.xanchor[joint], data.xaxis[joint])

@@ -39,7 +39,7 @@ def check_spec(spec: object) -> None:
 
 
 def asks_for_several(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> bool:
-    """Whether this is a list of names or a pattern, and not the name of a tendon."""
+    """Return whether this is a list of names or a pattern, and not the name of a tendon."""
     return not isinstance(tendon, str) or (_is_pattern(tendon) and spec.tendon(tendon) is None)
 
 
@@ -149,7 +149,7 @@ def path_of(tendon: mujoco.MjsTendon) -> TendonPath:
 
 
 def guides_are_beyond(tendon: mujoco.MjsTendon, input_end: str) -> bool:
-    """Whether all guides of an unbranched tendon are on the body at which it ends.
+    """Return whether all guides of an unbranched tendon are on the body at which it ends.
 
     Friction at a guide takes tension from the path behind it, which then pulls on one body alone.
     """
@@ -168,7 +168,7 @@ def crossed_joints(tendon: mujoco.MjsTendon) -> list[mujoco.MjsJoint]:
 
 
 def idlers_are_possible(tendon: mujoco.MjsTendon) -> bool:
-    """Whether a tendon may wrap around a geom on a body that carries none of its sites."""
+    """Return whether a tendon may wrap around a geom on a body that carries none of its sites."""
     targets = [point.target for point in tendon.path if point.type != _WRAP.mjWRAP_PULLEY]
     sites = [target for target in targets if isinstance(target, mujoco.MjsSite)]
     carriers = {body for site in sites for body in _above(site.parent)}
@@ -201,14 +201,14 @@ def _above(body: mujoco.MjsBody) -> list[mujoco.MjsBody]:
 
 
 def is_limited(limited: int, ends: Sequence[float]) -> bool:
-    """Whether a range of a spec limits, which by default it does where it is one."""
+    """Return whether a range of a spec limits, which by default it does where it is one."""
     if int(limited) == mujoco.mjtLimited.mjLIMITED_AUTO:
         return bool(ends[0] < ends[1])
     return int(limited) == int(mujoco.mjtLimited.mjLIMITED_TRUE)
 
 
 def is_cable(spec: mujoco.MjSpec, tendon: mujoco.MjsTendon) -> bool:
-    """Whether a tendon is one that `add_cable_drive` added, and nothing else refers to it."""
+    """Return whether `add_cable_drive` added a tendon, and nothing else refers to it."""
     is_one = not path_of(tendon).is_spatial and len(tendon.path) == 1
     shown = [s.objname for s in spec.sensors if s.objtype == _TENDON and not s.plugin.active]
     actuated = tendon.name in actuators_by_tendon(spec)
@@ -217,7 +217,7 @@ def is_cable(spec: mujoco.MjSpec, tendon: mujoco.MjsTendon) -> bool:
 
 
 def has_own_spring(tendon: mujoco.MjsTendon) -> bool:
-    """Whether a tendon has its own stiffness."""
+    """Return whether a tendon has its own stiffness."""
     return any(float(k) for k in tendon.stiffness)
 
 
@@ -245,7 +245,7 @@ def constraints_on(spec: mujoco.MjSpec, tendon: mujoco.MjsTendon) -> Constraints
 
 
 def name_of(actuator: mujoco.MjsActuator) -> str:
-    """An actuator for messages: its name, or its number where it has none."""
+    """An actuator for messages: its name, or its number if it has none."""
     return repr(actuator.name) if actuator.name else f"actuator {actuator.id}, which has no name"
 
 

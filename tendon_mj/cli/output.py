@@ -144,7 +144,7 @@ def print_warnings(warnings: Iterable[DataWarning]) -> None:
 
 
 def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table in which no word is cut; where it does not fit, a paragraph for each row.
+    """Print a table in which no word is cut; if it does not fit, a paragraph for each row.
 
     The first cell of a row is its name.
     """

@@ -268,7 +268,7 @@ def _as_described(
 ) -> bool | None:
     """``values_of`` as ``described`` of `replay_recording`.
 
-    Where the values of the description and those of a diagnosis that wrote the model differ, the
+    If the values of the description and those of a diagnosis that wrote the model differ, the
     console reports which are used.
     """
     fitted = read_intervals(model)

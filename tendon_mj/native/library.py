@@ -26,7 +26,7 @@ from tendon_mj.native.marks import ARRAYS, ENTRIES
 
 try:
     import fcntl
-except ImportError:  # Windows, where several processes may build at once, each for itself
+except ImportError:  # Windows, if several processes may build at once, each for itself
     fcntl = None  # type: ignore[assignment]
 
 _PACKAGE = Path(__file__).parents[1]
@@ -50,7 +50,7 @@ def digest() -> str:
 
 
 def _folders() -> list[Path]:
-    """Folders for libraries: that of the package, and the user's cache where there is one."""
+    """Folders for libraries: that of the package, and the user's cache if there is one."""
     folders = [FOLDER]
     with contextlib.suppress(RuntimeError):
         variable = {"win32": "LOCALAPPDATA", "darwin": ""}.get(sys.platform, "XDG_CACHE_HOME")
@@ -69,7 +69,7 @@ def _kept(suffix: str) -> Iterator[Path]:
 
 
 def _is_trusted(path: Path) -> bool:
-    """Whether a file or folder is there, and nobody else may write to it; its code is run."""
+    """Return whether a file or folder is there that nobody else may write to; its code is run."""
     try:
         status = path.lstat()
     except OSError:
@@ -191,7 +191,7 @@ def _alone(folder: Path) -> Iterator[None]:
 
 
 def link(machine_code: bytes, stem: Path) -> Path:
-    """Link an object file to a library, or keep it where there is no C compiler.
+    """Link an object file to a library, or keep it if there is no C compiler.
 
     Args:
         machine_code: object file.

@@ -98,7 +98,7 @@ class Word(_Mark):
 class Wrapping(_Mark):
     """An operation of int64s mod 2⁶⁴, ``add`` or ``mul``.
 
-    Where Numba's `*` and `+` of whole numbers overflow, the compiler may take any result.
+    If Numba's `*` and `+` of whole numbers overflow, the compiler may take any result.
     """
 
     def __init__(self, instruction: str) -> None:

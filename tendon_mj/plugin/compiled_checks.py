@@ -1,12 +1,12 @@
 """Checks of sheaths and servos, once while MuJoCo compiles a model and whenever it makes data.
 
 They are the same for C and for Python. A refusal names the instance, the attribute, its value and a
-remedy; `mj_loadXML` returns the sentence. Where there is Python, it adds the names that may be
+remedy; `mj_loadXML` returns the sentence. If there is Python, it adds the names that may be
 meant, and checks what compiled code does not (`plugin.advice`).
 
 MuJoCo leaves a refusal by a long jump and does not free all that it holds then. Where it asks for
 the size of a state it holds a few small lists, between which the heap would fall to pieces: a
-refusal is a size of 0 there, and `init` says why. Where it asks `init` it holds the data, which is
+refusal is a size of 0 there, and `init` says why. If it asks `init` it holds the data, which is
 deleted here.
 """
 
@@ -116,7 +116,7 @@ OF_A_REEL: Final = (
 )  # fmt: skip
 ELASTICITY: Final = ("axial_stiffness", "axial_damping", "stiffening", "creep")
 OF_A_PATH: Final = (*ELASTICITY, *OF_A_REEL[1:])  # and a cable that is not drawn
-UNDRAWN: Final = ("extra_bend", "constant_friction")  # friction that is not where the path bends
+UNDRAWN: Final = ("extra_bend", "constant_friction")  # friction that is not if the path bends
 _OF_A_REEL = np.array([at.ATTRIBUTES.index(name) for name in OF_A_REEL])
 _OF_A_PATH = np.array([at.ATTRIBUTES.index(name) for name in OF_A_PATH])
 _UNDRAWN = np.array([at.ATTRIBUTES.index(name) for name in UNDRAWN])
@@ -308,7 +308,7 @@ def _value_of(m: Model, instance: int, attribute: int) -> int:
 
 @compiled
 def has_refused(out: int) -> bool:
-    """Whether there is a message at an address."""
+    """Return whether there is a message at an address."""
     return letters(out)[0] != 0
 
 
@@ -404,7 +404,7 @@ def _written(number: float, digits: int, place: int) -> int:
 
 @apart
 def _is_number(text: int) -> bool:
-    """Whether a text that is not empty is a number, which C and Python read alike."""
+    """Return whether a text that is not empty is a number, which C and Python read alike."""
     k = 0
     while letters(text)[k] != 0:
         if letters(text)[k] <= 32 or letters(text)[k] in (40, 88, 120):  # space, (, X, x
@@ -713,7 +713,7 @@ def _check_fixed(m: Model, out: int, instance: int, tendon: int) -> None:
 
 @compiled
 def _pulls(m: Model, actuator: int, instance: int, tendon: int) -> bool:
-    """Whether an actuator pulls on a tendon as a whole, and is neither a reel nor a servo."""
+    """Return whether an actuator pulls a tendon as a whole, and is neither reel nor servo."""
     owner = m.actuator_plugin[actuator]
     is_other = owner != instance and (owner < 0 or not _is_servo(m, owner))
     return is_other and acts_on(m, actuator, tendon)
@@ -746,7 +746,7 @@ def _say_stiffness(m: Model, out: int, instance: int, text: int, tendon: int) ->
 
 @apart
 def _is_linear(m: Model, tendon: int) -> bool:
-    """Whether a tendon's own spring is positive and linear from one rest length on."""
+    """Return whether a tendon's own spring is positive and linear from one rest length on."""
     higher, lengths = m.tendon_stiffnesspoly[tendon], m.tendon_lengthspring[tendon]
     is_plain = m.tendon_stiffness[tendon] > 0.0 and higher[0] == 0.0 and higher[1] == 0.0
     return is_plain and lengths[1] > 0.0 and not 0.0 < lengths[0] < lengths[1]

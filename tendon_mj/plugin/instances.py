@@ -76,7 +76,7 @@ def sensor_kind(model: mujoco.MjModel, sensor: int) -> str:
 
 
 def servos(model: mujoco.MjModel) -> dict[str, int]:
-    """Where the state of every servo begins, by its name or else by its actuator's."""
+    """If the state of every servo begins, by its name or else by its actuator's."""
     named = {}
     for k in range(model.nplugin):
         if _is_of(model, k, SERVO):
@@ -152,7 +152,7 @@ def tension_path(
 
     Returns:
         (m+1, 3) points [m], and (m,) tensions between them [N]: the mean of its neighbours on the
-        chord of an arc, NaN where no tendon is, from one branch to the next.
+        chord of an arc, NaN if no tendon is, from one branch to the next.
 
     Raises:
         UnknownNameError: no such sheath.

@@ -20,7 +20,7 @@ from tendon_mj.plugin.abi import C, offset
 
 
 def plugin_at(slot: int) -> str:
-    """Name of the plugin in a slot, empty where there is none."""
+    """Name of the plugin in a slot, empty if there is none."""
     plugin = C.mjp_getPluginAtSlot(slot)
     return bytes(plugin.contents.name).decode() if plugin else ""
 

@@ -36,7 +36,7 @@ class Range(NamedTuple):
     high: float = math.inf
 
     def admits(self, value: float) -> bool:
-        """Whether a value is finite and within the range."""
+        """Return whether a value is finite and within the range."""
         above = value > self.low or (self.closed and value == self.low)
         return math.isfinite(value) and above and value < self.high
 
@@ -64,11 +64,11 @@ class Parameter(NamedTuple):
 
     Attributes:
         symbol: in the equations.
-        unit: SI; "-" where there is none.
+        unit: SI; "-" if there is none.
         text: its meaning in one line.
         range: allowed values.
         scale: name of the parameter without which this one has no meaning; empty: none.
-        default: value where it is not given; None: required, or taken from elsewhere.
+        default: value if it is not given; None: required, or taken from elsewhere.
         required: whether it has to be given.
     """
 
@@ -119,7 +119,7 @@ def attribute_lines(parameters: Mapping[str, Parameter], indent: str) -> str:
 
 
 def in_place(where: str) -> str:
-    """Prefix of a message; empty where no place is named."""
+    """Prefix of a message; empty if no place is named."""
     return f"{where}: " if where else ""
 
 
@@ -140,7 +140,7 @@ def check_in_range(
 
 
 def doubt_of_unit(name: str, value: float) -> str:
-    """Doubt of a friction in percent, or a bend in degrees; empty where it may be right."""
+    """Doubt of a friction in percent, or a bend in degrees; empty if it may be right."""
     if name == "extra_bend" and value > _MOST_BEND:
         turns = value / (2.0 * math.pi)
         return f"{name} = {value:.4g} rad are {turns:.0f} turns: a bend in degrees is to be in rad"

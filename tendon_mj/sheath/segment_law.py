@@ -33,7 +33,7 @@ def held(segments: Segments, j: int, tau: float) -> tuple[float, float, float]:
 
 @compiled
 def tension_of(segments: Segments, j: int) -> float:
-    """τ of a segment that keeps what it has stored; 0 when slack, inf where nothing can yield."""
+    """τ of a segment that keeps what it has stored; 0 when slack, inf if nothing can yield."""
     stored = segments[j].stored
     softness = segments[j].strain_slope * stored + segments[j].support_compliance
     if softness <= 0.0:
@@ -62,7 +62,7 @@ def convected(tau: float, stiffening: float) -> float:
 
 @compiled
 def friction_work(left: float, right: float, flow: float) -> float:
-    """Friction work over EA of a ``flow`` from τ ``right`` to τ ``left`` [m], ≥ 0 where it slides.
+    """Friction work over EA of a ``flow`` from τ ``right`` to τ ``left`` [m], ≥ 0 if it slides.
 
     The difference of the energies ``convected`` on both sides, for Hooke's law.
     """

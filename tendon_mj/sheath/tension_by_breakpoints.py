@@ -223,7 +223,7 @@ def _walk_back(segments: Segments, guides: Guides, given: bool, roots: FloatArra
         change = abs(tau - segments[j].tension)
         if change * segments[j].strain_slope <= TOLERANCE:  # rounding, all there is if none is taut
             change = 0.0
-        if not change <= most:  # nor where it is not a number
+        if not change <= most:  # nor if it is not a number
             most = change
         largest = max(largest, tau)
         segments[j].tension = tau
@@ -243,9 +243,9 @@ def _lacking(segments: Segments, guides: Guides, j: int, first: int) -> float:
 
 @compiled
 def _slip_at_bound(segments: Segments, guides: Guides, i: int, passed: float) -> float:
-    """Direction in which guide i lets ``passed`` through; 0 where its tensions do not.
+    """Direction in which guide i lets ``passed`` through; 0 if its tensions do not.
 
-    Where τ* is at the bound itself, on a jump, the flow is what is needed of that.
+    If τ* is at the bound itself, on a jump, the flow is what is needed of that.
     """
     left, right = segments[i].tension, segments[i + 1].tension
     if passed > 0.0 and left >= highest(guides, i, right) * (1.0 - TOUCHING) - TOLERANCE:
@@ -302,7 +302,7 @@ def _lie_slack(segments: Segments, guides: Guides, total: float, slack: float) -
 
 @apart
 def lies_slack(segments: Segments, guides: Guides) -> bool:
-    """Whether a tendon is longer than its path; it is spread evenly along it then."""
+    """Return whether a tendon is longer than its path; it is spread evenly along it then."""
     path, total = 0.0, 0.0
     for k in range(len(segments)):
         path += segments[k].length / (1.0 + segments[k].strain_offset)
@@ -315,7 +315,7 @@ def lies_slack(segments: Segments, guides: Guides) -> bool:
 
 @compiled
 def _has_tendon(segments: Segments) -> bool:
-    """Whether any is left between the ends."""
+    """Return whether any is left between the ends."""
     total = 0.0
     for j in range(len(segments)):
         total += segments[j].stored
@@ -346,7 +346,7 @@ def find_slip(segments: Segments, guides: Guides, given: bool, within: float) ->
         within: error of a tension, over the largest.
 
     Returns:
-        False where no tendon is left between the ends, or where rounding keeps the rounds from
+        False if no tendon is left between the ends, or if rounding keeps the rounds from
         settling. The tensions are inf then.
     """
     solved = given or _has_tendon(segments)
@@ -365,7 +365,7 @@ def balance(segments: Segments, guides: Guides, given: bool) -> bool:
     """Tensions, flows and slip for given holding ratios; as `find_slip`, and then the flows.
 
     Returns:
-        False also where rounding leaves a segment without the length of its tension.
+        False also if rounding leaves a segment without the length of its tension.
     """
     solved = find_slip(segments, guides, given, _SETTLED)
     return solved and _set_flows(segments, guides, given)

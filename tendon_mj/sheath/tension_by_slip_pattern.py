@@ -4,7 +4,7 @@ Guides that slide in a row tie the tensions of their segments to each other, and
 conserves its tendon: one unknown, solved by Halley's method. Most steps slide as the step before
 did, and then this is the quickest way; the solution shows whether it did.
 
-Where the input tension is given, the run that begins at the input has no unknown: its tensions
+If the input tension is given, the run that begins at the input has no unknown: its tensions
 follow from one end, the flows from the other, and what it lacks comes in at the input.
 
 Equations: docs/theory.md, section 4.
@@ -22,7 +22,7 @@ _STEPS = 4
 
 @compiled
 def is_frictionless(guide: Guide) -> bool:
-    """Whether nothing rubs at a guide, so that its law is the same in both directions."""
+    """Return whether nothing rubs at a guide, so that its law is the same in both directions."""
     free = guide.input_ratio == 1.0 and guide.output_ratio == 1.0
     return guide.constant_friction == 0.0 and free
 
@@ -113,7 +113,7 @@ def guess_from_motion(segments: Segments, guides: Guides) -> None:
 
 @compiled
 def _agrees(segments: Segments, guides: Guides) -> bool:
-    """Whether the solution agrees, to rounding, with the slip from which it follows."""
+    """Return whether the solution agrees, to rounding, with the slip from which it follows."""
     for i in range(len(guides)):
         guide = guides[i]
         left, right = segments[i].tension, segments[i + 1].tension
@@ -125,7 +125,7 @@ def _agrees(segments: Segments, guides: Guides) -> bool:
                 return False
         elif left + right == 0.0 and abs(guide.flow) < TOLERANCE * segments[i].length:
             guide.flow = 0.0  # a slack tendon that rounding would move
-        elif not guide.flow * guide.slip >= 0.0:  # nor where it is not a number
+        elif not guide.flow * guide.slip >= 0.0:  # nor if it is not a number
             if is_frictionless(guide):
                 guide.slip = -guide.slip  # nothing rubs: either direction will do
             elif abs(guide.flow) < TOLERANCE * min(segments[i].length, segments[i + 1].length):

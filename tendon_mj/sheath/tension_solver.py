@@ -25,8 +25,8 @@ _NEAR = 1e-3  # error of a tension over the largest, with which the slip is as a
 def _balance(segments: Segments, guides: Guides, given: bool) -> bool:
     """Equilibrium for given holding ratios, without drag.
 
-    The slip of the last step is tried first. Where it has changed, breakpoints find it, and
-    followed again it gives the tensions to the last digit. That it does not where tendon lies
+    The slip of the last step is tried first. If it has changed, breakpoints find it, and
+    followed again it gives the tensions to the last digit. That it does not if tendon lies
     slack.
     """
     if follow_pattern(segments, guides, given):
@@ -42,7 +42,7 @@ def _balance(segments: Segments, guides: Guides, given: bool) -> bool:
 
 @compiled
 def _release(guides: Guides) -> bool:
-    """Whether a guide broke loose that was at rest; it slides at μ_d from here on."""
+    """Return whether a guide broke loose that was at rest; it slides at μ_d from here on."""
     released = False
     for i in range(len(guides)):
         guide = guides[i]
@@ -55,7 +55,7 @@ def _release(guides: Guides) -> bool:
 
 @compiled
 def _is_bounded(segments: Segments, guides: Guides) -> bool:
-    """Whether every tension has a bound; where one has none it is inf, and nothing flows.
+    """Return whether every tension has a bound; if one has none it is inf, and nothing flows.
 
     A stretch was emptied then, so that there is no solution, or the rounds did not settle.
     """
@@ -77,11 +77,11 @@ def solve_flow(
 
     Args:
         segments, guides: see ``records``; ``tension``, ``flow`` and ``slip`` receive the result.
-        dragged: whether ``drag`` > 0 and ``momentum`` count; not where the input tension is given.
+        dragged: whether ``drag`` > 0 and ``momentum`` count; not if the input tension is given.
         given: whether the tension of the first segment is, which may then have any length.
 
     Returns:
-        False where the result is not the solution. The flow is then the best approximation, or 0
+        False if the result is not the solution. The flow is then the best approximation, or 0
         without any.
     """
     stiction = False

@@ -43,7 +43,7 @@ from tendon_mj.sheath.tension_by_slip_pattern import is_frictionless
 from tendon_mj.typing import FloatArray
 
 _STEPS = 40  # of Newton's method, of which a taut tendon needs about 4
-_SHORT = 1e-8  # step [strain] that leaves rounding, its square, where none becomes slack or taut
+_SHORT = 1e-8  # step [strain] that leaves rounding, its square, if none becomes slack or taut
 _FREE, _SLACK, _TAUT = -1.0, 0.0, 1.0  # a left side: as its tension is, or held slack or taut
 _malloc = External("malloc", "ptr(i64)")
 _free = External("free", "void(ptr)")
@@ -62,9 +62,9 @@ def spare(segments: Segments, j: int, stored: float) -> float:
 
 @compiled
 def _pull(segments: Segments, j: int, stored: float, least: float) -> tuple[float, float]:
-    """τ̂ of segment j when it holds ``stored``, below 0 where it is slack, and dτ̂/ds < 0.
+    """τ̂ of segment j when it holds ``stored``, below 0 if it is slack, and dτ̂/ds < 0.
 
-    Where less is left of it than the part ``least`` of its length, τ̂ goes on along its tangent.
+    If less is left of it than the part ``least`` of its length, τ̂ goes on along its tangent.
     """
     stretch = 1.0 + segments[j].strain_offset
     lacking = max(least * segments[j].length - spare(segments, j, stored), 0.0)
@@ -77,7 +77,7 @@ def _pull(segments: Segments, j: int, stored: float, least: float) -> tuple[floa
 
 @compiled
 def tension_at(segments: Segments, j: int, stored: float, least: float) -> tuple[float, float]:
-    """τ of segment j when it holds ``stored``, and dτ/ds ≤ 0; 0 where slack."""
+    """τ of segment j when it holds ``stored``, and dτ/ds ≤ 0; 0 if slack."""
     tau, slope = _pull(segments, j, stored, least)
     return (tau, slope) if tau > 0.0 else (0.0, 0.0)
 
@@ -172,7 +172,7 @@ def _most_strain(segments: Segments, guides: Guides, steps: FloatArray, least: f
         left = spare(segments, j, stored_after(segments, guides, j))
         change = max(0.0, abs(change) - 2.0 * ROUNDING * flows)
         moves = change / max(left, least * segments[j].length)
-        if not moves <= most:  # nor where it is not a number
+        if not moves <= most:  # nor if it is not a number
             most = moves
     return most
 
@@ -213,7 +213,7 @@ def _hold(segments: Segments, guides: Guides, held: FloatArray, least: float) ->
 def solve_pattern(segments: Segments, guides: Guides, least: float) -> bool:
     """Flows and tensions for the guides' slip as it is, from the flows at hand.
 
-    By full steps or, where those go to and fro, from rest and with what is slack held.
+    By full steps or, if those go to and fro, from rest and with what is slack held.
     """
     work = _malloc(8 * (4 * len(guides) + 1))
     solved = work != 0 and _solve_in(segments, guides, least, work)
@@ -265,7 +265,7 @@ _TANGENTS = 11  # down to 1e-12, each a tenth of the one before
 def _is_beyond(
     guides: Guides, i: int, slip: float, left: float, right: float, tolerance: float
 ) -> bool:
-    """Whether the tensions beside guide i, which rests, drive it to ``slip``."""
+    """Return whether the tensions beside guide i, which rests, drive it to ``slip``."""
     p, q, c = law(guides, i, slip)
     return slip * (p * left - q * right - c) > tolerance * (p + q)
 
@@ -309,7 +309,7 @@ def _correct(segments: Segments, guides: Guides, side: float, tolerance: float) 
 
 @compiled
 def _hold_tendon(segments: Segments, guides: Guides, least: float) -> bool:
-    """Whether the flows leave in every segment more than the part ``least`` of its length."""
+    """Return whether the flows leave every segment more than the part ``least`` of its length."""
     for j in range(len(segments)):
         left = spare(segments, j, stored_after(segments, guides, j))
         if not left > least * segments[j].length:
@@ -366,7 +366,7 @@ def balance_dragged(segments: Segments, guides: Guides) -> bool:
     """Equilibrium for given holding ratios, DRAG > 0 at every guide.
 
     Returns:
-        False where no solution was found. The flows are then the last that were tried, or 0 where
+        False if no solution was found. The flows are then the last that were tried, or 0 if
         those would empty a segment; the tension of one that is empty is infinite.
     """
     for i in range(len(guides)):

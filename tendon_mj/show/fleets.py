@@ -89,7 +89,7 @@ def write_table(fleet: FleetResult, path: Path) -> Path:
 
 
 def changes_figure(fleet: FleetResult) -> Figure | None:
-    """Draw the numbers that changed day by day; None where nothing changed."""
+    """Draw the numbers that changed day by day; None if nothing changed."""
     changed = fleet.of("changed")[:_MOST_PANELS]
     if not changed:
         return None
@@ -107,7 +107,7 @@ def changes_figure(fleet: FleetResult) -> Figure | None:
 
 
 def spread_figure(fleet: FleetResult) -> Figure | None:
-    """Draw each fitted parameter of every rig; None where nothing was fitted."""
+    """Draw each fitted parameter of every rig; None if nothing was fitted."""
     rigs = [rig for rig in fleet.rigs if not rig.error]
     names = [name for name in fleet.units if any(name in rig.values for rig in rigs)]
     if not names:

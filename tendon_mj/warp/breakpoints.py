@@ -218,7 +218,7 @@ def _walk_back(t: Tendons, s: Sheath) -> wp.float64:
             tau = wp.min(wp.max(tau, low), high)
         if not (j == 0 and s.given):  # rounding apart, the walk has left that
             change = wp.abs(tau - t.tension[row, w])
-            if not change <= wp.max(most, TOLERANCE):  # nor where it is not a number
+            if not change <= wp.max(most, TOLERANCE):  # nor if it is not a number
                 most = change
             largest = wp.max(largest, tau)
             t.tension[row, w] = tau
@@ -241,9 +241,9 @@ def _lacking(t: Tendons, s: Sheath, j: int, first: int) -> wp.float64:
 
 @wp.func
 def _slip_at_bound(t: Tendons, s: Sheath, i: int, passed: wp.float64) -> int:
-    """Direction in which guide i lets ``passed`` through; 0 where its tensions do not.
+    """Direction in which guide i lets ``passed`` through; 0 if its tensions do not.
 
-    Where τ* is at the bound itself, on a jump, the flow is what is needed of that.
+    If τ* is at the bound itself, on a jump, the flow is what is needed of that.
     """
     row, w = s.segment + i, s.world
     left, right = t.tension[row, w], t.tension[row + 1, w]
@@ -315,7 +315,7 @@ def _lie_slack(t: Tendons, s: Sheath, total: wp.float64, slack: wp.float64) -> N
 
 @wp.func
 def lies_slack(t: Tendons, s: Sheath) -> bool:
-    """Whether a tendon is longer than its path; it is spread evenly along it then."""
+    """Return whether a tendon is longer than its path; it is spread evenly along it then."""
     path, total = wp.float64(0.0), wp.float64(0.0)
     for j in range(s.guides + 1):
         path += t.length[s.segment + j, s.world]
@@ -328,7 +328,7 @@ def lies_slack(t: Tendons, s: Sheath) -> bool:
 
 @wp.func
 def _has_tendon(t: Tendons, s: Sheath) -> bool:
-    """Whether any is left between the ends."""
+    """Return whether any is left between the ends."""
     total = wp.float64(0.0)
     for j in range(s.guides + 1):
         total += t.kept[s.segment + j, s.world]
@@ -339,8 +339,8 @@ def _has_tendon(t: Tendons, s: Sheath) -> bool:
 def find_slip(t: Tendons, s: Sheath, within: wp.float64) -> bool:
     """Tensions and slip for given holding ratios; the first tangents are at ``tension``.
 
-    ``within`` is the error of a tension over the largest. Returns False where no tendon is left
-    between the ends, or where rounding keeps the rounds from settling. The tensions are inf then.
+    ``within`` is the error of a tension over the largest. Returns False if no tendon is left
+    between the ends, or if rounding keeps the rounds from settling. The tensions are inf then.
     """
     if s.given or _has_tendon(t, s):
         for _ in range(_ROUNDS):

@@ -57,7 +57,7 @@ class Cell(NamedTuple):
 
 
 def _may_move(model: mujoco.MjModel, sheath: Simulated) -> list[bool]:
-    """Whether the length of a segment can change, for each one."""
+    """Return whether the length of a segment can change, for each one."""
     kinds, bodies = path_elements(model, sheath)
     moves = [False] * len(sheath.segments)
     j, k = int(sheath.state["inner_guides"]), 0

@@ -2,7 +2,7 @@
 
 An evaluation starts from the committed state. It leaves its result on trial, which the next
 evaluation commits once time has gone on: stepping needs no separate call for that, and evaluating
-twice in a step does no harm. Where time has gone back the world was reset, and so is the tendon.
+twice in a step does no harm. If time has gone back the world was reset, and so is the tendon.
 
 What is done for each segment by itself is done by a thread for each: `commit`, then `trace` for
 each sheath, `prepare` for each segment, `solve` for each sheath, and `apply` for each degree of
@@ -49,7 +49,7 @@ _STIFF, _SOFTEST = wp.constant(wp.float64(1e6)), wp.constant(wp.float64(1e2))  #
 
 @wp.func
 def _has_ended(t: Tendons, k: int, w: int, now: wp.float32) -> bool:
-    """Whether a step is on trial that has ended."""
+    """Return whether a step is on trial that has ended."""
     return t.has_trial[k, w] and now > t.trial_time[k, w]
 
 
@@ -175,7 +175,7 @@ def _pull_nothing(t: Tendons, s: Sheath, now: wp.float32) -> None:
 def _lay(
     b: Dynamics, t: Tendons, s: Sheath, ea: wp.float64, tau: wp.float64, rest: wp.float64
 ) -> None:
-    """Initialise the segments: under τ where that is given, else with the length it has."""
+    """Initialise the segments: under τ if that is given, else with the length it has."""
     k, w = s.index, s.world
     total = wp.float64(0.0)
     for j in range(s.guides + 1):

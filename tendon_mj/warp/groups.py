@@ -52,7 +52,7 @@ class Groups:
     # of the step on trial
     known: wp.array2d[wp.float64]  # (dofs, worlds), forces that it knows, and its own
     tension: wp.array2d[wp.float64]  # T behind the cell, times its divisor [N]
-    slides: wp.array2d[wp.int8]  # +1 at the upper bound, −1 at the lower one, 0 where it holds
+    slides: wp.array2d[wp.int8]  # +1 at the upper bound, −1 at the lower one, 0 if it holds
     flows: wp.array2d[wp.bool]  # whether tendon passes there in that direction
     input: wp.array2d[wp.float64]  # (members, worlds), T_0 [N]
     # groups, in the rows of their first cells

@@ -260,7 +260,7 @@ def _beyond(
 
 @wp.kernel
 def answer(q: Motion, t: Tendons, y: Groups) -> None:
-    """Slip of each group; its M̂⁻¹ Dᵀ and mobility where it rubs; threads (cells, worlds)."""
+    """Slip of each group; its M̂⁻¹ Dᵀ and mobility if it rubs; threads (cells, worlds)."""
     c, w = wp.tid()
     i = y.member[c]
     if y.head[c, w] != c or not y.active[i, w]:
@@ -400,7 +400,7 @@ def _mobility(y: Groups, c: int, w: int) -> wp.float64:
 
 @wp.func
 def _missing(y: Groups, c: int, h: wp.float64, w: int) -> wp.float64:
-    """By how much more the slip of a group has to be slowed, 0 where that is rounding [m/s²]."""
+    """By how much more the slip of a group has to be slowed, 0 if that is rounding [m/s²]."""
     i = y.member[c]
     first, row = y.first_dof[i], y.row[c]
     missing = wp.float64(y.speed[c, w]) / h
@@ -463,7 +463,7 @@ def _along(y: Groups, c: int, x: wp.array2d[wp.float64], w: int) -> wp.float64:
 
 @wp.func
 def _is_free(y: Groups, c: int, w: int) -> bool:
-    """Whether a group holds with less friction than it can have."""
+    """Return whether a group holds with less friction than it can have."""
     return y.is_rough[c, w] and int(y.slides[c, w]) == 0 and y.mobility[c, w] > 0.0
 
 
@@ -486,7 +486,7 @@ def _begin_gradients(y: Groups, h: wp.float64, w: int) -> wp.float64:
 def _go_along(y: Groups, nv: int, size: wp.float64, w: int) -> wp.float64:
     """Change the friction of all groups that hold along the conjugate gradient.
 
-    ``size`` is Σ missing²/mobility; returns that afterwards, 0 where a group comes to its bound, or
+    ``size`` is Σ missing²/mobility; returns that afterwards, 0 if a group comes to its bound, or
     nothing is missing.
     """
     cells = y.member.shape[0]
@@ -591,7 +591,7 @@ def _publish_group(
 ) -> None:
     """Write the tensions of a group's guides, and the slip of its cells.
 
-    Where friction holds, the tension along the group is that share of what it would be at the bound
+    If friction holds, the tension along the group is that share of what it would be at the bound
     which its end has.
     """
     i = y.member[c]

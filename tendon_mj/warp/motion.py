@@ -31,7 +31,7 @@ class Dynamics:
     clamps: wp.bool  # whether it leaves controls within their ranges
     actuator_ctrllimited: wp.array[wp.bool]
     actuator_ctrlrange: wp.array2d[wp.vec2]
-    spring: wp.float32  # 1 where the option leaves springs on, else 0
+    spring: wp.float32  # 1 if the option leaves springs on, else 0
     damper: wp.float32
     nactuator: wp.int32
     actuator_trntype: wp.array[wp.int32]

@@ -69,7 +69,7 @@ def _site(m: Scene, w: int, element: int) -> wp.vec3d:
 
 @wp.func
 def _angle(a: wp.vec3d, b: wp.vec3d) -> wp.float64:
-    """Angle between two directions [rad]; 0 where one of them is none."""
+    """Angle between two directions [rad]; 0 if one of them is none."""
     return wp.atan2(wp.length(wp.cross(a, b)), wp.dot(a, b))
 
 
@@ -107,7 +107,7 @@ def _along(now: wp.vec3d, before: wp.vec3d, u: wp.vec3d) -> wp.float64:
 
 @wp.func
 def _is_flipped(t: Tendons, arc: int, w: int, p: wp.vec3d, q: wp.vec3d) -> bool:
-    """Whether the tendon has changed sides, so that an arc from p to q turns the other way."""
+    """Return whether the tendon changed sides, so that an arc from p to q turns the other way."""
     before, behind = t.near_tangent[arc, w], t.far_tangent[arc, w]
     is_short = wp.dot(p, q) > _ZERO and wp.dot(before, behind) > _ZERO
     return is_short and wp.dot(wp.cross(p, q), wp.cross(before, behind)) < _ZERO

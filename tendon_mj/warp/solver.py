@@ -1,6 +1,6 @@
 """Solver of one time step: tensions of the segments and flow of tendon over each guide.
 
-Where the guides slide as they did in the last step, each run of them is one scalar equation; where
+If the guides slide as they did in the last step, each run of them is one scalar equation; where
 they do not, `breakpoints` solves the whole tendon. The same as in `tendon_mj.sheath`, without drag,
 where the method is explained; the tests hold one against the other.
 
@@ -57,7 +57,7 @@ def _guess_from_motion(t: Tendons, s: Sheath) -> None:
 
 @wp.func
 def _slides(t: Tendons, s: Sheath, i: int) -> bool:
-    """Whether guide i slides; the ends of the tendon do not."""
+    """Return whether guide i slides; the ends of the tendon do not."""
     if i < 0 or i >= s.guides:
         return False
     return t.slip[s.guide + i, s.world] != 0
@@ -161,7 +161,7 @@ def _set_flows(t: Tendons, s: Sheath) -> bool:
             near, beyond = t.length[segment - 1, w], t.length[segment, w]
             if left + right == _ZERO and wp.abs(flow) < TOLERANCE * near:
                 flow = wp.float64(0.0)  # a slack tendon that rounding would move
-            elif not flow * wp.float64(slip) >= _ZERO:  # nor where it is not a number
+            elif not flow * wp.float64(slip) >= _ZERO:  # nor if it is not a number
                 if _is_frictionless(t, s, k - 1):
                     t.slip[row, w] = -slip  # nothing rubs: either direction will do
                 elif wp.abs(flow) < TOLERANCE * wp.min(near, beyond):
@@ -213,7 +213,7 @@ def _balance(t: Tendons, s: Sheath) -> bool:
 
 @wp.func
 def _release(t: Tendons, s: Sheath) -> bool:
-    """Whether a guide broke loose that was at rest; it slides at μ_d from here on."""
+    """Return whether a guide broke loose that was at rest; it slides at μ_d from here on."""
     w = s.world
     released = bool(False)
     for i in range(s.guides):
@@ -232,7 +232,7 @@ def _release(t: Tendons, s: Sheath) -> bool:
 
 @wp.func
 def _is_bounded(t: Tendons, s: Sheath) -> bool:
-    """Whether every tension has a bound; where one has none it is inf, and nothing flows."""
+    """Return whether every tension has a bound; if one has none it is inf, and nothing flows."""
     w = s.world
     bounded = bool(True)
     for j in range(s.guides + 1):
@@ -254,8 +254,8 @@ def solve_flow(t: Tendons, s: Sheath) -> bool:
     the result.
 
     Returns:
-        False where the result is not the solution. The flow is then the best that was found, or 0
-        where there is none.
+        False if the result is not the solution. The flow is then the best that was found, or 0
+        if there is none.
     """
     for i in range(s.guides):
         t.flow[s.guide + i, s.world] = _ZERO

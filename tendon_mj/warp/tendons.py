@@ -38,7 +38,7 @@ class Tendons:
     arc_guides: wp.array[wp.int32]
     inner_guides: wp.array[wp.int32]
     sharing: wp.array[wp.float64]  # number of guides that share F_c and φ_x
-    step: wp.array[wp.int32]  # +1 where the path is followed as it is drawn, −1: from its last site
+    step: wp.array[wp.int32]  # +1 if the path is followed as it is drawn, −1: from its last site
     constrained: wp.array[wp.bool]  # by a given force, and by equalities or a limit as well
     own_spring: wp.array[wp.bool]  # whether the tendon's own spring is the cable's elasticity
     beyond_spring: wp.array[wp.float64]  # unstretched length less the rest length of that [m]
@@ -169,7 +169,7 @@ def held(
 
 @wp.func
 def set_alone(t: Tendons, row: int, w: int) -> None:
-    """Set the τ that a segment has at its length s: 0 when slack, inf where nothing can yield."""
+    """Set the τ that a segment has at its length s: 0 when slack, inf if nothing can yield."""
     softness = t.kept[row, w] + t.give[row, w]
     tau = wp.float64(wp.inf)
     if softness > wp.float64(0.0):

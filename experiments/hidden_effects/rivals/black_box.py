@@ -111,7 +111,7 @@ def drive_history(time: FloatArray, drive: FloatArray, span: float) -> FloatArra
 
 
 def _play(drive: FloatArray, width: float) -> FloatArray:
-    """Play operator from 0: w follows the drive u where it would else be off by more than a width.
+    """Play operator from 0: w follows the drive u if it would else be off by more than a width.
 
     w_k = min(max(w_{k-1}, u_k − r), u_k + r).
     """

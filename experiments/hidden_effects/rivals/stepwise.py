@@ -7,7 +7,7 @@ lowers
 
 most, n samples and k fitted numbers, then drops each without which it is lower still. All effects
 are screened by the residual that a linear fit of their trace predicts, and the most promising ones
-are fitted. It ends where no effect lowers the BIC, or at `MOST` of them.
+are fitted. It ends if no effect lowers the BIC, or at `MOST` of them.
 """
 
 from __future__ import annotations

@@ -180,7 +180,7 @@ def _largest_sum(model: mujoco.MjModel, on: BoolArray) -> float:
 
 
 def _largest_force(model: mujoco.MjModel, actuator: int) -> float:
-    """Largest force of an actuator before its gear [N or N m]; inf where nothing limits it."""
+    """Largest force of an actuator before its gear [N or N m]; inf if nothing limits it."""
     if model.actuator_forcelimited[actuator]:
         return float(np.abs(model.actuator_forcerange[actuator]).max())
     gain = model.actuator_gainprm[actuator]

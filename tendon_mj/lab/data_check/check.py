@@ -271,7 +271,7 @@ def _gap(
 
 
 def _turns(recording: Recording, gap: int, usual: float) -> bool:
-    """Whether a drive in a gap leaves the line between its ends."""
+    """Return whether a drive in a gap leaves the line between its ends."""
     time = recording.time
     before, after = slice(max(0, gap - _ENDS), gap + 1), slice(gap + 1, gap + 2 + _ENDS)
     for column in recording.drive:
@@ -340,7 +340,7 @@ def _uneven(
 
 
 def _matters(recording: Recording, intervals: FloatArray, usual: float) -> bool:
-    """Whether uneven lateness moves a reading by more than its noise hides."""
+    """Return whether uneven lateness moves a reading by more than its noise hides."""
     late = float(np.std(intervals[intervals < 2.0 * usual])) / np.sqrt(2.0)
     return any(
         late / usual * float(np.sqrt(np.mean(np.diff(recording.columns[c]) ** 2)))

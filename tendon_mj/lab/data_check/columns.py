@@ -490,7 +490,7 @@ def reading_warnings(recording: Recording, simulated: Recording) -> list[DataWar
     pairs = {c: (recording.columns[c], simulated.columns[c]) for c in whole}
     if slack := list(filter(None, (_slack(recording, c, s) for c, (_, s) in pairs.items()))):
         return slack
-    # as measured over as simulated; inf where the model stands still
+    # as measured over as simulated; inf if the model stands still
     ratios = [
         np.inf if _stands(shown) else usual_range(read) / usual_range(shown)
         for read, shown in pairs.values()
@@ -511,7 +511,7 @@ def degree_warnings(
     """Warn of driven columns in rad that hold degrees, and of measured ones that do so too.
 
     They do if the model is off by more than a column's range, and comes much nearer when they are
-    taken as degrees. ``simulated``: at the numbers that the description states, None where that was
+    taken as degrees. ``simulated``: at the numbers that the description states, None if that was
     unstable; ``simulate``: the same for another recording.
     """
     angles = {c for _, c in columns_of(recording) if column_unit(c) == "rad"}
@@ -710,5 +710,5 @@ def _clipped(series: FloatArray) -> FloatArray:
 
 
 def _stands(series: FloatArray) -> bool:
-    """Whether a series moves by nothing but rounding."""
+    """Return whether a series moves by nothing but rounding."""
     return float(np.ptp(series)) <= _STILL * float(np.abs(series).max(initial=0.0))

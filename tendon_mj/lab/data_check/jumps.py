@@ -62,7 +62,7 @@ class _Jump(NamedTuple):
 
 
 def jumps(series: FloatArray) -> list[_Jump]:
-    """Jumps of a series between two samples; none where it jumps often."""
+    """Jumps of a series between two samples; none if it jumps often."""
     changes = np.diff(series)
     if changes.size < 4 * _SIDE:
         return []
@@ -116,7 +116,7 @@ def jump_warnings(
     """Warn of columns whose zero is lost, whose counter wraps, or whose scale changes midway.
 
     ``simulated``: the model under the same drive; ``replay`` simulates it under another one. They
-    are None where that fails.
+    are None if that fails.
     """
     if simulated is None:
         return []
@@ -178,7 +178,7 @@ def _wrap_warning(
 
 
 def _goes_on(changes: FloatArray, period: float, step: float) -> bool:
-    """Whether a counter moves at every jump, and as much over it as beside it."""
+    """Return whether a counter moves at every jump, and as much over it as beside it."""
     turns = np.rint(changes / period)
     unwrapped = changes - period * turns
     for row in np.flatnonzero(turns):
@@ -190,7 +190,7 @@ def _goes_on(changes: FloatArray, period: float, step: float) -> bool:
 
 
 def _period(series: FloatArray) -> tuple[float, int]:
-    """Period of a counter that jumps from end to end, and its bits; 0 where there are none."""
+    """Period of a counter that jumps from end to end, and its bits; 0 if there are none."""
     changes, step = np.diff(series), resolution(series)
     rows = np.flatnonzero(np.abs(changes) > _WRAPS * np.ptp(series))
     if not 0 < rows.size < _SHARED * changes.size:
@@ -326,14 +326,14 @@ def _reading_warning(
 
 
 def _stays(off: FloatArray, jump: _Jump) -> bool:
-    """Whether a reading is off by a jump for long: on a flank of a play it comes back."""
+    """Return whether a reading is off by a jump for long: on a flank of a play it comes back."""
     before = off[max(0, jump.row - _LONG) : max(1, jump.row - _AROUND)]
     after = off[min(jump.row + _AROUND, off.size - 1) : jump.row + _LONG]
     return float(np.median(after) - np.median(before)) / jump.size > _SHARED
 
 
 def _explained(recording: Recording, shown: FloatArray, column: str, jump: _Jump) -> bool:
-    """Whether rows are missing, a drive steps or starts, the model jumps or another reading.
+    """Return whether rows are missing, a drive steps or starts, the model jumps or another reading.
 
     A reading of a rig with play stands still while the model moves on, and follows it late.
     """
@@ -370,7 +370,7 @@ def _explained(recording: Recording, shown: FloatArray, column: str, jump: _Jump
 def _scale(
     read: FloatArray, shown: FloatArray, jump: _Jump, after: slice, alone: bool
 ) -> float | None:
-    """By which a reading is multiplied from a jump on; None where an offset explains it better."""
+    """By which a reading is multiplied from a jump on; None if an offset explains it better."""
     before = slice(max(0, jump.row - 4 * _AFTER), jump.row)
     if np.ptp(shown[before]) == 0.0 or np.ptp(shown[after]) == 0.0:
         return None
@@ -438,7 +438,7 @@ def _sides(jump: _Jump) -> tuple[slice, slice]:
 def _slips(
     recording: Recording, simulated: Recording, replay: Replay, jump: _Jump, mended: Recording
 ) -> bool:
-    """Whether a step of a drive's zero explains a jump better than ``mended``, as a slip does."""
+    """Return whether a step of a drive's zero, as by a slip, explains more than ``mended``."""
     noise = noise_levels(recording)
     before, after = _sides(jump)
 

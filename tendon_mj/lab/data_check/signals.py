@@ -13,7 +13,7 @@ _UNITS: Final = {"N", "N m"}
 
 
 def tells_force(columns: Iterable[str]) -> bool:
-    """Whether one of some columns is a force or a torque."""
+    """Return whether one of some columns is a force or a torque."""
     return not _UNITS.isdisjoint(map(column_unit, columns))
 
 

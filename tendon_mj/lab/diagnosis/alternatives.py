@@ -3,7 +3,7 @@
 The interval of a fitted number holds if the model lacks nothing. It does not include what an effect
 of the catalogue may take over from the number where the data show little difference. With the
 trace of the effect as one more column of the Jacobian, the covariance says how far each number may
-then move while the residual stays. Where that matters, the effect is added at the far end, since a
+then move while the residual stays. If that matters, the effect is added at the far end, since a
 trace holds near the fit only, and all values are fitted again. If that model leaves no more, the
 number's interval includes its own.
 
@@ -56,7 +56,7 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
     """The result, with intervals that include those of its alternatives.
 
     A finding that may be absent in an alternative has its effect as a rival. The verdict is
-    "undetermined" where nothing was found, or each finding has such a new rival.
+    "undetermined" if nothing was found, or each finding has such a new rival.
     """
     if result.search is None or result.verdict == "unknown":
         return result
@@ -129,7 +129,7 @@ def _at_ends(problem: Problem, fit: Fit, values: Mapping[str, Value]) -> list[Al
 def _alternative(
     added: Candidate, words: str, pairs: Mapping[str, tuple[Value, Value]]
 ) -> Alternative:
-    """An alternative as it fits best, or at the far end of its intervals where that is no other.
+    """An alternative as it fits best, or at the far end of its intervals if that is no other.
 
     ``words`` state the effect as it fits best, ``pairs`` are values of the model and of this one.
     """

@@ -59,8 +59,8 @@ class NoiseCase:
     # rms error on held-out data [that noise and reproducibility]
     before: float
     after: float
-    closed: float  # share of the error above that which is removed; 1 where all is
-    # that the criteria give for the same findings; None where an error remains to which no finding
+    closed: float  # share of the error above that which is removed; 1 if all is
+    # that the criteria give for the same findings; None if an error remains to which no finding
     # belongs, so that a search would have to decide
     verdict: Verdict | None
     reason: str  # the criterion that decides, in a sentence
@@ -125,7 +125,7 @@ def _scaled(errors: ErrorReduction, factor: float) -> ErrorReduction:
 
 
 def _judge(evidence: Evidence) -> Verdict | None:
-    """The verdict by its criteria; None where an error remains that no finding is of."""
+    """The verdict by its criteria; None if an error remains that no finding is of."""
     if evidence.calibrated and evidence.extrapolated.before**2 - 1.0 <= evidence.limit:
         return "nothing missing"
     return decide(evidence) if evidence.kinds else None
@@ -162,7 +162,7 @@ class Correlations:
 def parameter_correlations(diagnosis: Diagnosis) -> Correlations | None:
     """Correlations of the values that hold in all recordings and that the data determine.
 
-    None where a diagnosis was not made by `diagnose`, or there are fewer than two such values.
+    None if a diagnosis was not made by `diagnose`, or there are fewer than two such values.
     """
     if diagnosis.search is None:
         return None
@@ -229,7 +229,7 @@ class Provenance:
 
     date: str  # ISO 8601, with the offset of local time
     versions: Mapping[str, str]  # "python" and packages → version
-    command: str = ""  # as it was typed; empty where there was none
+    command: str = ""  # as it was typed; empty if there was none
     # file as it was given → SHA-256 of its bytes, in hexadecimal digits
     files: Mapping[str, str] = field(default_factory=dict)
 

@@ -129,7 +129,7 @@ def _kept(mask: NDArray[np.bool_]) -> str:
 
 
 def _same_data(one: Recording, other: Recording) -> bool:
-    """Whether the measured columns of one are a stretch of the other's, at whatever time."""
+    """Return whether the measured columns of one are a stretch of the other's, at whatever time."""
     if one.time.size > other.time.size:
         one, other = other, one
     if not one.measured.keys() <= other.columns.keys():

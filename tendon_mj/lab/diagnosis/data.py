@@ -54,7 +54,7 @@ _BLOCK = 1.0  # typical length of a block [s]; several in each recording, and no
 _ROWS = 2  # likewise, of rows that are rests
 _FEWEST_BLOCKS, _MOST_BLOCKS = 4, 12
 _FEWEST_RECORDINGS = 3
-_TAIL = 0.25  # of every recording, held out where no other recording is given
+_TAIL = 0.25  # of every recording, held out if no other recording is given
 
 _LONGEST = 2.0  # step of the search, times the model's own
 _LARGEST_ERROR = 1.0  # of the long step, see `step_error`
@@ -88,7 +88,7 @@ class Problem:
     simulate: Simulates  # parameter sets → a series for every set, recording and measured column
     # for every recording (samples,) mask of the training data; the rest is held out
     train: tuple[NDArray[np.bool_], ...]
-    # simulate with half the step, see extrapolate; None where it has no steps
+    # simulate with half the step, see extrapolate; None if it has no steps
     half_step: Simulates | None = None
     # parameters that every simulation has, below those of its own
     fixed: Mapping[str, float] = field(default_factory=dict)
@@ -98,7 +98,7 @@ class Problem:
     by_guides: FloatArray | float = 0.0
     # column → error of sheaths that are lumped into guides, over its range; likewise
     lumping: Mapping[str, float] = field(default_factory=dict)
-    # (m,) change of the residual without that error; None where it was not measured
+    # (m,) change of the residual without that error; None if it was not measured
     lumped: FloatArray | None = None
 
     @cached_property
@@ -117,7 +117,7 @@ class Problem:
 
     @cached_property
     def ends(self) -> tuple[dict[str, tuple[float, float]], ...]:
-        """Ends of the range that each measured column is cut off at, ±inf where it is not."""
+        """Ends of the range that each measured column is cut off at, ±inf if it is not."""
         return tuple(
             {c: range_ends(r.columns[c], m.noise) for c, m in r.measured.items()}
             for r in self.recordings
@@ -171,7 +171,7 @@ class Problem:
     def parts(self) -> NDArray[np.int64]:
         """(m,) part of the data of each residual, which selection leaves out one at a time.
 
-        Recordings where there are enough of different states, else blocks.
+        Recordings if there are enough of different states, else blocks.
         """
         return self.recording_of if by_recording(self.recordings) else self.blocks
 
@@ -189,7 +189,7 @@ class Problem:
         """(m,) residual without the first-order error of the simulation's step.
 
         A simulation with step h errs by C h to first order, and 2 r_{h/2} − r_h does not
-        (Richardson extrapolation). Where rows are rests its error has no order, and the finer
+        (Richardson extrapolation). If rows are rests its error has no order, and the finer
         simulation is taken as it is.
         """
         if self.half_step is None:
@@ -305,7 +305,7 @@ def check_answers(
 
 
 def by_recording(recordings: Sequence[Recording]) -> bool:
-    """Whether whole recordings are left out: three or more, of different states of the rig.
+    """Return whether whole recordings are left out: three or more, of different states of the rig.
 
     Their states differ where [known] differs, or where something was set anew for each. In one
     state, recordings differ in their excitation, and one may be the only one that shows an effect.

@@ -7,7 +7,7 @@ the residual,
 
     e(t_s) = −a (2 g_sᵀ P r + a g_sᵀ P g_s),    a = −g_sᵀ P r/(g_sᵀ P g_s),    P = 1 − Q Qᵀ,
 
-with a no larger than the range of the drive. Where its trace is faint, the best a would be one that
+with a no larger than the range of the drive. If its trace is faint, the best a would be one that
 no rig bears.
 
 Friction forgets where the drive was before its last reversal, so that g_s is right but for the time
@@ -159,7 +159,7 @@ class _Scan:
         return scale * recording.columns[columns[0]] if columns else np.zeros(0)
 
     def _is_of_column(self, event: _Event) -> bool:
-        """Whether the driven column jumps back by an event: an encoder that lost its zero."""
+        """Return whether an event makes the drive jump back: an encoder that lost its zero."""
         recording = self.problem.recordings[event.recording]
         (target,) = event.candidate.targets
         changes = np.diff(self._driven(target, recording))
@@ -203,7 +203,7 @@ class _Scan:
     def locate(self, event: _Event, enough: float) -> Candidate | None:
         """The candidate at the time that explains most, by simulations of it at several times.
 
-        None where it explains less than ``enough``, or not clearly more than a step of one zero.
+        None if it explains less than ``enough``, or not clearly more than a step of one zero.
         """
         interval = float(np.median(np.diff(self.problem.recordings[event.recording].time)))
         low, high = event.ends

@@ -3,7 +3,7 @@
 Gauss-Newton steps within the terms' ranges and a trust region. A simulation costs far more than a
 step's algebra, and a Jacobian one for each term. It is therefore taken over from a fit nearby where
 there is one, and each simulation that follows corrects it along the step just made (Broyden's
-secant update); a fit that takes no Jacobian over ends only where its own, computed anew, finds no
+secant update); a fit that takes no Jacobian over ends only if its own, computed anew, finds no
 more to gain.
 
 Derivatives are differences. A term of one recording changes nothing in others. Terms that no
@@ -97,7 +97,7 @@ class Fit:
         return written(self.terms, self.values if values is None else values, base)
 
     def determines(self, candidate: Candidate) -> bool:
-        """Whether a candidate's strength is held by the data, not by an end of its range."""
+        """Return whether a candidate's strength is held by the data, not by an end of its range."""
         return bool(self.free[self.terms_of(candidate).start])
 
     def terms_of(self, candidate: Candidate) -> slice:
@@ -114,7 +114,7 @@ def _margin(bounds: FloatArray) -> FloatArray:
 
 
 def expected(terms: Sequence[Term]) -> FloatArray:
-    """(p,) probes of terms over the spread that is expected of them; 0 where none is."""
+    """(p,) probes of terms over the spread that is expected of them; 0 if none is."""
     return np.array([t.probe / t.spread if t.spread > 0.0 else 0.0 for t in terms])
 
 
@@ -367,10 +367,10 @@ def differences(
     step: FloatArray,
     residual: FloatArray,
 ) -> FloatArray:
-    """(m, p) derivatives of the residuals by scaled terms; infinite where a simulation failed.
+    """(m, p) derivatives of the residuals by scaled terms; infinite if a simulation failed.
 
     ``parameters`` maps scaled terms (p,) to parameters; at ``point`` (p,), where the residual is
-    ``residual`` (m,), each term is moved by its ``step`` (p,). Where that is 0, so is the column.
+    ``residual`` (m,), each term is moved by its ``step`` (p,). If that is 0, so is the column.
     """
     acting = [recordings_of(term, problem) for term in terms]
     wanted, numbers = np.flatnonzero(step), np.arange(point.size)

@@ -96,7 +96,7 @@ class HeldOut:
 
     problem: Problem  # training data, with the step of the search
     own: Problem  # training data with the model's own step
-    proof: Problem  # held-out recordings with the model's own step; own where there are none
+    proof: Problem  # held-out recordings with the model's own step; own if there are none
     step: float | None  # of the search, see with_step
     base: Mapping[str, float]  # parameter → value of the model
     _refits: dict[Fit, list[Fit]] = field(default_factory=dict, init=False)
@@ -155,7 +155,7 @@ class HeldOut:
         return Unseen(parts[0], parts[1], parts[2], {})
 
     def refits(self, fitted: Fit) -> list[Fit]:
-        """The model fitted to all recordings but each; none where all are of one state."""
+        """The model fitted to all recordings but each; none if all are of one state."""
         if not by_recording(self.problem.recordings):
             return []
         if fitted not in self._refits:
@@ -189,7 +189,7 @@ class Proof:
     """Data on which selections are proven, and everything that goes from there into a result."""
 
     own: Problem  # training data with the model's own step
-    held_out: Problem  # held-out recordings, likewise; own where there are none
+    held_out: Problem  # held-out recordings, likewise; own if there are none
     catalogue: Mapping[str, Effect]  # identifier → effect, of all that could have been named
     excluded: Collection[str]  # identifiers of effects that were not considered
     checks: Sequence[DataWarning]  # warnings about the recordings
@@ -440,7 +440,7 @@ def fitted_values(
 
 
 def is_narrower(interval: FloatArray, term: Term) -> bool:
-    """Whether an interval excludes a part of the range of a term."""
+    """Return whether an interval excludes a part of the range of a term."""
     return bool(interval[0] > term.low or interval[1] < term.high)
 
 
@@ -462,7 +462,7 @@ def _near_ends(fit: Fit) -> NDArray[np.bool_]:
 
 
 def _clear_of_ends(value: float, term: Term) -> bool:
-    """Whether a calibrated value lies inside its range; the fit never quite reaches an end.
+    """Return whether a calibrated value lies inside its range; the fit never quite reaches an end.
 
     In a range of decades twice the low end is far from it.
     """

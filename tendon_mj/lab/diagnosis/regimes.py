@@ -191,7 +191,7 @@ class Located:
 
     bins: tuple[Bin, ...] = field(repr=False)  # of every regime, those that were visited
     sentence: str  # summary in words
-    # frequency below which half of the excess lies [Hz]; 0 where there is no excess, or where rows
+    # frequency below which half of the excess lies [Hz]; 0 if there is no excess, or where rows
     # are rests
     frequency: float
 
@@ -213,7 +213,7 @@ def locate(problem: Problem, residual: FloatArray, mask: NDArray[np.bool_]) -> L
         inside.setdefault(("signal", column), []).append(part)
     residual = residual[mask]
     total = float((residual**2).sum()) - residual.size
-    has_shares = 0.0 < total < np.inf  # infinite where a simulation failed
+    has_shares = 0.0 < total < np.inf  # infinite if a simulation failed
     bins = []
     for (name, label), samples_of in inside.items():
         power = np.concatenate(samples_of) ** 2

@@ -84,7 +84,7 @@ class Finding:
 class Alternative:
     """A model with one more effect, or one other, that explains the data as well."""
 
-    identifier: str  # of the effect; empty where another number is not at the end of its range
+    identifier: str  # of the effect; empty if another number is not at the end of its range
     statement: str  # the effect or that number, in words
     values: Mapping[str, float]  # parameters that it moves → their values there
     fitted: bool = False  # whether these fit best; else they are the ends of their intervals
@@ -98,7 +98,7 @@ class Ranked:
     identifier: str
     where: str
     explains: float  # share of the calibrated model's excess χ² that it removes by screening [-]
-    # cross-validated rms error [noise]; None where it was not fitted, as others promised more
+    # cross-validated rms error [noise]; None if it was not fitted, as others promised more
     left: float | None
     # end of its range at which its strength stands, so that it names nothing [unit]
     at_end: float | None = None
@@ -139,14 +139,14 @@ class Diagnosis:
             a value set anew for a recording.
         seconds: duration of the diagnosis [s].
         catalogue: identifier → effect, of all that could have been named.
-        simulator: of the held-out recordings; where there are none, of all.
+        simulator: of the held-out recordings; if there are none, of all.
         recordings, held_out_recordings: data of the diagnosis; without the second, each of the
             first was held out in turn, or the last quarter of each.
         search: training data and the models that were compared on them, for `suggest_experiment`;
             None for a diagnosis that `diagnose` did not make.
         warnings: of possible errors in the result, in whole sentences.
         checks: warnings about the recordings, from before any fit; they are among ``warnings``.
-            Where one of them ``blocks``, an effect is named only if it leaves no more than noise.
+            If one of them ``blocks``, an effect is named only if it leaves no more than noise.
         alternatives: models that explain the data as well, by values outside of the intervals that
             hold without them; those stated include them.
     """
@@ -319,7 +319,7 @@ class Diagnosis:
         """Write the recordings' model with the fitted and the known values.
 
         Values that differ from recording to recording, were set anew for each, or belong to one of
-        them, as a slip, are left as the model has them. Where nothing is proven, it is the model
+        them, as a slip, are left as the model has them. If nothing is proven, it is the model
         with the closest effects. Intervals that the data determine are in the file too, by which
         `replay_recording` knows not to let a recording's guesses overrule fitted values.
 

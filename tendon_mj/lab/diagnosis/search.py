@@ -6,7 +6,7 @@ the others the residual r would be smallest: min |r + J Δ + t a|. The next pass
 point, which gives the true remainder and the change of the trace; candidates that promise little
 drop out. The trace of a wide play is nothing like that of a narrow one: such effects are also
 switched on by more, and go on from the strength that promises most. A trace changes little when an
-effect is added to the model: where it is known from an earlier screening it takes the place of the
+effect is added to the model: if it is known from an earlier screening it takes the place of the
 first pass.
 
 With stick and slip the squared misfit has many local minima, and least squares ends in the one
@@ -15,7 +15,7 @@ logarithm of the squares (Cauchy loss) is robust to them and leaves one wide bas
 evolution (SciPy's) finds its bottom without derivatives in some three hundred simulations. These
 end where half of the training data have been seen, a third of the misfit beyond the noise and a
 third of what each searched term changes near the fit; a fit to all data follows.
-Where the linearisation of the response holds, which ten simulations show, there is no local minimum
+If the linearisation of the response holds, which ten simulations show, there is no local minimum
 to leave.
 """
 
@@ -87,7 +87,7 @@ class ScreeningScore:
     def jacobian(self, fitted: Fit) -> FloatArray:
         """(m, p) derivatives by the scaled terms; NaN for those of a shape, and of an event.
 
-        Where an event is not, its slope has what is not linear in the others, and should be 0.
+        If an event is not, its slope has what is not linear in the others, and should be 0.
         """
         matrix = np.full((fitted.residual.size, len(self.start)), np.nan)
         matrix[:, : len(fitted.terms)] = fitted.jacobian
@@ -202,7 +202,7 @@ class _Screening:
         return larger
 
     def _score(self, score: ScreeningScore) -> list[_Pair]:
-        """Score one simulation of a candidate; nothing where it leaves no trace."""
+        """Score one simulation of a candidate; nothing if it leaves no trace."""
         assert score.seen is not None
         fitted, used = self.fitted, self.problem.in_train
         row, residual = (score.seen + fitted.correction)[used], fitted.residual[used]
@@ -265,7 +265,7 @@ def _probe(candidate: Candidate) -> float:
 
 @suppress_unsolved_warnings()
 def linearisation_holds(problem: Problem, base: Mapping[str, float], fitted: Fit) -> bool:
-    """Whether the response about a fit changes as its Jacobian says, so its minimum is global.
+    """Return whether the response changes as a fit's Jacobian says, so its minimum is global.
 
     Each term takes a step to either side within its range, by which, to first order, the response
     changes by as much as the fit leaves. With Δ_k the change of step k and d_k its linearisation,
@@ -347,7 +347,7 @@ def _beginning(problem: Problem, fitted: Fit, free: NDArray[np.bool_]) -> Proble
     """The problem for half of each recording's training data, or for more where a search needs it.
 
     It shows a third or more of what the squared residuals sum to beyond the noise, and of the
-    squared derivatives by each free term. Where that saves no steps, nothing is left out.
+    squared derivatives by each free term. If that saves no steps, nothing is left out.
     """
     passed = [(np.cumsum(mask) - 1) / mask.sum() for mask in problem.train]
     used = problem.in_train

@@ -45,7 +45,7 @@ _MOST_FITS, _MOST_LOOKED_AT = 4, 10
 _PROMISING = 0.6  # of the reduction by the best candidate, to be fitted
 _SWAP_SHARE = 0.8  # likewise, to be fitted in the place of another
 _LOOKED_AT = 0.05  # of it by a slope, to be simulated where others down the list may be fitted
-_LEAST = 0.03, 0.3  # likewise, where none of those explains enough; on a sensor
+_LEAST = 0.03, 0.3  # likewise, if none of those explains enough; on a sensor
 _EVENT = 0.1  # of the excess, that an event explains by its scan, to be located
 _EXPLAINS = 0.75  # of the excess may be left by an effect, for no others to be looked at
 _LITTLE = 0.1  # of the initial excess: where more remains, other choices do not help either
@@ -180,7 +180,7 @@ class SelectionContext:
         return screen(*known, candidates, self.progress, self.slopes, kept)
 
     def _explains(self, model: FittedCandidate, extended: FittedCandidate) -> bool:
-        """Whether an effect leaves notably less, with a strength that the data determine."""
+        """Return whether an effect leaves notably less, with a strength that the data determine."""
         less = extended.excess < _EXPLAINS * model.excess
         return extended.determined and less and self.improves(model, extended)
 
@@ -246,7 +246,7 @@ class SelectionContext:
         return best
 
     def _may_be_local(self, model: FittedCandidate) -> bool:
-        """Whether a fit leaves a significant excess, possibly because its minimum is local."""
+        """Return whether a fit leaves a significant excess, as a local minimum may."""
         significant = model.excess > self.smallest_gain
         return significant and not linearisation_holds(self.problem, self.base, model.fit)
 
@@ -268,13 +268,13 @@ class SelectionContext:
         return min(model, replace(self.searched[key], candidate=last), key=lambda end: end.excess)
 
     def improves(self, before: FittedCandidate, after: FittedCandidate) -> bool:
-        """Whether the second model leaves significantly less than the first."""
+        """Return whether the second model leaves significantly less than the first."""
         got = gain(before.validation, after.validation)
         least = max(self.smallest_gain, least_share(self.problem) * before.excess)
         return got.mean > max(least, STANDARD_ERRORS * got.standard_error)
 
     def leaves_much(self, model: FittedCandidate) -> bool:
-        """Whether a model leaves more than the detection limit, cross-validated and as it fits.
+        """Return whether a model leaves more than the detection limit in the fit and out of it.
 
         Numbers that the data do not determine leave much where a block is left out, and alone.
         """
@@ -338,7 +338,7 @@ class ForwardSelection(NamedTuple):
 
     model: FittedCandidate  # last model
     rivals: Rivals  # for every effect the models it was chosen from, best first
-    first: CandidateSet | None  # all candidates for the first effect; None where none was added
+    first: CandidateSet | None  # all candidates for the first effect; None if none was added
     # at every addition the models that could have been chosen, best first
     rounds: list[list[FittedCandidate]]
 
@@ -448,7 +448,7 @@ class Selection:
     calibrated: FittedCandidate  # model with only the uncertain parameters fitted
     final: FittedCandidate  # model with the selected effects
     effects: tuple[SelectedEffect, ...]  # selected, those first without which the model leaves most
-    # all candidates for the first of them; None where the calibrated model suffices
+    # all candidates for the first of them; None if the calibrated model suffices
     first: CandidateSet | None = field(repr=False)
 
 

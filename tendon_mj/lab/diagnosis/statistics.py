@@ -1,7 +1,7 @@
 """Statistics of fits: cross-validation, comparison of models, 95 % intervals, correlations.
 
 Cross-validation leaves the parts of a `Problem` out of the fit in turn: blocks of time, or whole
-recordings where these are of different states of the rig. To first order the refit is one
+recordings if these are of different states of the rig. To first order the refit is one
 Gauss-Newton step from the common solution and needs no simulation: with J_b, r_b the rows of part b
 and W the weights of terms with an expected spread,
 
@@ -24,7 +24,7 @@ J shifts the value by ρ √(g m (A⁻¹)_kk). The fit has removed the correlate
 so ρ = 0.2 is assumed of the rest; the error of the simulation's step is added to g. Where the error
 e of sheaths lumped into guides was measured, by twice as many guides, the shift |A⁻¹ Jᵀ e| that it
 causes is added to half of the interval. A direction in which several values compensate each other
-has no interval. Where recordings are of different states of the rig, blocks of one recording repeat
+has no interval. If recordings are of different states of the rig, blocks of one recording repeat
 each other too. The interval is then no narrower than that of the jackknife over recordings, of
 variance (R−1)/R Σ_b Δ_b², with Δ_b the shift of the value where recording b is left out of the fit.
 """
@@ -164,7 +164,7 @@ class FittedCandidate:
 
 
 def tied(best: FittedCandidate, other: FittedCandidate) -> bool:
-    """Whether the data cannot tell the two models apart."""
+    """Return whether the data cannot tell the two models apart."""
     lost = gain(other.validation, best.validation)
     return lost.mean < max(STANDARD_ERRORS * lost.standard_error, tie_width(best))
 
@@ -255,7 +255,7 @@ def intervals(
 def over_intervals(problem: Problem, base: Mapping[str, float], fit: Fit) -> Fit:
     """The fit with differences over its intervals in its Jacobian.
 
-    Where friction sticks or a play closes, the response to a small step is rough: steep, and of no
+    If friction sticks or a play closes, the response to a small step is rough: steep, and of no
     use over a distance, so that intervals by it are too narrow. The widths follow each other.
     """
     simulated = fit.residual - fit.correction

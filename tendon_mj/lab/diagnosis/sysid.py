@@ -40,7 +40,7 @@ from tendon_mj.typing import FloatArray
 
 _WIDTH = 120  # characters of a repr's values
 _DIFFERENCE = 1e-5  # of a range; its own 1e-8 finds the same, but is near the simulations' rounding
-_DAMPING_FACTOR = 10.0  # its own 10^0.1 tries 140 ever smaller steps where none is left to take
+_DAMPING_FACTOR = 10.0  # its own 10^0.1 tries 140 ever smaller steps if none is left to take
 _TOLERANCE = 1e-5  # of the step, in ranges: far inside any interval
 _ITERATIONS = 30
 _FAILED = 1e3  # residual of a failed simulation, in sizes of the measured column
@@ -85,7 +85,7 @@ class SysidResult:
 
 
 def sysid_is_there() -> bool:
-    """Whether `mujoco.sysid` can be used; without its dependencies it is empty, or none."""
+    """Return whether `mujoco.sysid` can be used; without its dependencies it is empty, or none."""
     try:
         from mujoco import sysid
     except ImportError:  # before MuJoCo 3.17 without its dependencies
@@ -105,7 +105,7 @@ def fit_with_sysid(
     Args:
         train: recordings to fit.
         held_out: recordings that are not fitted; without any, the last quarter of each of
-            ``train``, or where these are of different states of the rig each of them in turn.
+            ``train``, or if these are of different states of the rig each of them in turn.
         progress: called with a label, how much is done, and of how much.
         simulator: makes the simulator of recordings.
 
@@ -158,7 +158,7 @@ def _each_by_the_others(
 
 @suppress_unsolved_warnings()
 def _optimize(problem: Problem, progress: Progress) -> dict[str, tuple[float, float, float]]:
-    """Parameter → value and ends of its interval; empty where nothing is uncertain.
+    """Parameter → value and ends of its interval; empty if nothing is uncertain.
 
     Parameters go through the fit as shares of their ranges, so that its one step of differences
     suits a coefficient as well as a stiffness.

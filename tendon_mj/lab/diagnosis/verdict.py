@@ -9,10 +9,10 @@ by column:
 * zeros and scales: the residual of recording k is a_k + b_k y_k + rest, y the measured signal. The
   means of a and b over all recordings of one state are an error of the model; their scatter about
   it differs from session to session. Of R recordings in one state the variance is R/(R−1) times the
-  mean square of a_k − ā + (b_k − b̄) y_k. Where they were driven in different ways, errors of the
+  mean square of a_k − ā + (b_k − b̄) y_k. If they were driven in different ways, errors of the
   model in one drive and not in another are in it too.
 
-Less than a twentieth of the noise is neglected. Where each state was recorded once, scatter between
+Less than a twentieth of the noise is neglected. If each state was recorded once, scatter between
 sessions cannot be told from an error of the model in that state. It is then 0, as it is in a single
 session, and the stated noise counts alone.
 
@@ -80,7 +80,7 @@ def detection_limit(
 def chance_excess(problem: Problem, count: int) -> float:
     """Excess χ² that ``count`` rests of a right model exceed in one of a hundred cases; else 0.
 
-    Rests are few and independent. Where their noise is estimated from n repeats, its own error
+    Rests are few and independent. If their noise is estimated from n repeats, its own error
     counts: χ²/m has an F distribution of m and n degrees of freedom.
     """
     if not all(recording.quasi_static for recording in problem.recordings):
@@ -104,7 +104,7 @@ def discretisation_error(
 ) -> float:
     """Mean square error, over all residuals, of a sheath lumped into guides; 0 without a sheath.
 
-    Where the ``residual`` (m,) of the calibrated model is more than twice that in one column, the
+    If the ``residual`` (m,) of the calibrated model is more than twice that in one column, the
     others count no more than they are off: a precise one would hide the error of that.
     """
     if not has_sheath(problem.simulate):
@@ -136,7 +136,7 @@ def discretisation_error(
 
 
 def has_sheath(simulate: Simulates) -> bool:
-    """Whether a simulator has a sheath, by its coefficient of friction."""
+    """Return whether a simulator has a sheath, by its coefficient of friction."""
     parameters = simulate.parameters.items()
     return any(name.endswith(".friction") and p.kind == "live" for name, p in parameters)
 
@@ -244,7 +244,7 @@ def _powers_of_repeats(problem: Problem, errors: Errors) -> dict[str, list[float
 
 
 def _repeat(one: Recording, other: Recording) -> bool:
-    """Whether two recordings were driven alike in the same state."""
+    """Return whether two recordings were driven alike in the same state."""
     if one.known != other.known or one.drive != other.drive or not one.drive:
         return False
     size = min(one.time.size, other.time.size)
@@ -273,7 +273,7 @@ class ErrorReduction:
 
     @property
     def reducible_closed(self) -> float:
-        """Share of the error above the noise floor that was removed; 0 where there was none."""
+        """Share of the error above the noise floor that was removed; 0 if there was none."""
         reducible = self.before - self.noise_floor
         return (self.before - self.after) / reducible if reducible > 0.0 else 0.0
 
@@ -331,7 +331,7 @@ def measure_errors(
 class Evidence:
     """Errors of the calibrated and the final model on held-out data, and their limits."""
 
-    # of the findings, "missing" or "parameter"; none where nothing was selected
+    # of the findings, "missing" or "parameter"; none if nothing was selected
     kinds: Collection[str] = ()
     # whether the calibrated model leaves no more than the detection limit on the training data
     calibrated: bool = True

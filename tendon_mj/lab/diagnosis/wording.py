@@ -194,7 +194,7 @@ def _times(errors: ErrorReduction, error: float) -> str:
 
 
 def _sessions_differ(evidence: Evidence) -> bool:
-    """Whether a session of the rig differs from the next by more than noise."""
+    """Return whether a session of the rig differs from the next by more than noise."""
     return evidence.weighed.unit != NOISE
 
 
@@ -224,7 +224,7 @@ def _too_long(evidence: Evidence, error: float) -> str:
 def _steps_too_long(evidence: Evidence, error: float) -> int:
     """Factor by which the timestep had to be shorter where it makes or hides an error; or 0.
 
-    0 also where a simulation failed, as its error is infinite.
+    0 also if a simulation failed, as its error is infinite.
     """
     if not math.isfinite(max(error, evidence.zero_step)):
         return 0
@@ -294,7 +294,7 @@ def state_alternatives(result: Diagnosis, alternatives: Sequence[Alternative]) -
 
 
 def reason(evidence: Evidence, verdict: Verdict | None) -> str:
-    """The criterion that decides on a verdict; None where a search would have to decide."""
+    """The criterion that decides on a verdict; None if a search would have to decide."""
     errors, limit = evidence.extrapolated, f"{(1.0 + evidence.limit) ** 0.5:.2f}"
     unit = f"this {errors.unit}"
     off = f"The calibrated model leaves {errors.before:.2f} times {unit}"

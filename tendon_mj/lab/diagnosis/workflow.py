@@ -80,7 +80,7 @@ def diagnose(
         train: one or several recordings of one model, or paths of their tables or TOML files, for
             selection and fits.
         held_out: recordings for the proof alone; without any, each of ``train`` is held out in turn
-            where there are three or more of different states or sessions of the rig, else the last
+            if there are three or more of different states or sessions of the rig, else the last
             quarter of each.
         simulator: makes the simulator of recordings; see `tendon_mj.Simulates`.
         description: path of the TOML file of all that are paths, where theirs do not lie beside
@@ -89,7 +89,7 @@ def diagnose(
             ``[*CATALOGUE.values(), mine]``.
         exclude: identifiers of effects that are not to be considered.
         checks: warnings of `check_recording` about all recordings; by default it is called here, if
-            the simulator is the package's. Where a fit cannot see through one of them, only the
+            the simulator is the package's. If a fit cannot see through one of them, only the
             uncertain parameters are fitted, and no effect is named.
         progress: called with a label, how much is done, and of how much.
 
@@ -232,14 +232,14 @@ def _calibrate(
 
 
 def _rings(problem: Problem, model: FittedCandidate) -> bool:
-    """Whether halving the step changes a residual by much of its mean square."""
+    """Return whether halving the step changes a residual by much of its mean square."""
     used = problem.in_train
     left = float(np.mean(model.fit.residual[used] ** 2))
     return not step_error(model.fit.correction[used]) <= max(1.0, _RINGING * left)
 
 
 def _step_matters(context: SelectionContext, selection: Selection, verdict: Verdict) -> bool:
-    """Whether a shorter step may change the verdict on the selected effects, or their values."""
+    """Return whether a shorter step may change the verdict on the effects, or their values."""
     if not selection.effects:
         return False
     error = step_error(selection.final.fit.correction[context.problem.in_train])

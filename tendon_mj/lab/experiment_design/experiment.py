@@ -85,7 +85,7 @@ class ExperimentBounds:
             or a bend [SI].
         limits: measured column → (low, high) that no reading may leave [its unit].
         measure: column → sensor that the rig could read too, with its noise. It is suggested
-            where no column that was measured before decides.
+            if no column that was measured before decides.
         duration: of the recording [s]; 0: as long as the longest there is.
 
     Raises:
@@ -174,7 +174,7 @@ def read_bounds(path: str | os.PathLike[str]) -> ExperimentBounds:
 
 
 def _in_si(column: str) -> tuple[str, float]:
-    """A column's name in SI and the factor that converts it; itself where it ends in no unit."""
+    """A column's name in SI and the factor that converts it; itself if it ends in no unit."""
     return (column, 1.0) if unit_fault(column, si=False) else si_name(column)
 
 

@@ -68,7 +68,7 @@ from tendon_mj.typing import BoolArray, FloatArray
 
 _EVALUATIONS = 8  # of a fit from where it is nearly done
 _WIDE = 0.5, 5.0  # of the value, and of the probe: an interval wider than both determines little
-_SHRUNK = 0.5, 4  # factor on the way to an end of a profile where that is refuted, and tries
+_SHRUNK = 0.5, 4  # factor on the way to an end of a profile if that is refuted, and tries
 _FIXED = 1e-6  # of the way: half the range of a term that a profile holds
 _FOLLOWS = 0.5  # of its interval: a number that moves this far along a profile is part of it
 _DIFFERENCE = 1e-2  # of a probe, as in fits
@@ -98,14 +98,14 @@ Tie = tuple[Alternative, ...]  # two or more
 def find_ties(context: SelectionContext, selection: Selection) -> list[Tie]:
     """Sets of models that the training data cannot tell from each other.
 
-    Of effects with rivals; where none has any, of numbers that are not determined.
+    Of effects with rivals; if none has any, of numbers that are not determined.
     """
     rivals = [_rivals(context, selection.final, effect) for effect in selection.effects]
     return [tie for tie in rivals if tie] or _undetermined(context, selection.final)
 
 
 def _rivals(context: SelectionContext, final: FittedCandidate, effect: SelectedEffect) -> Tie:
-    """An effect and its rivals; none where it has no rival."""
+    """An effect and its rivals; none if it has no rival."""
     made = [_alternative(effect.candidate.label, final)] if effect.models else []
     for model in effect.models:
         rival = model.candidate
@@ -180,7 +180,7 @@ def _at(fitted: Fit, k: int) -> str:
 class Predictions:
     """Readings that an alternative predicts for one experiment."""
 
-    readings: FloatArray  # (m,) in units of noise; infinite where the simulation failed
+    readings: FloatArray  # (m,) in units of noise; infinite if the simulation failed
     within_limits: bool  # whether no reading leaves the limits
 
 
@@ -371,7 +371,7 @@ class Suggestion:
     """An experiment that decides between explanations.
 
     Attributes:
-        experiment: to be run; None where nothing ties, or nothing within the bounds decides.
+        experiment: to be run; None if nothing ties, or nothing within the bounds decides.
         differences: of every two explanations that tie.
     """
 
@@ -417,7 +417,7 @@ class Suggestion:
         return text
 
     def write(self, path: str | Path) -> Path | None:
-        """Write the template as ``<stem>.csv`` and ``<stem>.toml``; None where there is none."""
+        """Write the template as ``<stem>.csv`` and ``<stem>.toml``; None if there is none."""
         return None if self.recording is None else write_recording(self.recording, path)
 
     def result(self) -> dict[str, Any]:

@@ -9,7 +9,7 @@ that it explains are
     δ = −β/α,   gain = β²/α,   α = Σ w_k² A_k − c C⁻¹ cᵀ,   β = Σ w_k b_k − c C⁻¹ Σ b_k,
 
 where C = Σ A_k of the shared numbers and c = Σ w_k A_k of the number with them. The
-reproducibility of a number, its standard deviation from day to day where nothing changed, is
+reproducibility of a number, its standard deviation from day to day if nothing changed, is
 estimated from the differences between successive days of all rigs; their median ignores a few
 changes.
 
@@ -17,7 +17,7 @@ A number that was fitted to each recording is a series x_k with standard deviati
 Σ_j δ_j w_jk for the templates w_j of a course: one step, one ramp, or two steps, there and back. Of
 each kind the one with the smallest z² = Σ_k (residual of x_k / s_k)² is taken; a ramp has to leave
 notably less than a step. A course fits where √(z²/n) is at most 3 standard deviations, or 15 % of
-the change. One that does not fit all recordings may fit all but one. Where none fits, the number
+the change. One that does not fit all recordings may fit all but one. If none fits, the number
 varies. A change has to be significant whichever recording is left out.
 """
 
@@ -114,9 +114,9 @@ def daily_deviations(observations: Sequence[Observation]) -> dict[Label, float]:
 def suspects(
     observation: Observation, dates: Sequence[datetime], spreads: Mapping[Label, float]
 ) -> list[Suspect]:
-    """Numbers that may have changed, those that explain most first; none where nothing did.
+    """Numbers that may have changed, those that explain most first; none if nothing did.
 
-    A change that is undone later is sought where no lasting one stands out.
+    A change that is undone later is sought if no lasting one stands out.
     """
     undone = [
         Template("there and back", there.first, there.weights - back.weights)
@@ -169,7 +169,7 @@ class Change:
     """A change of a number of a rig."""
 
     # at once, "step"; growing, "ramp"; at once and later at once to a further value, "there and
-    # back"; or "varying", where none of these fits
+    # back"; or "varying", if none of these fits
     course: Shape
     last_same: datetime  # date of the last recording without it
     since: datetime  # date of the first recording with it
@@ -208,7 +208,7 @@ def find_change(
 ) -> Change:
     """The change that explains (n,) values best, which are four or more, in the order of ``dates``.
 
-    ``deviations``: (n,) standard deviations where nothing changes, > 0; ``within``: (2,) range of
+    ``deviations``: (n,) standard deviations if nothing changes, > 0; ``within``: (2,) range of
     the number, to which the values of the change are clipped.
     """
     once = _at_once_or_growing(dates, values, deviations)
@@ -247,7 +247,7 @@ def _at_once_or_growing(
 def _but_for_one(
     dates: Sequence[datetime], values: FloatArray, deviations: FloatArray
 ) -> Change | None:
-    """The step or ramp that fits all recordings but one, where there are enough for that."""
+    """The step or ramp that fits all recordings but one, if there are enough for that."""
     best: tuple[float, Change] | None = None
     for k in range(len(dates) if len(dates) > 2 * LEAST_DAYS else 0):
         others = [*dates[:k], *dates[k + 1 :]]

@@ -84,7 +84,7 @@ class Watched:
 
 @suppress_unsolved_warnings()
 def usable(data: RigData) -> list[str]:
-    """Why each recording of a rig cannot be calibrated with the others; empty where it can."""
+    """Why each recording of a rig cannot be calibrated with the others; empty if it can."""
     kept, reasons = list[Recording](), list(data.reasons)
     for k, recording in enumerate(data.recordings):
         if recording is None or data.model is None:
@@ -203,7 +203,7 @@ def mean_squares(residual: FloatArray, problem: Problem) -> FloatArray:
 
 @suppress_unsolved_warnings()
 def _derivative(rig: Calibrated, watched: Watched) -> FloatArray:
-    """(m,) change of the residuals with a number, by a probe [noise]; 0 where one fails."""
+    """(m,) change of the residuals with a number, by a probe [noise]; 0 if one fails."""
     term, value = watched.term, watched.value
     step = min(term.probe, term.high - term.low)
     sign = 1.0 if term.high - value >= step else -1.0  # the side that the range allows

@@ -81,10 +81,10 @@ def rig_differences(
     spread: FleetSpread,
     one_out: Mapping[str, Sequence[float]] = MappingProxyType({}),
 ) -> dict[str, RigDifference]:
-    """Rig → its difference, of the rigs that differ; empty where there are fewer than five rigs.
+    """Rig → its difference, of the rigs that differ; empty if there are fewer than five rigs.
 
     ``values, errors``: rig → value of the number and its standard error [its unit]; ``one_out``:
-    rig → its value with each of its recordings left out, where there are several.
+    rig → its value with each of its recordings left out, if there are several.
     """
     if len(values) < FEWEST:
         return {}
@@ -131,7 +131,7 @@ class RigResult:
 
     name: str  # of its folder
     dates: tuple[datetime, ...]  # of its recordings
-    error: str = ""  # why it could not be fitted; empty where it could
+    error: str = ""  # why it could not be fitted; empty if it could
     # parameter → fitted value and its standard error [its unit]; where it changed, before that
     values: Mapping[str, float] = field(default_factory=dict)
     errors: Mapping[str, float] = field(default_factory=dict)
@@ -289,7 +289,7 @@ class FleetResult:
 
     @property
     def warning(self) -> str:
-        """Warning that the model does not describe the recordings; empty where it does."""
+        """Warning that the model does not describe the recordings; empty if it does."""
         residuals = [rig.left for rig in self.rigs if not rig.error]
         usual = median(residuals) if residuals else 0.0
         if usual <= _ILL:

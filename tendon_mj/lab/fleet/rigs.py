@@ -4,7 +4,7 @@
     FLEET/finger_01/2026-03-01.csv
     FLEET/finger_01/2026-03-02T14:30.csv
 
-A table is named after its date in ISO 8601, with a time of day where there are several a day:
+A table is named after its date in ISO 8601, with a time of day if there are several a day:
 ``2026-03-02T14:30`` or, where a name can't have colons, ``2026-03-02T1430``. Its description is
 the TOML beside it, the ``description.toml`` of its rig, or that of the fleet.
 """
@@ -52,7 +52,7 @@ class Rig:
     name: str  # of its folder
     # date → table and description of a recording, in the order of time
     files: Mapping[datetime, tuple[Path, Path]]
-    error: str = ""  # why the rig cannot be used; empty where it can
+    error: str = ""  # why the rig cannot be used; empty if it can
 
     @property
     def dates(self) -> tuple[datetime, ...]:

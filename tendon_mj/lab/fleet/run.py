@@ -55,9 +55,9 @@ _Kept = TypeVar("_Kept")
 class _Observed:
     """Result of the first pass over a rig, as it is kept."""
 
-    error: str = ""  # why there is no observation; empty where there is one
+    error: str = ""  # why there is no observation; empty if there is one
     observation: Observation | None = None  # of its recordings
-    reasons: Sequence[str] = ()  # why each recording is left out; empty where it is not
+    reasons: Sequence[str] = ()  # why each recording is left out; empty if it is not
     remarks: Sequence[str] = ()  # on the times of its recordings
     kind: Mapping[str, str] = field(default_factory=dict)  # see `kind`
 

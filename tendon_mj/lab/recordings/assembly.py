@@ -546,7 +546,7 @@ class _Names:
 
 
 def _grows(values: NDArray[Any]) -> bool:
-    """Whether numbers never decrease and most increase: clocks may be coarser than samples."""
+    """Return whether numbers never decrease and most increase, as a coarse clock's do."""
     steps = np.diff(values[~np.isnan(values)])
     return bool(steps.size and (steps >= 0.0).all() and np.median(steps) > 0.0)
 

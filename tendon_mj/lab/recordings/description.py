@@ -29,7 +29,7 @@ KEYS = ("model", "source", "settle", "timing", "header", *_TABLES, "columns", "m
 
 _OVER = 1.01  # of its period, that a counter with noise covers at most
 _LEAST_SPREAD = 1e-12  # of the value that it is about
-_SETTLING_TIME = 10.0  # [s] of rests where none is stated; a model that rests earlier is read then
+_SETTLING_TIME = 10.0  # [s] of rests if none is stated; a model that rests earlier is read then
 _UNQUOTED = 'a name that has a dot is quoted, such as "sheath.friction" = …'
 _Entry = TypeVar("_Entry")
 

@@ -71,13 +71,13 @@ def white_noise(series: FloatArray, among: BoolArray | None = None, order: int =
 
 
 def is_noisy(series: FloatArray, among: BoolArray | None = None) -> bool:
-    """Whether a series has noise that is white, and more than its steps."""
+    """Return whether a series has noise that is white, and more than its steps."""
     third, fourth = (white_noise(series, among, order) for order in (3, 4))
     return fourth > _WHITE * third and third > resolution(series)
 
 
 def range_ends(series: FloatArray, noise: float | None = None) -> tuple[float, float]:
-    """Ends of a range that a noisy series is cut off at; -inf and inf where it is not.
+    """Ends of a range that a noisy series is cut off at; -inf and inf if it is not.
 
     Readings pile up at an end: noise makes any other level about as frequent as its neighbours.
     ``noise``: its standard deviation, if known [the unit of the series].
@@ -106,7 +106,7 @@ def held_values(
 ) -> BoolArray:
     """(n,) samples that repeat the one before, of a sensor that is read faster than it converts.
 
-    All False where equal neighbours are what noise, steps or rests make: repeats count where values
+    All False if equal neighbours are what noise, steps or rests make: repeats count where values
     change by several steps of the column, for as long each time or in a column that has ``noise``
     [the unit of the series]. A run of equal values longer than ``longest`` samples is a rest.
     """
@@ -152,7 +152,7 @@ def noise_of_repeats(recording: Recording, column: str) -> tuple[float, int]:
     """Standard deviation of rests that repeat each other, and how many more there are than one.
 
     A rest repeats another where the drive is the same, and was so at the rest before. Of groups of
-    n_g such rows, σ² = Σ_g Σ_k (y_gk - ȳ_g)²/Σ_g (n_g - 1) [the column's unit], 0 where none
+    n_g such rows, σ² = Σ_g Σ_k (y_gk - ȳ_g)²/Σ_g (n_g - 1) [the column's unit], 0 if none
     repeats another. The second number is Σ_g (n_g - 1).
     """
     driven = [recording.columns[name] for name in recording.drive]

@@ -144,7 +144,7 @@ def read_recording(
     The table is a CSV, a Parquet file (``.parquet``) or a log (``.mcap``). Columns in mm, deg and
     the like become columns in SI: ``x_mm`` is ``x_m`` of the recording, and its ``noise`` too.
 
-    ``description`` is the TOML's path where it does not lie beside the table. Nothing in the files
+    ``description`` is the TOML's path if it does not lie beside the table. Nothing in the files
     is evaluated. Raises `RecordingError`, naming file, row (the header is row 1), column and the
     nearest valid name, for anything docs/recording.md does not allow. A model's path is sought
     beside the description first.
@@ -228,7 +228,7 @@ def described_model(toml: Path) -> str:
 
 
 def is_same_model(one: str, other: str) -> bool:
-    """Whether two recordings' models are the same name, or paths to one file in one folder."""
+    """Return whether the models of two recordings are one name, or one file in one folder."""
     first, second = Path(one), Path(other)
     files = first.name == second.name and first.is_file() and second.is_file()
     return one == other or (files and first.parent.samefile(second.parent))

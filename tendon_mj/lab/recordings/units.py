@@ -74,7 +74,7 @@ class NumberRange(NamedTuple):
     zero: bool = True  # whether 0 is allowed
 
     def admits(self, value: float) -> bool:
-        """Whether a value is allowed; nan never is."""
+        """Return whether a value is allowed; nan never is."""
         size = abs(value) >= SMALLEST or (self.zero and value == 0.0)
         return self.low <= value <= self.high and size
 

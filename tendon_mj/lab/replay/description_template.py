@@ -62,7 +62,7 @@ def format_template(model: mujoco.MjModel, name: str) -> str:
 
 
 def _settle(model: mujoco.MjModel) -> str:
-    """Line of the settling time: 0 where an actuator bears a load in the reference pose."""
+    """Line of the settling time: 0 if an actuator bears a load in the reference pose."""
     if _bears_a_load(model):
         return (
             "# A motor bears a load at rest: a replay begins with the first drive value, since a\n"
@@ -73,7 +73,7 @@ def _settle(model: mujoco.MjModel) -> str:
 
 
 def _bears_a_load(model: mujoco.MjModel) -> bool:
-    """Whether a pretension, a spring or weight pulls at a joint that an actuator turns."""
+    """Return whether a pretension, a spring or weight pulls at a joint that an actuator turns."""
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     load = np.abs(data.qfrc_passive - data.qfrc_bias)

@@ -81,7 +81,7 @@ def _body(model: mujoco.MjModel, site: mujoco.MjsWrap) -> int:
 def _keeps_heading(
     model: mujoco.MjModel, data: mujoco.MjData, one: mujoco.MjsWrap, other: mujoco.MjsWrap
 ) -> bool:
-    """Whether two sites of a path lie apart, and move against each other along their line alone."""
+    """Return whether two sites of a path lie apart, and move along their line alone."""
     at = [data.site(p.target.name) for p in (one, other)]
     way = at[1].xpos - at[0].xpos
     length = float(np.linalg.norm(way))

@@ -109,7 +109,7 @@ def free_joints(model: mujoco.MjModel, kind: mujoco.mjtJoint) -> list[int]:
 
 
 def _moved_joints(model: mujoco.MjModel) -> tuple[list[int], str, EngineeringUnit]:
-    """Hinges, or slides where there are none, that no actuator moves; what they do, and a unit."""
+    """Hinges, or slides if there are none, that no actuator moves; what they do, and a unit."""
     hinges = free_joints(model, mujoco.mjtJoint.mjJNT_HINGE)
     if hinges:
         return hinges, "turns", EngineeringUnit("°", math.degrees(1.0))
@@ -117,7 +117,7 @@ def _moved_joints(model: mujoco.MjModel) -> tuple[list[int], str, EngineeringUni
 
 
 def _crossed(model: mujoco.MjModel, frames: Frames, joints: Sequence[int]) -> FloatArray:
-    """(ntendon, joints) 1 where a joint changes the length of a tendon in a pose, else 0."""
+    """(ntendon, joints) 1 if a joint changes the length of a tendon in a pose, else 0."""
     data, crossed = mujoco.MjData(model), np.zeros((model.ntendon, len(joints)))
     for frame in (0, len(frames.poses) // 2):
         mujoco.mj_setState(model, data, frames.poses[frame], POSE)

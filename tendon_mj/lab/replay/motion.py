@@ -102,7 +102,7 @@ def default_motion(
     `bench` winds its reel ±2 mm, `joint` follows a command of ±60°. On any other model every
     actuator goes through most of its control range and then rests as in `resting`; a reel without
     a range moves ±1 mm, and another actuator without one goes through ±1. The actuator of a tendon
-    in a sheath only pulls. Where any acts on one of the given ``tendons``, the others rest.
+    in a sheath only pulls. If any acts on one of the given ``tendons``, the others rest.
     """
     start = resting(model)
     low, high = control_limits(model, 1.0 / _SHARE)
@@ -384,7 +384,7 @@ def frictionless(model: mujoco.MjModel) -> dict[str, float]:
 
 
 def is_friction(name: str) -> bool:
-    """Whether a live parameter, such as ``flexor_sheath.friction``, is 0 without friction."""
+    """Return whether a live parameter, as ``flexor_sheath.friction``, is 0 without friction."""
     return name.rpartition(".")[2] in _FRICTION
 
 

@@ -181,7 +181,7 @@ class Parameter(NamedTuple):
     reference: float = 0.0
 
     def is_plain(self, name: str) -> bool:
-        """Whether it, of this name, is of a column of which the model states nothing."""
+        """Return whether it, of this name, is of a column of which the model states nothing."""
         parameter = name.rsplit(".", 1)[1]
         plain = Readout()._asdict() if self.kind == "sensor" else _PLAIN_DRIVE
         return plain.get(parameter) == self.value
@@ -242,7 +242,7 @@ class DrawnBends:
         }
 
     def has(self, name: str) -> bool:
-        """Whether a name is of a drawn bend, or of an extra bend next to one that was set."""
+        """Return whether a name is of a drawn bend, or of an extra bend beside one that was set."""
         sheath, _, parameter = name.rpartition(".")
         if parameter == DRAWN_BEND:
             return sheath in self._of_paths
@@ -476,7 +476,7 @@ class Adjustable:
 
 
 def has_soft_friction(model: mujoco.MjModel, joint: str) -> bool:
-    """Whether a joint has dry friction with MuJoCo's own softness."""
+    """Return whether a joint has dry friction with MuJoCo's own softness."""
     dof = model.joint(joint).dofadr[0]
     return bool(model.dof_frictionloss[dof] > 0.0 and np.all(model.dof_solimp[dof] == _SOFT_SOLIMP))
 
@@ -536,7 +536,7 @@ def _geared(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, dict[int, f
 
 
 def _winding(model: mujoco.MjModel, actuator: int, state: NDArray[np.void]) -> float:
-    """Sense in which a control winds in the tendon of a sheath; 0 where it does not."""
+    """Sense in which a control winds in the tendon of a sheath; 0 if it does not."""
     joint, gear = joint_of(model, actuator), model.actuator_gear[actuator, 0]
     if actuator == int(state["reel_actuator"]):
         return float(np.sign(gear))
@@ -577,7 +577,7 @@ def _check(name: str, low: float, value: float) -> None:
 
 
 def is_muscle(model: mujoco.MjModel, actuator: int) -> bool:
-    """Whether an actuator's force is a muscle's, of its length and speed."""
+    """Return whether an actuator's force is a muscle's, of its length and speed."""
     return bool(
         model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_MUSCLE.value
         or model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_MUSCLE.value

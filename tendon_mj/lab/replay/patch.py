@@ -76,7 +76,7 @@ def patch_model(
     Args:
         model: as ``recording.model``: a model of the package or an MJCF file.
         parameters: ``<element>.<parameter>`` to value, as in `replay_recording`.
-        path: file to write, in an existing folder; an existing file stays where an error is raised.
+        path: file to write, in an existing folder; an existing file stays if an error is raised.
         intervals: (low, high) of some of the parameters.
 
     Returns:

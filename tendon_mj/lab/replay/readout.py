@@ -6,7 +6,7 @@ time of the first sample. Before t_0, x counts as x(t_0).
 A reading behind a gear, as a motor's current is, has x_g = x η^{−s}: x/η while the motor winds in
 (s = 1) and x η while the load turns it back (s = −1). At rest the gear's friction bears more or
 less of the load, s = ``rest_in`` after winding in and s = ``rest_out`` after paying out, each from
-−1 to 1. Without a gear x_g = x. Where the motor turns it is slower than its column can tell, and
+−1 to 1. Without a gear x_g = x. If the motor turns it is slower than its column can tell, and
 no recording says when s changes: samples there show what was measured, as far as any s explains it.
 
 The delay of MuJoCo's sensors is not used: it is a number of samples fixed when the model is

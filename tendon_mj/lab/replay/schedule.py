@@ -32,7 +32,7 @@ class Rests(NamedTuple):
     """Rests of a run, of which the steps are left out in which nothing moves any more."""
 
     ends: Mapping[int, float]  # step at which a rest ends → time there [s]
-    spans: FloatArray  # (nsensordata,) range of each reading, infinite where it does not count
+    spans: FloatArray  # (nsensordata,) range of each reading, infinite if it does not count
 
 
 class Schedule:
@@ -135,7 +135,7 @@ class Schedule:
     def control(self, adjustable: Adjustable) -> FloatArray:
         """(steps+1, nu) controls: the ramp and rest before the first sample, then the drive.
 
-        Where joints are prescribed (steps+1, nu+nv), with the applied forces on their armature, by
+        If joints are prescribed (steps+1, nu+nv), with the applied forces on their armature, by
         which Euler's step leads to the position at the next one:
 
             v_k = (q_k − q_{k−1})/h,   force_k = armature (v_{k+1} − v_k)/h.
@@ -185,7 +185,7 @@ class Schedule:
         return np.concatenate([rest + ramp * (drive[0] - rest), drive])
 
     def rests(self, adjustable: Adjustable) -> Rests | None:
-        """Rests of a run, once readings are set; None where rows are samples of a motion."""
+        """Rests of a run, once readings are set; None if rows are samples of a motion."""
         if not self._move:
             return None
         ends = self.lead + np.rint(self.clock.places).astype(int)

@@ -70,7 +70,7 @@ def run_open_loop(
     """Step once for every row of controls, and read the sensors as of the start of each step.
 
     A step's readings (steps, nsensordata) therefore belong to its own control and to the pose that
-    the steps before it led to; None where MuJoCo warned or one is not finite. ``data`` is at the
+    the steps before it led to; None if MuJoCo warned or one is not finite. ``data`` is at the
     end afterwards. A row of controls has nu numbers, or nu+nv with applied forces. Of ``rests`` the
     steps are left out in which nothing moves any more.
     """
@@ -271,7 +271,7 @@ class Misfit:
 
     @property
     def of_range(self) -> str:
-        """The share of the range in words, after a comma; empty where the column is constant."""
+        """The share of the range in words, after a comma; empty if the column is constant."""
         share = self.share_of_range
         return f", {share:.1%} of its range" if math.isfinite(share) else ""
 
@@ -396,7 +396,7 @@ class Simulates(Protocol):
         joints: joint → whether a driven column prescribes its motion, so that no effect can be on
             it. Joints are the elements of the parameters of kind "joint"; one that is not named
             here is free.
-        steps: time steps of one simulation of all recordings; 0 where it makes no error of steps.
+        steps: time steps of one simulation of all recordings; 0 if it makes no error of steps.
             With 0 its answers are taken as exact; else a diagnosis searches in longer steps, if
             these change little, and takes the error of the steps out by Richardson's
             extrapolation.
@@ -417,7 +417,7 @@ class Simulates(Protocol):
         """
 
     def in_steps(self, factor: float) -> Simulates:
-        """This simulator in steps ``factor`` > 0 times as long; itself where ``steps`` is 0.
+        """This simulator in steps ``factor`` > 0 times as long; itself if ``steps`` is 0.
 
         It may keep steps shorter than asked for, as where the sampling interval limits them; its
         ``steps`` then say so.
@@ -689,7 +689,7 @@ class Simulator:
         return shorter.up_to(schedule.samples)
 
     def _has_play(self, values: Values) -> bool:
-        """Whether one of the plays that the model lacks is not 0."""
+        """Return whether one of the plays that the model lacks is not 0."""
         return any(values.get(name) for name in self._plays)
 
     def _jobs(self, parameter_sets: Sequence[Values]) -> list[_Job]:

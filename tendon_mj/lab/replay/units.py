@@ -129,12 +129,12 @@ def _of_joints(model: mujoco.MjModel, tendon: int) -> bool:
 
 
 def ending_of(unit: str) -> str:
-    """Ending of the name of a column in an SI unit; empty where names have no such unit."""
+    """Ending of the name of a column in an SI unit; empty if names have no such unit."""
     return {column_unit(ending): ending for ending in UNITS}.get(unit, "")
 
 
 def name_in(unit: str, column: str) -> str:
-    """A column's name in another unit; empty where names have no such unit."""
+    """A column's name in another unit; empty if names have no such unit."""
     ending = ending_of(unit)
     return column.removesuffix(unit_ending(column)) + ending if ending else ""
 

@@ -24,7 +24,7 @@ from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.typing import FloatArray
 
 MOST_ROLLOUTS = 10_000_000  # of a sweep; their columns are read into memory
-_GRID = 5  # values of a range without a number, where nothing is drawn
+_GRID = 5  # values of a range without a number, if nothing is drawn
 _FORMS = "name=low:high, name=low:high:values or name=value,value,…"
 
 ERROR = "error"
@@ -240,7 +240,7 @@ def share_of_variance(values: FloatArray, output: FloatArray, among: int = 0) ->
     at a value is over all rollouts that have it: all combinations of the others. Of parameters that
     are drawn together each draw has one value of every one; there E[y | x] is straight lines in
     quantiles of x, and R² is adjusted for their number, so that the others' scatter is not
-    counted. 0 where nothing varies. ``values`` are (n,) of the parameter, and ``among`` parameters,
+    counted. 0 if nothing varies. ``values`` are (n,) of the parameter, and ``among`` parameters,
     itself included, are drawn together with it; 0 for a grid.
     """
     spread = float(np.ptp(output)) if len(output) else 0.0

@@ -55,7 +55,7 @@ def motion_recording(
 ) -> Recording:
     """The drive of a model in a motion, with every sensor of one number as measured.
 
-    ``motion`` is as of `find_motion`. Where no ``duration`` is given it is that of the motion, or
+    ``motion`` is as of `find_motion`. If no ``duration`` is given it is that of the motion, or
     6 to 12 s, in which every actuator has its turn.
     With ``still`` and without a motion every control is 0, for a policy to set.
     """
@@ -195,7 +195,7 @@ def try_policy(
 ) -> FloatArray | None:
     """Step once for every row of controls, which a policy may change from row ``lead`` on.
 
-    Returns (steps, nsensordata) readings as of the start of each step; None where MuJoCo warned or
+    Returns (steps, nsensordata) readings as of the start of each step; None if MuJoCo warned or
     one is not finite.
     """
     act, readings = policy.make(model), np.empty((len(control), model.nsensordata))

@@ -214,7 +214,7 @@ def run_sweep(
 
 
 def check_folder(sweep: Sweep, folder: Path) -> Plan | None:
-    """The plan that was begun in a folder, None where there is none.
+    """The plan that was begun in a folder, None if there is none.
 
     Another plan, or tables without one, are refused.
     """
@@ -334,7 +334,7 @@ class SweepResult:
         return self.axes[:_DRAWN], varying[:_DRAWN]
 
     def write_csv(self, path: Path) -> Path | None:
-        """Write the table as CSV where it has at most 10,000 rows; return its path if so."""
+        """Write the table as CSV if it has at most 10,000 rows; return its path if so."""
         if self.rollouts > _MOST_ROWS:
             return None
         with whole_file(path) as made:
@@ -345,7 +345,7 @@ class SweepResult:
 def _summary(
     values: NDArray[Any], varied: dict[str, NDArray[Any]], drawn: Sequence[str]
 ) -> dict[str, Any]:
-    """Of the values of an output; nothing where every rollout failed."""
+    """Of the values of an output; nothing if every rollout failed."""
     if not len(values):
         return {}
     return {

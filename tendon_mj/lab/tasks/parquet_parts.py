@@ -73,7 +73,7 @@ class ParquetParts:
         return f"{self._of} {key}".encode()
 
     def _part_of(self, path: Path) -> bytes | None:
-        """Run and task of a table, empty for a foreign one; None where it cannot be read."""
+        """Run and task of a table, empty for a foreign one; None if it cannot be read."""
         try:
             metadata = self._pyarrow.parquet.read_metadata(path).metadata or {}
         except (self._pyarrow.ArrowException, OSError):

@@ -195,7 +195,7 @@ def run_tasks(
     """Compute ``function(shared, argument(key))`` for every key whose result is not kept yet.
 
     Where it runs and with how many workers changes no number. Two tasks per worker are under way,
-    so memory is bounded, and workers need no folder in common. Results are kept also where a task
+    so memory is bounded, and workers need no folder in common. Results are kept also if a task
     is refused, or workers are lost.
 
     Args:

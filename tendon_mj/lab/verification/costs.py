@@ -218,7 +218,7 @@ def thread_speedups(
 def smooth_controls(
     model: mujoco.MjModel, steps: int, seed: int = 0, amplitude: float = 1.0
 ) -> FloatArray:
-    """(steps, nu) sums of sines within the control ranges; ±1 where an actuator has none.
+    """(steps, nu) sums of sines within the control ranges; ±1 if an actuator has none.
 
     ``amplitude`` is over half the range, around its middle.
     """
@@ -256,7 +256,7 @@ class ModelCost:
     """Cost of friction in a model."""
 
     cost: StepCost  # of a step with sheaths, over one without
-    # the same without sensors of tension; None where cost has none either
+    # the same without sensors of tension; None if cost has none either
     unsensed: StepCost | None
     sheaths: int  # in the model
     # of a simulation with sheaths, and without; see memory_of

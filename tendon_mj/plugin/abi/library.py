@@ -115,7 +115,7 @@ def control(m: Model, d: Data, actuator: int) -> float:
 
 @compiled
 def geared_control(m: Model, d: Data, actuator: int) -> float:
-    """Control of an actuator times its gear; 0 where there is none, or it is disabled."""
+    """Control of an actuator times its gear; 0 if there is none, or it is disabled."""
     if actuator < 0 or m.opt.disableflags & _ACTUATION_OFF:
         return 0.0
     if mj_actuatorDisabled(m, actuator) != 0:
@@ -135,7 +135,7 @@ RK4 = 1  # mjINT_RK4
 
 @compiled
 def is_stage(m: Model, time: float, has_trial: float, trial_time: float) -> bool:
-    """Whether this evaluation is an inner stage of Runge-Kutta, which must leave no trace."""
+    """Return whether this is an inner stage of Runge-Kutta, which must leave no trace."""
     if m.opt.integrator != RK4 or has_trial == 0.0:
         return False
     h = m.opt.timestep

@@ -45,7 +45,7 @@ _SHEATH_FRICTION = ATTRIBUTES.index("friction")
 
 @compiled
 def _given(m: Model, instance: int, gain: int, otherwise: float) -> float:
-    """A configured gain, ``otherwise`` where it is not written."""
+    """A configured gain, ``otherwise`` if it is not written."""
     given = at.is_given(m, instance, gain)
     return at.number(m, instance, gain) if given else otherwise
 
@@ -100,7 +100,7 @@ def _reset(m: Model, address: int, binding: int, instance: int) -> None:
 
 @compiled
 def _is_bound(m: Model, d: Data, instance: int) -> bool:
-    """Whether a servo is bound to the model as it is, and its state is one of this servo.
+    """Return whether a servo is bound to the model as it is, and its state is one of this servo.
 
     The indices in its state are then those of the binding.
     """

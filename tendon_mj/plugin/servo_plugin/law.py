@@ -230,7 +230,7 @@ def _driven(state: State, wanted: float, speed: float, radius: float) -> tuple[f
 
 @compiled
 def _is_due(state: State, time: float, early: float) -> bool:
-    """Whether the controller samples now; stores the index of the sample on trial."""
+    """Return whether the controller samples now; stores the index of the sample on trial."""
     gains = state.gains
     if gains.period == 0.0:
         return True

@@ -46,7 +46,7 @@ ENDS = 2  # numbers of a sensor on the sheath's own instance: T_in and T_out
 
 
 def is_one_number(kind: str) -> bool:
-    """Whether a sensor of this kind has one number, whatever its sheath."""
+    """Return whether a sensor of this kind has one number, whatever its sheath."""
     return KINDS[kind][2] == "one"
 
 
@@ -133,19 +133,19 @@ def text_at(m: Model, instance: int, attribute: int) -> int:
 
 @compiled
 def is_given(m: Model, instance: int, attribute: int) -> bool:
-    """Whether an attribute is written."""
+    """Return whether an attribute is written."""
     return letters(text_at(m, instance, attribute))[0] != 0
 
 
 @compiled
 def is_sensor(m: Model, instance: int) -> bool:
-    """Whether an instance has sensors of sheaths, and is not a sheath itself."""
+    """Return whether an instance has sensors of sheaths, and is not a sheath itself."""
     return is_given(m, instance, SENSOR)
 
 
 @compiled
 def is_sheath(m: Model, other: int, instance: int) -> bool:
-    """Whether an instance is a sheath, of the plugin of ``instance``."""
+    """Return whether an instance is a sheath, of the plugin of ``instance``."""
     return m.plugin[other] == m.plugin[instance] and not is_sensor(m, other)
 
 
@@ -193,23 +193,23 @@ def sensor_kind(m: Model, instance: int) -> int:
 
 @compiled
 def is_input_at_last(m: Model, instance: int) -> bool:
-    """Whether the input end is the last site of the path."""
+    """Return whether the input end is the last site of the path."""
     return index_of(text_at(m, instance, INPUT_END), END_NAMES) == 1
 
 
 @compiled
 def is_cable_spring(m: Model, instance: int) -> bool:
-    """Whether the tendon's own spring is the cable's elasticity."""
+    """Return whether the tendon's own spring is the cable's elasticity."""
     return index_of(text_at(m, instance, SPRING), SPRING_NAMES) == 1
 
 
 @compiled
 def has_length(m: Model, instance: int) -> bool:
-    """Whether a sheath's pretension or slack is written, so that its tendon has a length."""
+    """Return whether a sheath's pretension or slack is written, so that its tendon has a length."""
     return is_given(m, instance, PRETENSION) or is_given(m, instance, SLACK)
 
 
 @compiled
 def number(m: Model, instance: int, attribute: int) -> float:
-    """An attribute's number, 0 where it is not written."""
+    """An attribute's number, 0 if it is not written."""
     return number_at(text_at(m, instance, attribute))

@@ -80,7 +80,7 @@ def range_of(owners: IntArray, count: int, instance: int) -> tuple[int, int]:
 
 @apart
 def _is_last_plugin(m: Model, last: int) -> bool:
-    """Whether only sensors of sheaths and servos come after the last sheath of a model."""
+    """Return whether only sensors of sheaths and servos come after the last sheath of a model."""
     for other in range(last + 1, m.nplugin):
         is_servo = at.index_of(plugin_name(m, other), _SERVO_NAME) == 0
         if m.plugin[other] != m.plugin[last] and not is_servo:
@@ -135,13 +135,13 @@ def _bind_drive(m: Model, instance: int, bound: Binding) -> None:
 
 @compiled
 def _is_pulled(m: Model, instance: int, tendon: int) -> bool:
-    """Whether a spring pulls a tendon, or an equality or a limit one of no stated length."""
+    """Return whether a spring pulls a tendon, or an equality or a limit one of no stated length."""
     return has_spring(m, tendon) or (not at.has_length(m, instance) and is_constrained(m, tendon))
 
 
 @compiled
 def _is_elastic(m: Model, instance: int) -> bool:
-    """Whether the elasticity of a sheath's tendon is stated."""
+    """Return whether the elasticity of a sheath's tendon is stated."""
     return (
         at.number(m, instance, at.AXIAL_STIFFNESS) != 0.0
         or at.number(m, instance, at.STIFFENING) != 0.0
@@ -152,7 +152,7 @@ def _is_elastic(m: Model, instance: int) -> bool:
 
 @apart
 def _bind(m: Model, instance: int, address: int, signature: float) -> None:
-    """Look up what a sheath is attached to; its tendon is −1 where that cannot be."""
+    """Look up what a sheath is attached to; its tendon is −1 if that cannot be."""
     bound = binding_at(address)
     bound.signature, bound.listed_for = signature, 0.0
     bound.config_signature = config_signature(m, instance)
@@ -247,7 +247,7 @@ def _forget_drive(m: Model, instance: int, address: int) -> None:
 
 @compiled
 def _is_laid_as(address: int, binding: int) -> bool:
-    """Whether a state is one of this sheath, whose tendon lies on the path that it is bound to."""
+    """Return whether a state is one of this sheath, with its tendon on the path bound."""
     state, bound = state_at(address), binding_at(binding)
     return (
         state.config_signature == bound.config_signature
@@ -258,7 +258,7 @@ def _is_laid_as(address: int, binding: int) -> bool:
 
 @compiled
 def is_bound(m: Model, d: Data, instance: int) -> bool:
-    """Whether a sheath is bound to the model as it is, and its state is one of this sheath.
+    """Return whether a sheath is bound to the model as it is, and its state is one of this sheath.
 
     The indices in its state are then those of the binding.
     """
@@ -290,7 +290,7 @@ def present_signature(d: Data, bound: Binding) -> float:
 
 @compiled
 def _count(number: float) -> float:
-    """A count that a state had, 0 where the number is not one."""
+    """A count that a state had, 0 if the number is not one."""
     return number if 0.0 <= number < _MOST and number == float(int(number)) else 0.0
 
 

@@ -124,7 +124,7 @@ def _warn_of_push(m: Model, d: Data, instance: int) -> None:
 
 @compiled
 def _is_skipped(m: Model) -> bool:
-    """Whether MuJoCo leaves all passive forces out, those of plugins too."""
+    """Return whether MuJoCo leaves all passive forces out, those of plugins too."""
     return m.opt.disableflags & _PASSIVE_OFF == _PASSIVE_OFF
 
 
@@ -161,14 +161,14 @@ def _solve(m: Model, d: Data, work: int) -> None:
 
 @compiled
 def _is_actuated(m: Model) -> bool:
-    """Whether MuJoCo computes actuators, after passive forces."""
+    """Return whether MuJoCo computes actuators, after passive forces."""
     off = m.opt.disableflags & _ACTUATION_OFF != 0
     return m.nactuator > 0 and not off
 
 
 @compiled
 def _is_listed(m: Model, binding: int) -> bool:
-    """Whether the workspace of the last sheath lists the driven sheaths of the model as it is."""
+    """Return whether the last sheath's workspace lists the driven sheaths of the model as it is."""
     if binding == 0 or word(binding + WORKSPACE) == 0:
         return False
     bound = binding_at(binding)
@@ -237,7 +237,7 @@ def _limit_forces(m: Model, d: Data) -> None:
 
 @apart
 def _has_mechanical(m: Model) -> bool:
-    """Whether an actuator has forces that MuJoCo adds after it has clamped all."""
+    """Return whether an actuator has forces that MuJoCo adds after it has clamped all."""
     found = False
     for k in range(m.nactuator):
         found |= m.actuator_biastype[k] == _DCMOTOR
@@ -395,7 +395,7 @@ def _evaluate(m: Model, d: Data, instance: int) -> None:
 
 @compiled
 def _is_last(m: Model, d: Data, instance: int) -> bool:
-    """Whether an instance is the last sheath of its model."""
+    """Return whether an instance is the last sheath of its model."""
     binding = binding_of(d, instance, SHEATH)
     last = int(binding_at(binding).last_sheath) if binding != 0 else last_sheath(m, instance)
     return last == instance

@@ -1,9 +1,9 @@
 """The two ways to move a tendon: spools wind it, or MuJoCo's forces give its input tension.
 
 **Wound.** With backlash b the drum follows its drive once that has crossed the gap, and holds
-itself in it. Where the drive is a joint, the flank by which it winds is a spring, as stiff as the
+itself in it. If the drive is a joint, the flank by which it winds is a spring, as stiff as the
 joint's inertia allows at this time step: the drive bears the contact force, and the drum yields
-where that is more than the tendon's pull. No tendon is wound without work of the drive.
+if that is more than the tendon's pull. No tendon is wound without work of the drive.
 
 **Driven.** The input tension is T_in = max(0, −f) with f of `input_force`; a force that pushes
 passes the sheath unrubbed. Each branch has a friction state of its own. A branch behind a pulley
@@ -111,7 +111,7 @@ def lay_wound(m: Model, d: Data, state: State, segments: Segments) -> None:
     state.started = 1.0
 
 
-CHOSEN_STIFFNESS = 1e6  # EA where none is given, and beyond which nothing would change [N]
+CHOSEN_STIFFNESS = 1e6  # EA if none is given, and beyond which nothing would change [N]
 _SOFTEST = 1e2  # EA to which guides yield at most [N]
 _PASSES = 3  # over branches that feed one another; they differ by the tendon's stretch alone
 

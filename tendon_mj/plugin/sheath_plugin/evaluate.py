@@ -192,7 +192,7 @@ def _solve(state: State, segments: Segments, guides: Guides, elapsed: float) -> 
 
 @compiled
 def _are_finite(segments: Segments) -> bool:
-    """Whether every stretch has a tension; that of an emptied one is inf."""
+    """Return whether every stretch has a tension; that of an emptied one is inf."""
     finite = True
     for j in range(len(segments)):
         finite = finite and math.isfinite(segments[j].tension)
@@ -241,7 +241,7 @@ def _solve_from_last_step(
 ) -> bool:
     """Solve from the committed step, not an earlier evaluation; return whether tensions are finite.
 
-    An evaluation that is not solved is counted; where it is not ``possible`` it is not tried.
+    An evaluation that is not solved is counted; if it is not ``possible`` it is not tried.
     """
     strained = fill_strain(state, segments, elapsed)
     for j in range(len(segments)):

@@ -30,13 +30,13 @@ _ON_JOINT = mujoco.mjtWrap.mjWRAP_JOINT.value
 
 @compiled
 def is_fixed(m: Model, tendon: int) -> bool:
-    """Whether a tendon is fixed, a sum of joint positions."""
+    """Return whether a tendon is fixed, a sum of joint positions."""
     return m.wrap_type[m.tendon_adr[tendon]] == _ON_JOINT
 
 
 @compiled
 def coefficient_of(m: Model, tendon: int, joint: int) -> float:
-    """Coefficient of a fixed tendon over this joint alone; 0 where it is not such a one."""
+    """Coefficient of a fixed tendon over this joint alone; 0 if it is not such a one."""
     first = m.tendon_adr[tendon]
     if not is_fixed(m, tendon) or m.tendon_num[tendon] != 1:
         return 0.0

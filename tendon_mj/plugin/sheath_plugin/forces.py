@@ -11,7 +11,7 @@ change the length.
 
 MuJoCo's actuators, springs and constraints act with one tension T_c along the whole tendon. A
 sheath that they drive adds the difference that friction makes, T − T_c of each span, and nothing
-where nothing rubs. One whose elasticity is the tendon's own spring adds T − k (L − S).
+if nothing rubs. One whose elasticity is the tendon's own spring adds T − k (L − S).
 
 `mj_rnePostConstraint` adds the wrench of every spatial tendon under T_c from MuJoCo 3.14 on. Before
 that it adds none, and T_c is added here, too. The difference pulls each end of a span along its
@@ -165,7 +165,7 @@ _vector6 = LocalDoubles(6)
 
 @compiled
 def _is_applied(m: Model, d: Data, instance: int, skipped: bool) -> bool:
-    """Whether the state of a sheath holds the forces that act in this step."""
+    """Return whether the state of a sheath holds the forces that act in this step."""
     if not is_bound(m, d, instance):
         return False
     state = state_at(state_of(m, d, instance))
@@ -259,7 +259,7 @@ def _fill_sensor(m: Model, d: Data, sensor: int) -> None:
 
 @compiled
 def _shows_this_step(m: Model, d: Data, sensor: int) -> bool:
-    """Whether a sensor shows the present step, and not its history."""
+    """Return whether a sensor shows the present step, and not its history."""
     if m.sensor_history[sensor, 0] <= 0:
         return True
     if m.sensor_delay[sensor] > 0.0:

@@ -22,7 +22,7 @@ _HOLDS_ANYTHING = 37.0  # μφ: beyond it one tension is less than the rounding 
 
 @compiled
 def _are_current(address: int, state: State) -> bool:
-    """Whether the ratios are those of the law; they are marked as such."""
+    """Return whether the ratios are those of the law; they are marked as such."""
     law = state.law
     fades = law.stribeck_friction > 0.0 and law.stribeck_velocity > 0.0
     vary = fades or law.friction_gradient != 0.0 or law.friction_drift != 0.0

@@ -2,7 +2,7 @@
 
 A group holds where its slip can be ended in the step at hand:
 
-    s_i/h + D_i M̂⁻¹ (F + r − Σ f_j D_j) = 0,   f_i at its bound where it slides.
+    s_i/h + D_i M̂⁻¹ (F + r − Σ f_j D_j) = 0,   f_i at its bound if it slides.
 
 Rows D are taken half way to their response (`response`), so that a change of friction costs a
 product of rows. A sweep over all groups finds which of them slide, and conjugate gradients share
@@ -76,7 +76,7 @@ _EXACT = 1e-12  # of the accelerations, which is enough where groups move
 _CLOSE = 1e-12  # change of a tension, over the largest, that ends them
 _RESOLVED = 1e-20  # of Σ missing²/mobility, that conjugate gradients leave
 _NOTHING = 1e-12  # of the mobility of groups by themselves: of groups that move nothing together
-_EPSILON = 2.2e-16  # of a double; of accelerations that add up to none where a group holds
+_EPSILON = 2.2e-16  # of a double; of accelerations that add up to none if a group holds
 
 
 @apart
@@ -240,7 +240,7 @@ def _go_along(work: int, nv: int, size_of_missing: float) -> float:
     """Change the friction of all groups that hold along the conjugate gradient.
 
     Returns:
-        Σ missing²/mobility afterwards; 0 where one came to its bound, or nothing is missing.
+        Σ missing²/mobility afterwards; 0 if one came to its bound, or nothing is missing.
     """
     along, width = half_vector(work, nv, ALONG), response_width(response_at(work, nv))
     count, curvature, most, bounded = int(head_at(work).free), 0.0, 0.0, False
@@ -288,7 +288,7 @@ def _share_load(work: int, nv: int) -> None:
 
 @compiled
 def _is_still(work: int) -> bool:
-    """Whether no group slid in the step before."""
+    """Return whether no group slid in the step before."""
     still = True
     for g in range(int(head_at(work).groups)):
         still = still and group_of(work, g).is_set_for == 0.0

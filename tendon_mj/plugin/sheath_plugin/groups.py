@@ -40,13 +40,13 @@ class Group:
     is_rough: float  # whether there is any friction
     is_static: float  # whether friction at rest is more than that of sliding
     is_set_for: float  # ``slides`` for which these bounds are
-    slides: float  # +1 at the upper bound, −1 at the lower one, 0 where it holds
+    slides: float  # +1 at the upper bound, −1 at the lower one, 0 if it holds
     share: float  # L_i/L_0 where the stretch of the tendon is spread along it, else 0
     passed: float  # Δl, since the last step towards the output [m]
     wanted: float  # what the slip has to be slowed by in this step [m/s²]
     mobility: float  # A_ii [1/kg]
     eases: float  # how much less T_0 is for each newton of friction
-    row: float  # of D half way, −1 where there is no friction
+    row: float  # of D half way, −1 if there is no friction
     count: float  # how many numbers of that are not 0
     before: float  # T_i of the last step [N]
     before_in: float  # the same in front of the group [N]
@@ -220,7 +220,7 @@ def response_at(work: int, nv: int) -> int:
 
 @compiled
 def is_wide_enough(m: Model, work: int) -> bool:
-    """Whether there is memory for all dampers, of which another integrator has more."""
+    """Return whether there is memory for all dampers, of which another integrator has more."""
     head = head_at(work)
     return head.width >= m.nv + most_dampers(m, int(head.sheaths))
 
@@ -253,7 +253,7 @@ def workspace(m: Model, d: Data, first: int, last: int) -> int:
 
 @compiled
 def is_span(segments: Segments, j: int) -> bool:
-    """Whether the length of a segment can change."""
+    """Return whether the length of a segment can change."""
     return segments[j].point >= 0.0 and segments[j].near_body != segments[j].far_body
 
 
@@ -364,7 +364,7 @@ def incoming_tension(work: int, nv: int, group: Group) -> float:
 
 @compiled
 def has_friction(work: int, member: Member) -> bool:
-    """Whether a sheath has friction at all."""
+    """Return whether a sheath has friction at all."""
     rough = False
     for g in range(int(member.first), int(member.last)):
         rough |= group_of(work, g).row >= 0.0

@@ -7,10 +7,10 @@ group to the output end, the tendon's force is
     −T_0 D_0 − Σ f_i D_i,   T_i = T_{i−1} + f_i,   (T_{i−1} − c)/e^{λ} ≤ T_i ≤ T_{i−1} e^{λ} + c,
 
 at the upper bound where tendon slides towards the output, s_i = D_i q̇ > 0, and at the lower one
-where it slides back. MuJoCo applies T_0 D_0 itself. A group holds where its slip can be ended in
+if it slides back. MuJoCo applies T_0 D_0 itself. A group holds where its slip can be ended in
 the step at hand:
 
-    s_i/h + D_i M̂⁻¹ (F + r − Σ f_j D_j) = 0,   f_i at its bound where it slides,
+    s_i/h + D_i M̂⁻¹ (F + r − Σ f_j D_j) = 0,   f_i at its bound if it slides,
 
 with s_i that in the pose after the step, F all forces but those of constraints, r those of
 constraints in the last step, and M̂ as in `response`. The tensions T_i start from those of the last
@@ -328,7 +328,7 @@ def prepare(m: Model, d: Data, work: int) -> None:
 def _write_guides(work: int, nv: int, group: Group, segments: Segments, guides: Guides) -> None:
     """Write the tensions, flows and friction work of a group's guides, on trial.
 
-    Where friction holds, the tension along the group is that share of what it would be at the bound
+    If friction holds, the tension along the group is that share of what it would be at the bound
     which its end has.
     """
     incoming, up = incoming_tension(work, nv, group), group.friction > 0.0

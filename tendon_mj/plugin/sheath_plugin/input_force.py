@@ -47,13 +47,13 @@ _SAME = 1e-9  # relative; a tendon that is longer than its path by less is not s
 
 @compiled
 def pulls(m: Model, actuator: int, tendon: int) -> bool:
-    """Whether an actuator's transmission is a tendon."""
+    """Return whether an actuator's transmission is a tendon."""
     return m.actuator_trntype[actuator] == ON_TENDON and m.actuator_trnid[actuator, 0] == tendon
 
 
 @compiled
 def acts_on(m: Model, actuator: int, tendon: int) -> bool:
-    """Whether an actuator's transmission is a tendon, or the joint that a cable not drawn turns."""
+    """Return whether an actuator acts on a tendon, or on the joint that a cable not drawn turns."""
     kind, target = m.actuator_trntype[actuator], m.actuator_trnid[actuator, 0]
     if kind in (_ON_JOINT, _ON_JOINT_IN_PARENT):
         return coefficient_of(m, tendon, target) != 0.0
@@ -71,7 +71,7 @@ def _force_per_force(m: Model, actuator: int, tendon: int) -> float:
 
 @compiled
 def has_spring(m: Model, tendon: int) -> bool:
-    """Whether a tendon has a stiffness of its own."""
+    """Return whether a tendon has a stiffness of its own."""
     higher = m.tendon_stiffnesspoly[tendon]
     linear = m.tendon_stiffness[tendon]
     return linear != 0.0 or higher[0] != 0.0 or higher[1] != 0.0
@@ -79,7 +79,7 @@ def has_spring(m: Model, tendon: int) -> bool:
 
 @compiled
 def is_constrained(m: Model, tendon: int) -> bool:
-    """Whether an equality or a limit may act on a tendon."""
+    """Return whether an equality or a limit may act on a tendon."""
     if m.tendon_limited[tendon]:
         return True
     for k in range(m.neq):
@@ -165,7 +165,7 @@ def _unconstrained(m: Model, d: Data, address: int, state: State) -> float:
 
 @apart
 def is_pushed(m: Model, d: Data, state: State) -> bool:
-    """Whether motors push a tendon: actuators whose force is their control alone.
+    """Return whether motors push a tendon: actuators whose force is their control alone.
 
     A servo pushes in passing, where its command is behind the tendon.
     """
@@ -184,7 +184,7 @@ def input_force(m: Model, d: Data, address: int, state: State) -> float:
 
 @compiled
 def holds_length(m: Model, tendon: int) -> bool:
-    """Whether a limit, or an equality with no other tendon, holds the length of a tendon itself."""
+    """Return whether a limit, or an equality with no other tendon, holds a tendon's length."""
     if m.tendon_limited[tendon]:
         return True
     for k in range(m.neq):

@@ -81,7 +81,7 @@ def _length(text: int) -> int:
 
 @apart
 def place_of(text: int, part: int, start: int) -> int:
-    """Where a string holds another, from a place on; −1 if it does not."""
+    """If a string holds another, from a place on; −1 if it does not."""
     count = _length(part)
     for place in range(start, _length(text) - count + 1):
         k = 0
@@ -132,7 +132,7 @@ def joint_of(m: Model, instance: int, attribute: int) -> int:
 
 @apart
 def is_same(text: int, other: int) -> bool:
-    """Whether two strings are the same."""
+    """Return whether two strings are the same."""
     return place_of(text, other, 0) == 0 and place_of(other, text, 0) == 0
 
 

@@ -42,7 +42,7 @@ def _series(z: float) -> float:
 
 @compiled
 def arctangent(y: float, x: float) -> float:
-    """Angle of the direction (x, y) with y ≥ 0, from 0 to π [rad]; 0 where both are 0.
+    """Angle of the direction (x, y) with y ≥ 0, from 0 to π [rad]; 0 if both are 0.
 
     A call of the C library's atan2 for every bend that moves is a seventh of a sheath's cost in a
     step. Of two lengths the greater divides, after a rotation by π/4 where that leaves less:
@@ -116,7 +116,7 @@ def into(frame: FloatArray, v: Vector) -> Vector:
 
 @compiled
 def angle_between(a: Vector, b: Vector) -> float:
-    """Angle between two directions [rad]; 0 where one of them is none."""
+    """Angle between two directions [rad]; 0 if one of them is none."""
     return arctangent(norm(cross(a, b)), dot(a, b))
 
 
@@ -124,7 +124,7 @@ def angle_between(a: Vector, b: Vector) -> float:
 def _bend(a: FloatArray, i: int) -> float:
     """Angle by which the path turns at point ``i`` [rad], exact for small and large angles.
 
-    Where several points lie on one spot the turn counts once, at the last of them.
+    If several points lie on one spot the turn counts once, at the last of them.
     """
     vx, vy, vz = a[3 * i + 3] - a[3 * i], a[3 * i + 4] - a[3 * i + 1], a[3 * i + 5] - a[3 * i + 2]
     if vx == 0.0 and vy == 0.0 and vz == 0.0:
@@ -140,7 +140,7 @@ def _bend(a: FloatArray, i: int) -> float:
 
 @compiled
 def _moved(points: FloatArray, path: FloatArray, i: int) -> bool:
-    """Whether point ``i`` is not where it was; ``path`` is updated."""
+    """Return whether point ``i`` is not where it was; ``path`` is updated."""
     k = 3 * i
     if points[k] == path[k] and points[k + 1] == path[k + 1] and points[k + 2] == path[k + 2]:
         return False

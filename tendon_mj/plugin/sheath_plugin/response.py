@@ -54,7 +54,7 @@ def _numbers(m: Model) -> int:
 
 @compiled
 def is_implicit(m: Model) -> bool:
-    """Whether MuJoCo integrates the velocity terms of actuators and tendons implicitly."""
+    """Return whether MuJoCo integrates the velocity terms of actuators and tendons implicitly."""
     return m.opt.integrator not in (_EULER, _RK4)
 
 

@@ -78,7 +78,7 @@ def as_number(h: int) -> float:
 
 @compiled
 def is_signature(number: float) -> bool:
-    """Whether a number can be a signature."""
+    """Return whether a number can be a signature."""
     return _LEAST <= number <= _LEAST + _BITS
 
 

@@ -45,7 +45,7 @@ PARAMETERS: Final = {**LAW, **RADII}
 
 
 class LiveLaw(Law):
-    """The law as the state keeps it: a number for each parameter, 0 where none is given."""
+    """The law as the state keeps it: a number for each parameter, 0 if none is given."""
 
     axial_stiffness: float
     static_friction: float
@@ -122,7 +122,7 @@ class State(Bound, Live):
     wound_in: float  # tendon on the reel [m]
     wound_out: float  # tendon on the output's spool [m]
     spring_length: float  # rest length of the tendon's own spring [m]
-    spring_product: float  # its stiffness times that [N], 0 where EA is not made of it
+    spring_product: float  # its stiffness times that [N], 0 if EA is not made of it
     finished: float  # whether a step has been finished since the reset
     constraint_force: float  # of equalities and limits of the tendon [N], pulling where negative
     previous_constraint: float  # in the step before [N]
@@ -173,7 +173,7 @@ def size_of(guides: int, arcs: int, dofs: int) -> int:
 
 @compiled
 def fits(bound: Bound, state_size: int) -> bool:
-    """Whether the guides and arcs of a sheath fit into its numbers of state."""
+    """Return whether the guides and arcs of a sheath fit into its numbers of state."""
     return size_of(int(bound.guides), int(bound.arcs), int(bound.dofs)) <= state_size
 
 
@@ -264,7 +264,7 @@ def keep_ratio_law(address: int) -> bool:
 
 @compiled
 def is_wound(state: Bound) -> bool:
-    """Whether a reel or a joint winds the tendon."""
+    """Return whether a reel or a joint winds the tendon."""
     return state.reel_joint >= 0.0 or state.output_joint >= 0.0 or state.reel_actuator >= 0.0
 
 
@@ -276,7 +276,7 @@ def tension_unit(state: State) -> float:
 
 @compiled
 def input_strain(state: State) -> float:
-    """τ that the force of this evaluation gives the first segment; 0 where it pushes."""
+    """τ that the force of this evaluation gives the first segment; 0 if it pushes."""
     return max(0.0, -state.input_force) / tension_unit(state)
 
 
@@ -312,7 +312,7 @@ SHEATH, SENSORS, SERVO = (0x74656E646F6E0001 + k for k in range(3))  # kinds of 
 
 @compiled
 def binding_of(d: Data, instance: int, kind: int) -> int:
-    """Address of what an instance of a kind is bound to; 0 where nothing of this kind is there.
+    """Address of what an instance of a kind is bound to; 0 if nothing of this kind is there.
 
     With a model whose instances come in another order an instance meets what another was bound to.
     """

@@ -73,7 +73,7 @@ _name = Text(TENSION_SCALE)
 
 @compiled
 def tension_scale(m: Model) -> tuple[float, float]:
-    """Tensions at the ends of the colour bar [N], both 0 where the model has none."""
+    """Tensions at the ends of the colour bar [N], both 0 if the model has none."""
     numeric = mj_name2id(m, _NUMERIC, _name())
     if numeric < 0 or m.numeric_size[numeric] < 2:
         return 0.0, 0.0
@@ -121,7 +121,7 @@ _POINT = 24  # bytes
 
 @compiled
 def _is_hidden(m: Model, option: Option, tendon: int) -> bool:
-    """Whether MuJoCo does not draw a tendon."""
+    """Return whether MuJoCo does not draw a tendon."""
     group = min(max(m.tendon_group[tendon], 0), _GROUPS - 1)
     shown = option.flags[_SHOWN] and option.tendongroup[group]
     return not shown or m.tendon_rgba[tendon, 3] == 0.0
@@ -129,7 +129,7 @@ def _is_hidden(m: Model, option: Option, tendon: int) -> bool:
 
 @compiled
 def _has_room(scene: Scene) -> bool:
-    """Whether a scene has room for a geom; its status tells where it has not."""
+    """Return whether a scene has room for a geom; its status tells if it has not."""
     if scene.ngeom >= scene.maxgeom:
         scene.status = 1
         return False

@@ -11,11 +11,11 @@ to r₂ in the sense of u,
 Its n guides share the arc: they sit at (k + ½)/n of it. A geom that the tendon does not touch keeps
 its guides, in the middle of the straight line, where they turn nothing.
 
-The path is followed from the input end on. Where that is its last site, elements and points come in
+The path is followed from the input end on. If that is its last site, elements and points come in
 the reverse of their order: segments, guides and arcs are then those of the tendon drawn the other
 way round.
 
-Where a wrap comes, goes or changes sides its guides move along the tendon without friction, and
+If a wrap comes, goes or changes sides its guides move along the tendon without friction, and
 each stretch keeps its strain. Tendon rubs on the drum, not on the place where it leaves the drum. A
 tangent point that moves along the drum by δ takes tendon from one side to the other without any
 slip, δ/(1 + ε) of it: that is the guide's ``shift``.
@@ -85,7 +85,7 @@ def _shift(now: Vector, before: Vector, u: Vector) -> float:
 
 @compiled
 def _is_flipped(arc: Arc, p: Vector, q: Vector) -> bool:
-    """Whether the tendon has changed sides, so that an arc from p to q turns the other way."""
+    """Return whether the tendon changed sides, so that an arc from p to q turns the other way."""
     before, behind = (arc.x1, arc.y1, arc.z1), (arc.x2, arc.y2, arc.z2)
     is_short = dot(p, q) > 0.0 and dot(before, behind) > 0.0  # of a long one it is not known
     return is_short and dot(cross(p, q), cross(before, behind)) < 0.0

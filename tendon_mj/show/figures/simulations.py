@@ -105,7 +105,7 @@ def before_after_figure(
 ) -> Figure:
     """Draw every measured column over the driven one and over time, and below it the residual.
 
-    There is no ``after`` where nothing was changed.
+    There is no ``after`` if nothing was changed.
     """
     if not measured.measured or not measured.drive:
         raise RecordingError(f"recording {measured.name!r}: nothing in [drive] or in [measured]")

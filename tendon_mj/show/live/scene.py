@@ -190,7 +190,7 @@ def tension_table(
 
 
 def curves_title(tendons: int, unit: EngineeringUnit = NEWTON) -> str:
-    """Title of a page's curves, which names the number of tendons where some have none."""
+    """Title of a page's curves, which names the number of tendons if some have none."""
     title = f"{labelled('tension', unit)} over time [s]"
     if tendons <= MOST_TENDONS:
         return title

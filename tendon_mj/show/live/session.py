@@ -232,7 +232,7 @@ class Prepared:
     view: Viewpoint  # at first
     low: float  # tensions at the ends of the colour bar [N]; both 0 without sheaths
     high: float
-    still: str  # reason that nothing moves; empty where something does
+    still: str  # reason that nothing moves; empty if something does
     poses: FloatArray | None = None  # (k, nq) of its motion, to be in view
     # by name, the first is played: a copy of the model in it, and its drive
     motions: Mapping[str, Motion] = field(default_factory=dict)
@@ -317,7 +317,7 @@ def repeated(rows: FloatArray, step: float) -> Drive:
 
 
 def stands_still(model: mujoco.MjModel, drive: Drive, duration: float) -> str:
-    """Reason that no actuator moves a model within a duration [s]; empty where one does."""
+    """Reason that no actuator moves a model within a duration [s]; empty if one does."""
     if model.nu == 0:
         return "the model has no actuator"
     controls = np.array([drive(time) for time in np.arange(0.0, duration, 0.1)])

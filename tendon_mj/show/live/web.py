@@ -58,7 +58,7 @@ def serve(
 ) -> RealTime:
     """Serve a simulation to browsers on this machine until Ctrl-C, or for some seconds.
 
-    Where the port is taken, it is the next one that is free; ``announce`` gets the address.
+    If the port is taken, it is the next one that is free; ``announce`` gets the address.
     """
     try:
         mjviser, viser = importlib.import_module("mjviser"), importlib.import_module("viser")

@@ -1,4 +1,4 @@
-"""MuJoCo's interactive viewer with a running simulation, where there is a screen."""
+"""MuJoCo's interactive viewer with a running simulation, if there is a screen."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Viewer:
 
     Args:
         model, data: to show.
-        instead: what to do where there is no screen, the end of a message.
+        instead: what to do if there is no screen, the end of a message.
         on_key: called with the number of a key that is pressed.
 
     Raises:

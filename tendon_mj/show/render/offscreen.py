@@ -279,7 +279,7 @@ def colour_limits(cables: dict[str, Cable]) -> Normalize:
 
 
 def cables_size(model: mujoco.MjModel, cables: Mapping[str, Cable]) -> float:
-    """Size of all cables at first, or the model's extent where that is less or there are none [m].
+    """Size of all cables at first, or the model's extent if that is less or there are none [m].
 
     A wide floor makes the extent of a model.
     """

@@ -406,7 +406,7 @@ def _tensions_chart(model: mujoco.MjModel, frames: Frames, unit: EngineeringUnit
 
 
 def _joints_chart(model: mujoco.MjModel, frames: Frames, twin: Frames | None) -> _Chart:
-    """Hinges, or slides where there are none, that no actuator moves directly.
+    """Hinges, or slides if there are none, that no actuator moves directly.
 
     Of many they are those that friction changes most, or that move most.
     """

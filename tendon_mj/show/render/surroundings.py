@@ -38,7 +38,7 @@ def poses_of(model: mujoco.MjModel, frames: Frames) -> FloatArray:
 
 
 def to_show(model: mujoco.MjModel) -> mujoco.MjModel:
-    """A copy to draw: lit where it has no light, tendons as thick as the eye needs, not hidden."""
+    """A copy to draw: lit if it has no light, tendons as thick as the eye needs, not hidden."""
     shown = copy.copy(model)
     see_through(shown)
     if model.nlight == 0:
@@ -60,7 +60,7 @@ class Floor(NamedTuple):
 
 
 def floor(model: mujoco.MjModel, poses: FloatArray | None = None) -> Floor | None:
-    """Floor below a model in (k, nq) ``poses``, by default `qpos0`; None where it has its own."""
+    """Floor below a model in (k, nq) ``poses``, by default `qpos0`; None if it has its own."""
     if (model.geom_type == _PLANE).any() or model.nhfield:
         return None
     around = _outlines(model, poses)[1].around

@@ -130,7 +130,7 @@ def report_page(
     """The page as HTML, see `write_report`. Every text that comes from a file is escaped.
 
     ``pictures`` are PNGs of `diagnosis_figures` by name; ``model`` is the MJCF text of the final
-    model, empty where there is none.
+    model, empty if there is none.
     """
     row, column = most_telling(simulated)
     correlations = parameter_correlations(diagnosis)

@@ -33,7 +33,7 @@ _WHITE = 255
 def rig_figure(shown: BeforeAfter) -> Figure | None:
     """The final model when a tension of the recording is highest.
 
-    None where it cannot be drawn: without OpenGL, a sheath, or a model that MuJoCo simulates.
+    None if it cannot be drawn: without OpenGL, a sheath, or a model that MuJoCo simulates.
     """
     recording, values = shown.measured, shown.after.known
     start, end = recording.time[[0, -1]]

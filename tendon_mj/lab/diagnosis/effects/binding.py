@@ -69,7 +69,7 @@ class ParameterSpecification:
     ) -> Term | None:
         """Bind it to elements that all get the same value; ``scale`` stretches range and probe.
 
-        Where the model's values differ, all are changed by as much.
+        If the model's values differ, all are changed by as much.
 
         Returns:
             None where an element lacks the parameter; with ``relative`` also where its value is 0.
@@ -102,7 +102,7 @@ class ParameterSpecification:
         elements: tuple[str, ...],
         system: SystemDescription,
     ) -> Term | None:
-        """Factor of the model's values; None where one of these is 0."""
+        """Factor of the model's values; None if one of these is 0."""
         numbers = (targets, "-", 1.0, self.low, self.high, self.probe)
         if not self.times:
             return FactorTerm(*numbers, own=own) if all(own) else None
@@ -122,7 +122,7 @@ def _bind(
     system: SystemDescription,
     scale: float = 1.0,
 ) -> Bound:
-    """One candidate whose elements share its values; none where a parameter is missing."""
+    """One candidate whose elements share its values; none if a parameter is missing."""
     bound = (specification.term(elements, system, scale) for specification in specifications)
     terms = tuple(term for term in bound if term is not None)
     return [(", ".join(elements), terms)] if len(terms) == len(specifications) else []

@@ -71,7 +71,7 @@ class Term:
     # values to begin from, for a number that shapes an effect and does nothing alone; its logarithm
     # is fitted
     starts: tuple[float, ...] = ()
-    spread: float = 0.0  # standard deviation about inert that is expected of it; 0 where none is
+    spread: float = 0.0  # standard deviation about inert that is expected of it; 0 if none is
     # parameter of the targets' elements that their values depend on; or empty
     depends_on: str = field(default="", kw_only=True)
     # parameters that are written with it at fixed values: of an event, its times
@@ -177,16 +177,16 @@ class Candidate:
 
     @property
     def recording(self) -> str:
-        """The one recording that it is in; empty where it is in all."""
+        """The one recording that it is in; empty if it is in all."""
         return recording_of(self.terms[0].targets[0])
 
     def acts_on(self, values: Mapping[str, float]) -> bool:
-        """Whether the model has the parameter that it changes, with these values."""
+        """Return whether the model has the parameter that it changes, with these values."""
         changed = self.effect.changes
         return not changed or any(values[f"{element(t)}.{changed}"] != 0.0 for t in self.targets)
 
     def in_model(self, before: Mapping[str, float]) -> bool:
-        """Whether a model has some of it, with parameter → value before the fit."""
+        """Return whether a model has some of it, with parameter → value before the fit."""
         absent = self.effect.absent
         return any(value_in(before, target) != absent for target in self.terms[0].targets)
 
@@ -217,7 +217,7 @@ class Effect:
         equation: its contribution, in the symbols of docs/theory.md.
         signature: its trace in data.
         source: where it is described.
-        binding: finds the elements of a model that it can be on, and its terms there; none where
+        binding: finds the elements of a model that it can be on, and its terms there; none if
             it has no place. See `tendon_mj.lab.diagnosis.effects.binding`.
         next_experiment: motion or measurement that brings the effect out, as the end of a sentence
             that begins with "record"; may be empty.
@@ -225,9 +225,9 @@ class Effect:
         overrides_known: whether it may also write parameters that were measured on the rig.
         absent: value of its first parameter at which a model has none of the effect.
         non_smooth: whether the misfit has many local minima in its terms, as where it makes a
-            sheath stick and slip. Where the linearisation does not hold, their whole ranges are
+            sheath stick and slip. If the linearisation does not hold, their whole ranges are
             searched.
-        changes: parameter of its elements that it changes; it is not a candidate where that is 0 on
+        changes: parameter of its elements that it changes; it is not a candidate if that is 0 on
             all of them. May be empty.
         event: whether it happens once, in one recording: its parameter is 0 before the time
             ``<parameter>_time`` and for the ``<parameter>_duration`` from there on rises to its
