@@ -198,7 +198,7 @@ class Law:
     )
     stribeck_velocity: float = field(
         default=0.0,
-        metadata=described("v_s", "m/s", "speed at which Δμ has faded to 1/e, > 0 where Δμ is"),
+        metadata=described("v_s", "m/s", "speed at which Δμ has faded to 1/e, > 0 if Δμ is"),
     )
     viscous_friction: float = field(
         default=0.0,
@@ -237,7 +237,7 @@ class Law:
     )
     creep_time: float = field(
         default=0.0,
-        metadata=described("τ_c", "s", "time constant in which it comes, > 0 where χ is"),
+        metadata=described("τ_c", "s", "time constant in which it comes, > 0 if χ is"),
     )
     sheath_compliance: float = field(
         default=0.0,

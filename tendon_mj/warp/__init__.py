@@ -19,10 +19,12 @@ try:
     from tendon_mj.warp.hosts import take_sheaths as take_sheaths
     from tendon_mj.warp.model import get_data_into as get_data_into
     from tendon_mj.warp.model import make_data as make_data
+    from tendon_mj.warp.model import put_data as put_data
     from tendon_mj.warp.model import put_model as put_model
     from tendon_mj.warp.model import put_sheaths as put_sheaths
     from tendon_mj.warp.model import reset_data as reset_data
     from tendon_mj.warp.model import sheaths_of as sheaths_of
+    from tendon_mj.warp.sheaths import Sheaths as Sheaths
 except ModuleNotFoundError as error:
     package = str(error.name).partition(".")[0]
     if package not in ("warp", "mujoco_warp"):

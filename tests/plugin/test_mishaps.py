@@ -236,7 +236,7 @@ def test_ctrl_c_while_a_model_compiles_refuses_it_in_one_line(monkeypatch, capfd
     def press(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(advice, "check_own_names", press)
+    monkeypatch.setattr(advice, "check_tension_scale", press)
     with pytest.raises(ValueError, match=INTERRUPTED):
         fixed_sheaths([LAW])
     assert capfd.readouterr().err == ""
