@@ -229,7 +229,7 @@ class Proof:
         over = over_intervals(context.problem, base, final)
         calibrated, fitted = fitted_values(context.problem, base, over, data.refits(final))
         selection = replace(selection, final=replace(selection.final, fit=over))
-        lumped = self._too_few_guides(model, evidence.held_out.after, data.mask)
+        lumped = self._too_few_guides(model, evidence.held_out.after)
         limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
         if verdict in ("partly", "unknown"):
             limits += warn_of_soft_friction(self.own.simulate, model)
@@ -273,14 +273,11 @@ class Proof:
             checks=tuple(self.checks),
         )
 
-    def _too_few_guides(
-        self, model: Mapping[str, float], left: float, mask: NDArray[np.bool_]
-    ) -> list[LumpedSheath]:
-        """Sheaths of too few guides in a replay, whose change by more a fit may have had."""
-        held_out = replace(self.held_out, by_guides=0.0)
-        if self.held_out.lumping:
-            left = float(np.sqrt(np.mean(held_out.residuals([model])[0][mask] ** 2)))
-        return too_few_guides(held_out, model, left) if left > ABOVE_NOISE else []
+    def _too_few_guides(self, model: Mapping[str, float], left: float) -> list[LumpedSheath]:
+        """Sheaths of too few guides in a replay, where a fit may have allowed for more."""
+        if self.held_out.lumping:  # measured: a replay lacks what more guides change
+            left = float(np.sqrt(np.mean(np.square(self.held_out.by_guides))))
+        return too_few_guides(self.held_out, model, left) if left > ABOVE_NOISE else []
 
 
 def _weigh(
