@@ -97,8 +97,15 @@ class Fit:
         return written(self.terms, self.values if values is None else values, base)
 
     def determines(self, candidate: Candidate) -> bool:
-        """Return whether a candidate's strength is held by the data, not by an end of its range."""
-        return bool(self.free[self.terms_of(candidate).start])
+        """Return whether the data hold a candidate's strength, not an end of its range.
+
+        Nor do they with a shape at its least: what then acts at once is another effect, as creep in
+        no time is a softer cable.
+        """
+        own = self.terms_of(candidate)
+        least = self.scaled[own] <= (self.bounds[0] + _margin(self.bounds))[own]
+        shapes = np.array([bool(term.starts) for term in candidate.terms])
+        return bool(self.free[own.start]) and not (least & shapes).any()
 
     def terms_of(self, candidate: Candidate) -> slice:
         """Position of one candidate's terms among the terms of the model."""

@@ -6,6 +6,7 @@ import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -26,6 +27,7 @@ from tendon_mj.lab.diagnosis.effects.binding import (
     together,
 )
 from tendon_mj.lab.diagnosis.effects.effect import Binding
+from tendon_mj.lab.diagnosis.fitting import Fit
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Kind, Parameter, Simulator, replay_recording
 from tendon_mj.models import load_model
@@ -347,3 +349,20 @@ def test_an_effect_on_a_parameter_of_mujoco_is_named_and_written(tmp_path: Path)
     sent = pickle.loads(pickle.dumps(outcome))
     assert sent.result() == outcome.result()
     assert sent.simulate()[0].after == after
+
+
+@pytest.mark.parametrize(("time", "determined"), [(0.1, False), (0.8, True), (30.0, True)])
+def test_creep_in_no_time_is_not_determined_as_it_is_a_softer_cable(
+    time: float, determined: bool
+) -> None:
+    rig = system({"s.creep": 0.0, "s.creep_time": 0.0, "s.axial_stiffness": 6e3})
+    (creep,) = (c for c in candidates(rig) if c.identifier == "creep")
+    ends = np.array([[t.scaled(t.low), t.scaled(t.high)] for t in creep.terms]).T
+    at = np.array([t.scaled(x) for t, x in zip(creep.terms, (0.3, time), strict=True)])
+    fit = SimpleNamespace(
+        free=np.array([True, time == 0.8]),
+        terms_of=lambda _: slice(0, 2),
+        scaled=at,
+        bounds=ends,
+    )
+    assert Fit.determines(cast(Fit, fit), creep) == determined

@@ -184,7 +184,8 @@ TRANSMISSION: Final = (
         look_at="the cable",
         binding=on_sheaths(
             Spec("creep", "-", 0.0, 3.0, 0.03),
-            Spec("creep_time", "s", 0.02, 30.0, 1.0, starts=(0.1, 0.5, 2.5)),
+            # faster creep is a softer cable, whose stiffness may be known
+            Spec("creep_time", "s", 0.1, 30.0, 1.0, starts=(0.15, 0.5, 2.5)),
         ),
     ),
     Effect(
