@@ -28,7 +28,17 @@ try:
     from tendon_mj.show.fleets import fleet_page as fleet_page
     from tendon_mj.show.fleets import spread_figure as spread_figure
     from tendon_mj.show.fleets import write_table as write_table
+    from tendon_mj.show.live import view as view
+    from tendon_mj.show.notebook import check as check
+    from tendon_mj.show.notebook import fleet as fleet
     from tendon_mj.show.notebook import init as init
+    from tendon_mj.show.notebook import plot_fit as plot_fit
+    from tendon_mj.show.notebook import plot_misfit as plot_misfit
+    from tendon_mj.show.notebook import plot_recording as plot_recording
+    from tendon_mj.show.notebook import plot_sheath as plot_sheath
+    from tendon_mj.show.notebook import show_clip as show_clip
+    from tendon_mj.show.notebook import simulate as simulate
+    from tendon_mj.show.notebook import sweep as sweep
     from tendon_mj.show.render.clip import check_size as check_size
     from tendon_mj.show.render.clip import draw_frames as draw_frames
     from tendon_mj.show.render.clip import render_clip as render_clip

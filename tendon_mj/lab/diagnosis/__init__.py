@@ -25,6 +25,11 @@ from tendon_mj.lab.diagnosis.data import with_step as with_step
 from tendon_mj.lab.diagnosis.effects import CATALOGUE as CATALOGUE
 from tendon_mj.lab.diagnosis.effects import DISCRIMINATING_EXPERIMENTS as DISCRIMINATING_EXPERIMENTS
 from tendon_mj.lab.diagnosis.effects import candidates as candidates
+from tendon_mj.lab.diagnosis.effects.binding import ParameterSpecification as ParameterSpecification
+from tendon_mj.lab.diagnosis.effects.binding import on_inputs as on_inputs
+from tendon_mj.lab.diagnosis.effects.binding import on_joints as on_joints
+from tendon_mj.lab.diagnosis.effects.binding import on_sensors as on_sensors
+from tendon_mj.lab.diagnosis.effects.binding import on_sheaths as on_sheaths
 from tendon_mj.lab.diagnosis.effects.effect import Candidate as Candidate
 from tendon_mj.lab.diagnosis.effects.effect import Effect as Effect
 from tendon_mj.lab.diagnosis.effects.effect import SystemDescription as SystemDescription
