@@ -32,7 +32,7 @@ def test_a_star_import_brings_the_public_names_and_no_others():
     [
         (
             "tendon_mj",
-            "numba llvmlite scipy.linalg scipy.optimize matplotlib dm_control PIL jinja2",
+            "numba llvmlite scipy.linalg scipy.optimize matplotlib dm_control PIL jinja2 mjlab",
         ),
         ("tendon_mj.cli.diagnose", "numba llvmlite scipy.optimize scipy.signal scipy.stats plotly"),
     ],

@@ -58,6 +58,7 @@ def write_results(folder):
 
 
 @pytest.mark.filterwarnings("ignore:.*actuatorfrcrange of joint")  # which Newton sets
+@pytest.mark.filterwarnings("ignore:add_friction. friction has no effect")  # on two of myohand
 @pytest.mark.parametrize("code", list(blocks("python")))
 def test_python_snippet_runs(code, tmp_path, monkeypatch, capsys):
     if "mujoco_warp" in code or "tendon_mj.warp" in code:
