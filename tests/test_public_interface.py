@@ -14,7 +14,7 @@ import tendon_mj
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 # packages that need an extra, and have a page of their own
-APART = {"tendon_mj.envs", "tendon_mj.warp"}
+APART = {"tendon_mj.envs", "tendon_mj.mjlab", "tendon_mj.warp"}
 
 
 def test_a_star_import_brings_the_public_names_and_no_others():
@@ -32,7 +32,7 @@ def test_a_star_import_brings_the_public_names_and_no_others():
     [
         (
             "tendon_mj",
-            "numba llvmlite scipy.linalg scipy.optimize matplotlib dm_control PIL jinja2",
+            "numba llvmlite scipy.linalg scipy.optimize matplotlib dm_control PIL jinja2 mjlab",
         ),
         ("tendon_mj.cli.diagnose", "numba llvmlite scipy.optimize scipy.signal scipy.stats plotly"),
     ],

@@ -58,11 +58,12 @@ def write_results(folder):
 
 
 @pytest.mark.filterwarnings("ignore:.*actuatorfrcrange of joint")  # which Newton sets
+@pytest.mark.filterwarnings("ignore:add_friction. friction has no effect")  # on two of myohand
 @pytest.mark.parametrize("code", list(blocks("python")))
 def test_python_snippet_runs(code, tmp_path, monkeypatch, capsys):
     if "mujoco_warp" in code or "tendon_mj.warp" in code:
         pytest.importorskip("mujoco_warp", reason="the extra `warp` is not installed")
-    for package in ("gymnasium", "dm_control", "newton"):
+    for package in ("gymnasium", "dm_control", "newton", "mjlab", "myosuite"):
         if package in code:
             pytest.importorskip(package, reason="not installed")
     if "tendon_mj.view(" in code:

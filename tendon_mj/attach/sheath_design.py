@@ -269,7 +269,8 @@ def own_elasticity(
     stiffness = [float(k) for k in tendon.stiffness]
     if not any(stiffness):
         raise UnsuitedTendonError(
-            f"{where} has no stiffness to take over, and no actuator acts on it: {advice}"
+            f"{where} has no stiffness to take over, and no actuator acts on it: {advice}, or"
+            " add friction after the actuators (in mjlab in SceneCfg.spec_fn, not an entity's)"
         )
     if not stiffness[0] > 0.0 or any(stiffness[1:]):
         raise UnsuitedTendonError(

@@ -26,6 +26,8 @@ _INF = wp.constant(wp.float64(wp.inf))
 _LEAST_ARM = wp.constant(1e-7)  # [m]; a moment arm below is one of rounding
 _UNEXPLAINED = wp.constant(wp.float64(1e-6))  # of a length: a change that is not of rounding
 _ROUNDS = wp.constant(100)  # of a sweep and the conjugate gradients that follow
+_VISITS_IN_MOTION = wp.constant(900)  # of groups, in all rounds of a step
+_RESOLVED = wp.constant(wp.float64(1e-14))  # of Σ missing²/mobility, single precision squared
 _CLOSE = wp.constant(wp.float64(1e-9))  # change of a tension, over the largest, that ends them
 _ROUNDED = wp.constant(wp.float64(2.4e-7))  # of accelerations that add up to none
 _STILL = wp.constant(wp.float64(1e-12))  # of its length, by which one that is still may move
@@ -532,15 +534,23 @@ def _go_along(y: Groups, nv: int, size: wp.float64, w: int) -> wp.float64:
 
 
 @wp.func
-def _settle(y: Groups, nv: int, h: wp.float64, w: int) -> None:
-    """Let every group hold or slide: sweeps, each with conjugate gradients for those that hold."""
+def _settle(y: Groups, nv: int, h: wp.float64, rough: int, w: int) -> None:
+    """Let every group hold or slide: sweeps, each with conjugate gradients for those that hold.
+
+    While tendon slides, a few rounds do where groups are many: the next step corrects what they
+    leave.
+    """
     rounds = int(_ROUNDS)
+    for c in range(y.member.shape[0]):
+        if y.is_rough[c, w] and int(y.set_for[c, w]) != 0:
+            rounds = wp.min(_ROUNDS, 1 + _VISITS_IN_MOTION // rough)
     while rounds > 0:
         rounds -= 1
         if not _sweep(y, h, w):
             return
         missing, steps = _begin_gradients(y, h, w), int(nv)
-        while steps > 0 and missing > _ZERO:
+        least = _RESOLVED * missing
+        while steps > 0 and missing > least:
             steps -= 1
             missing = _go_along(y, nv, missing, w)
 
@@ -575,7 +585,7 @@ def solve_groups(q: Motion, t: Tendons, y: Groups) -> None:
     tries = wp.where(rough > 0, 1 + 2 * rough, 0)
     while tries > 0:
         tries -= 1
-        _settle(y, q.nv, h, w)
+        _settle(y, q.nv, h, rough, w)
         if not _release(t, y, w):
             tries = 0
     for i in range(y.sheath.shape[0]):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import mujoco
@@ -12,7 +12,9 @@ import warp as wp
 from numpy.typing import ArrayLike
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError, UnusedKeyError
+from tendon_mj.plugin import sheaths
 from tendon_mj.sheath import check_range
+from tendon_mj.typing import FloatArray
 from tendon_mj.warp.cells import allocate_groups
 from tendon_mj.warp.support import LIVE_PARAMETERS, Simulated, layout_of, rows_of
 from tendon_mj.warp.transfer import allocate
@@ -23,9 +25,11 @@ class Sheaths:
 
     Attributes:
         names: of the sheaths, in the order of the other axis.
+        tendon_names: of their tendons, in the same order.
         layout: addresses of the sheaths' numbers, that of their model.
         nworld: number of worlds.
         parameters: name to (worlds, sheaths) float32, of each world.
+        of_model: name to (sheaths,) values with which all worlds began.
         input_tension, output_tension: (worlds, sheaths) float32, of the latest evaluation [N].
         tension: (worlds, segments) float32, along all tendons, input side first [N].
         segments: name of each sheath to its segments in ``tension``.
@@ -52,6 +56,7 @@ class Sheaths:
             nworld: number of worlds, all alike.
         """
         self.names = tuple(simulated)
+        self.tendon_names = tuple(instance.tendon for instance in sheaths(model).values())
         self._unused = unused
         self.layout = layout_of(simulated)
         self.nworld = nworld
@@ -65,6 +70,7 @@ class Sheaths:
             for _ in range(2)
         ]
         self.parameters = {name: getattr(self.tendons, name) for name in LIVE_PARAMETERS}
+        self.of_model = {name: 1.0 * table.numpy()[0] for name, table in self.parameters.items()}
         self.input_tension = self.tendons.input_tension
         self.output_tension = self.tendons.output_tension
         self.tension = self.tendons.tension_out
@@ -91,7 +97,7 @@ class Sheaths:
             UnknownNameError: no such parameter or sheath.
             UnusedKeyError: a parameter that the sheath has no use for, and why.
         """
-        self._check_use(parameter, sheath)
+        self.check_use(parameter, sheath)
         try:
             given = np.asarray(values, float)
         except (TypeError, ValueError):
@@ -112,22 +118,42 @@ class Sheaths:
             ) from None
         wp.copy(self.parameters[parameter], wp.array(table, dtype=wp.float32))
 
-    def check(self, pattern: str, parameter: str, low: float, high: float) -> list[int]:
-        """Check a range of a parameter of some sheaths, and return their columns.
+    def columns(self, patterns: Iterable[str]) -> list[int]:
+        """Columns of the sheaths that names or patterns of sheaths or of their tendons mean.
 
         Raises:
-            UnknownNameError, UnusedKeyError, InvalidValueError: see `draw_parameters`.
+            UnknownNameError: one means none.
         """
-        names = fnmatch.filter(self.names, pattern) or [pattern]
-        for name in names:
-            self._check_use(parameter, name)
-        for end in (low, high):
-            check_range(parameter, float(end), "tendon_mj.warp")
-        if low > high:
-            raise InvalidValueError(f"{pattern}.{parameter}: {low:g} is above {high:g}")
-        return [self.names.index(name) for name in names]
+        names = (*self.names, *self.tendon_names)
+        found: dict[int, None] = {}
+        for pattern in patterns:
+            means = [pattern] if pattern in names else fnmatch.filter(names, pattern)
+            if not means:
+                raise UnknownNameError("sheath or sheathed tendon", pattern, names)
+            found |= {names.index(name) % len(self.names): None for name in means}
+        return list(found)
 
-    def _check_use(self, parameter: str, sheath: str | None) -> None:
+    def check(
+        self, parameter: str, columns: Iterable[int], low: FloatArray, high: FloatArray
+    ) -> None:
+        """Check ranges of a parameter in some columns.
+
+        Raises:
+            InvalidValueError: an end outside the parameter's range, or low above high.
+        """
+        for k, *ends in zip(columns, low, high, strict=True):
+            for end in ends:
+                check_range(parameter, float(end), self.names[k])
+            if ends[0] > ends[1]:
+                name = f"{self.names[k]}.{parameter}"
+                raise InvalidValueError(f"{name}: {ends[0]:g} is above {ends[1]:g}")
+
+    def check_use(self, parameter: str, sheath: str | None) -> None:
+        """Check that a parameter is one, and that a sheath, or each, has a use for it.
+
+        Raises:
+            UnknownNameError, UnusedKeyError: see `set`.
+        """
         if parameter not in self.parameters:
             raise UnknownNameError("parameter", parameter, self.parameters, "tendon_mj.warp")
         if sheath is not None and sheath not in self.names:

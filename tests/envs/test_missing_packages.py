@@ -13,7 +13,7 @@ import tendon_mj
 
 def names(path, prefix):
     for module in pkgutil.iter_modules(path, prefix):
-        if module.name not in ("tendon_mj.envs", "tendon_mj.warp", "tendon_mj.__main__"):
+        if module.name.removeprefix("tendon_mj.") not in ("envs", "warp", "mjlab", "__main__"):
             yield module.name
             if module.ispkg:
                 yield from names(importlib.import_module(module.name).__path__, module.name + ".")
@@ -50,6 +50,18 @@ except ModuleNotFoundError as error:
     sentence, name = run(WITHOUT.format(package="scipy") + script).split("|")
     assert name == "scipy"
     assert sentence == f"{module} needs scipy, which is not installed: pip install 'tendon-mj[lab]'"
+
+
+def test_without_mjlab_its_tasks_name_the_extra():
+    script = """
+try:
+    import tendon_mj.mjlab
+except ModuleNotFoundError as error:
+    print(error, error.name, sep="|")
+"""
+    sentence, name = run(WITHOUT.format(package="mjlab") + script).split("|")
+    assert name == "mjlab"
+    assert "pip install 'tendon-mj[mjlab]'" in sentence
 
 
 def test_everything_but_the_environments_runs_without_dm_control():

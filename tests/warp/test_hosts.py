@@ -75,7 +75,8 @@ def test_a_model_without_sheaths_is_put_as_before():
 
 def test_a_host_gets_its_own_functions_back():
     model, host = fingers(kinds=("drum",)), a_host()
-    give_back = tw.take_sheaths(host)
+    tw.take_sheaths(host)
+    give_back = tw.take_sheaths(host)  # which it does already
     assert host.mjwarp.step is mjw.step
     give_back()
     assert host.mjwarp is mjw
@@ -216,6 +217,66 @@ def test_an_event_draws_parameters_of_given_worlds_and_sheaths(environment):
     friction = sheaths.parameters["friction"].numpy()
     np.testing.assert_array_equal(friction[:, 0], friction[:, 1])
     assert np.unique(friction[:, 0]).size == 4
+
+
+def test_an_event_scales_and_adds_to_what_the_model_has_however_often_it_draws(environment):
+    env, sheaths = environment
+    static = sheaths.parameters["static_friction"].numpy().copy()
+    for _ in range(3):
+        tw.draw_parameters(env, None, {"*.friction": (2.0, 2.0)}, operation="scale")
+        ranges = {"*.static_friction": (0.25, 0.25)}
+        tw.draw_parameters(env, None, ranges, distribution="log_uniform", operation="add")
+    friction = sheaths.parameters["friction"].numpy()
+    np.testing.assert_allclose(friction, [[0.4, 0.3]] * 4, rtol=1e-6)  # 0.2 and 0.15
+    np.testing.assert_allclose(
+        sheaths.parameters["static_friction"].numpy(), static + 0.25, rtol=1e-6
+    )
+
+
+def test_an_event_draws_numbers_whose_logarithm_is_uniform():
+    pytest.importorskip("torch").manual_seed(1)
+    model = fingers(kinds=("reel",))
+    data = tw.make_data(model, 4000)
+    env = types.SimpleNamespace(sim=types.SimpleNamespace(wp_data=data))
+    tw.draw_parameters(env, None, {"*.friction": (0.01, 1.0)}, distribution="log_uniform")
+    drawn = np.log10(tw.sheaths_of(data).parameters["friction"].numpy())
+    assert drawn.mean() == pytest.approx(-1.0, abs=4 * 2 / np.sqrt(12 * 4000))
+    assert drawn.std() == pytest.approx(2 / np.sqrt(12), rel=0.05)
+
+
+def test_terms_of_a_scene_mean_the_sheaths_of_its_tendons(environment):
+    env, sheaths = environment
+    sheaths.tendon_names = ("robot/reel", "robot/drum")  # as in a scene
+    before = sheaths.parameters["friction"].numpy().copy()
+    drum = types.SimpleNamespace(name="robot", tendon_names=["drum"])
+    tw.draw_parameters(env, None, {"friction": (0.5, 0.5)}, drum)
+    friction = sheaths.parameters["friction"].numpy()
+    np.testing.assert_array_equal(friction, np.column_stack([before[:, 0], [0.5] * 4]))
+    sheaths.input_tension.assign(np.tile([[1.0, 2.0]], (4, 1)))
+    sheaths.output_tension.assign(np.tile([[3.0, 4.0]], (4, 1)))
+    assert tw.tension(env, "input").tolist() == [[1.0, 2.0]] * 4
+    assert tw.tension(env, asset_cfg=drum).tolist() == [[4.0]] * 4
+    whole = types.SimpleNamespace(name="robot", tendon_names=None)
+    assert tw.tension(env, asset_cfg=whole).tolist() == [[3.0, 4.0]] * 4
+    drum.tendon_names = ["drums"]
+    with refusing(UnknownNameError, "robot/drums | robot/drum"):
+        tw.tension(env, asset_cfg=drum)
+    with refusing(InvalidValueError, "middle", "input, output"):
+        tw.tension(env, "middle")
+
+
+@pytest.mark.parametrize(
+    ("options", "facts"),
+    [
+        ({"distribution": "gaussian"}, "gaussian | uniform, log_uniform"),
+        ({"operation": "multiply"}, "multiply | abs, scale, add"),
+        ({"distribution": "log_uniform"}, "log_uniform | above 0"),
+    ],
+)
+def test_another_way_to_draw_is_refused(environment, options, facts):
+    env, _ = environment
+    with refusing(InvalidValueError, facts):
+        tw.draw_parameters(env, None, {"*.friction": (0.0, 0.2)}, **options)
 
 
 @pytest.mark.parametrize(
