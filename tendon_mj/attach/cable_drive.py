@@ -48,6 +48,8 @@ def add_cable_drive(
     bend: SupportsFloat,
     friction: SupportsFloat,
     pretension: SupportsFloat = 0.0,
+    efficiency: SupportsFloat = 1.0,
+    back_efficiency: SupportsFloat | None = None,
     motor: bool = False,
     axial_stiffness: SupportsFloat | None = None,
     length: SupportsFloat | None = None,
@@ -77,6 +79,10 @@ def add_cable_drive(
             part in the share that is lost.
         bend: whole angle by which the cable turns on its way [rad].
         <parameters>
+        efficiency: η_f of a gear between the actuators and the cable while they drive, whose
+            friction grows with the load behind it.
+        back_efficiency: η_b while the load drives them, by default 2 − 1/η_f, that of a gear whose
+            friction does not depend on which side drives. At 0 or less the gear locks itself.
         motor: whether the actuators are to turn motors; parameters of cables that stretch, such as
             ``axial_stiffness``, which is then required, are for these. ``axial_damping`` is by
             default EA times the time step, against ringing.
@@ -106,24 +112,25 @@ def add_cable_drive(
     given |= {"pretension": pretension, **of_motor, **parameters}
     values = {k: checked_number(k, v) for k, v in given.items() if v is not None}
     _check_form(spec, values, motor)
+    gear = _gear(checked_number("efficiency", efficiency), back_efficiency)
     sizes = {k: values.pop(k) for k in ["radius", "length", "armature"] if k in values}
     law = Law(**{"axial_stiffness": 1.0, "extra_bend": values.pop("bend")} | values)
     drives, left_out = _design_all(spec, actuator, sizes["radius"], motor)
     if motor:
-        new = _motor_sheaths(spec, [_motor(spec, drive, sizes, law) for drive in drives], law)
+        cables = _motor_cables(spec, [_motor(spec, drive, sizes, law) for drive in drives], law)
+        behind = _gears(spec, cables) if gear else []
+        new = cables + [_stiff_sheath(spec, one, {"friction": "0.0"} | gear) for one in behind]
     else:
-        new = [_stiff_sheath(spec, drive, law) for drive in drives]
+        stated = {k: v for k, v in _stated(law).items() if k in _STIFF}
+        cables, new = [], [_stiff_sheath(spec, drive, stated | gear) for drive in drives]
     add_sheaths(spec, new, None, None, sensors, alone=False)
     doubts = [doubt_of_unit(name, value) for name, value in values.items()]
     left = [f"left as they are: {listed_reasons(left_out)}"] if left_out else []
     joints = [joint for sheath in new for joint in _turned(spec, sheath)]
+    more = joint_warnings(spec, [sheath for sheath in new if sheath.is_driven])
     if motor:
-        more = [
-            _unsensed(spec, joints),
-            drums_warning(spec.compile(), _drums(new, sizes["length"]), law),
-        ]
-    else:
-        more = joint_warnings(spec, new)
+        drums = _drums(cables, sizes["length"])
+        more += [_unsensed(spec, joints), drums_warning(spec.compile(), drums, law)]
     for message in filter(None, [*doubts, *left, *more, _weightless(joints)]):
         warnings.warn(f"add_cable_drive: {message}", TendonWarning, stacklevel=2)
     return spec
@@ -149,15 +156,40 @@ def _check_form(spec: mujoco.MjSpec, values: dict[str, float], motor: bool) -> N
     values.setdefault("axial_damping", values["axial_stiffness"] * float(spec.option.timestep))
 
 
-def _stiff_sheath(spec: mujoco.MjSpec, drive: CableDrive, law: Law) -> NewSheath:
+def _gear(efficiency: float, back_efficiency: SupportsFloat | None) -> dict[str, str]:
+    """Attributes of a gear: its friction over the load behind it; none without a loss."""
+    if not 0.0 < efficiency <= 1.0:
+        raise InvalidValueError(f"efficiency = {efficiency:g} must be > 0 and ≤ 1")
+    gear = {"gear_friction": 1.0 / efficiency - 1.0}
+    if back_efficiency is not None:
+        back = checked_number("back_efficiency", back_efficiency)
+        if not -math.inf < back < 1.0:
+            raise InvalidValueError(f"back_efficiency = {back:g} must be finite and < 1")
+        gear["gear_friction_back"] = 1.0 - back
+    return {k: repr(v) for k, v in gear.items() if v}
+
+
+def _stiff_sheath(spec: mujoco.MjSpec, drive: CableDrive, stated: Mapping[str, str]) -> NewSheath:
     """The sheath of a cable that does not stretch, on the fixed tendon of its joint."""
     element = spec.tendon(drive.tendon) if not drive.joint else _add_cable(spec, drive)
-    config = {"guides": "1", "inner_guides": "1", "radius": repr(drive.radius)}
-    stated = {k: v for k, v in _stated(law).items() if k in _STIFF}
-    return NewSheath(element, drive.tendon, config | stated, "", "", "", True, None)
+    config = {"guides": "1", "inner_guides": "1", "radius": repr(drive.radius), **stated}
+    return NewSheath(element, drive.tendon, config, "", "", "", True, None)
 
 
-def _motor_sheaths(spec: mujoco.MjSpec, motors: Sequence[Motor], law: Law) -> list[NewSheath]:
+def _gears(spec: mujoco.MjSpec, cables: Sequence[NewSheath]) -> list[CableDrive]:
+    """Drives of gears between motors and their actuators."""
+    taken = {tendon.name for tendon in spec.tendons}
+    return [
+        CableDrive(
+            instances.take_name(taken, f"{cable.config['output_joint']}_gear"),
+            cable.config["reel_joint"],
+            float(cable.config["reel_radius"]),
+        )
+        for cable in cables[::2]
+    ]
+
+
+def _motor_cables(spec: mujoco.MjSpec, motors: Sequence[Motor], law: Law) -> list[NewSheath]:
     """The sheaths of cables that stretch, two for each motor."""
     return [
         NewSheath(tendon, tendon.name, config | _stated(law), "", "", "", False, None)

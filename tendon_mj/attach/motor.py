@@ -57,18 +57,21 @@ def add_motors(spec: mujoco.MjSpec, motors: Sequence[Motor]) -> list[Cable]:
     taken = {e.name for kind in (spec.bodies, spec.joints, spec.tendons) for e in kind}
     sites = {site.name for site in spec.sites}
     angles: dict[str, list[float]] = {}
+    speeds: dict[str, list[float]] = {}
     cables: list[Cable] = []
     for motor in motors:
         name = take_name(taken, f"{motor.joint}_motor")
-        address = int(model.joint(motor.joint).qposadr[0])
-        angles[name] = [float(qpos[address]) if len(qpos) else 0.0 for qpos, _ in before]
+        joint = model.joint(motor.joint)
+        at, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
+        angles[name] = [float(qpos[at]) if qpos else 0.0 for qpos, _ in before]
+        speeds[name] = [float(qvel[dof]) if qvel else 0.0 for _, qvel in before]
         there, back = _add(spec, motor, name, taken, sites)
         # which actuators may inherit; in radians, as that of a joint without limits is left
-        spec.joint(name).range = model.joint(motor.joint).range
+        spec.joint(name).range = joint.range
         note = _move_actuators(spec, motor, name, model)
         spec.add_text(name=f"{there[0].name}{_NOTE}", data=note)
         cables += there, back
-    insert_joints(spec, before, angles)
+    insert_joints(spec, before, angles, speeds)
     return cables
 
 
@@ -151,7 +154,7 @@ class Added(NamedTuple):
     note: mujoco.MjsText
     joint: mujoco.MjsJoint
     turns: str  # joint
-    cables: list[str]  # tendons
+    cables: list[str]  # spatial tendons
     actuators: list[mujoco.MjsActuator]
 
 
@@ -160,15 +163,16 @@ def added_motors(spec: mujoco.MjSpec, removed: Container[str]) -> list[Added]:
 
     One is refused that would keep a cable, or on which more hangs than was added with it.
     """
-    motors, configs = [], [c for _, c in instances(spec) if "output_joint" in c]
+    motors, configs = [], [c for _, c in instances(spec) if "sensor" not in c]
     for config in configs:
-        cable, name = config["tendon"], config.get("reel_joint", "")
+        cable, name = config.get("tendon", ""), config.get("reel_joint", "")
         notes = [t for t in spec.texts if _NOTE in t.name and t.name.replace(_NOTE, "", 1) == cable]
-        cables = [c["tendon"] for c in configs if c.get("reel_joint") == name]
-        if not notes or not any(one in removed for one in cables):
+        cables = [c["tendon"] for c in configs if name and c.get("reel_joint") == name]
+        gears = [t.name for t in spec.tendons if [p.target.name for p in t.path] == [name]]
+        if not notes or not any(one in removed for one in cables + gears):
             continue
-        if not all(one in removed for one in cables):
-            raise InvalidValueError(f"cables {listed(cables)} turn one motor: name both")
+        if not all(one in removed for one in cables + gears):
+            raise InvalidValueError(f"{listed(cables + gears)} are of one motor: name all")
         moved, joint = _actuators_on(spec, name), spec.joint(name)
         same = len(moved) == len(notes[0].data.split()) - 1
         check_alone(spec, cable, joint, same_motors=same, sites=len(spec.tendon(cable).path))

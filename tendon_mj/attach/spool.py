@@ -389,18 +389,22 @@ def keyframes(spec: mujoco.MjSpec) -> list[Keyframe]:
 
 
 def insert_joints(
-    spec: mujoco.MjSpec, before: list[Keyframe], angles: Mapping[str, Sequence[float]]
+    spec: mujoco.MjSpec,
+    before: list[Keyframe],
+    angles: Mapping[str, Sequence[float]],
+    speeds: Mapping[str, Sequence[float]] | None = None,
 ) -> None:
-    """Put joints that were added to a model into its keyframes, at rest at their ``angles``."""
+    """Put joints that were added to a model into its keyframes, at rest unless with ``speeds``."""
     if not before:
         return
     _write_keyframes(spec, [([], [])] * len(before))
     model = spec.compile()
     for name in sorted(angles, key=lambda name: model.joint(name).id):
         position, velocity = _address(model, name)
-        for (qpos, qvel), angle in zip(before, angles[name], strict=True):
+        moving = (speeds or {}).get(name, [0.0] * len(before))
+        for (qpos, qvel), angle, speed in zip(before, angles[name], moving, strict=True):
             qpos[position:position] = [angle] if qpos else []
-            qvel[velocity:velocity] = [0.0] if qvel else []
+            qvel[velocity:velocity] = [speed] if qvel else []
     _write_keyframes(spec, before)
 
 

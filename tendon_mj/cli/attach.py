@@ -30,6 +30,7 @@ def attach(
     tendon: Repeated[str] = (),
     actuator: Repeated[str] = (),
     radius: float | None = None,
+    efficiency: float = 1.0,
     motor: bool = False,
     length: float | None = None,
     armature: float | None = None,
@@ -52,6 +53,7 @@ def attach(
         actuator: Names or patterns of actuators on joints or fixed tendons, which cables turn that
             bend by --extra-bend and run on drums of --radius.
         radius: Radius of the drums in m, with --actuator.
+        efficiency: With --actuator, share of its torque that a gear before each cable passes on.
         motor: With --actuator, give each joint a motor with a joint of its own, on which its
             actuators act, and cables of --axial-stiffness and --length, by which motion is lost.
         length: Length of the cables in m, with --motor.
@@ -81,12 +83,12 @@ def attach(
             )
         cable: dict[str, Any] = {"radius": radius, "bend": extra_bend, "friction": friction}
         cable |= {"pretension": pretension or 0.0, "axial_stiffness": axial_stiffness}
-        cable |= {"motor": motor, "length": length, "armature": armature}
+        cable |= {"efficiency": efficiency, "motor": motor, "length": length, "armature": armature}
         return _attach_cables(source, flat(actuator), out, cable)
-    if motor or (radius, length, armature) != (None, None, None):
+    if motor or (radius, length, armature, efficiency) != (None, None, None, 1.0):
         raise InvalidValueError(
-            "--radius, --motor, --length and --armature belong to --actuator: a tendon that is"
-            " drawn has its own"
+            "--radius, --efficiency, --motor, --length and --armature belong to --actuator: a"
+            " tendon that is drawn has its own"
         )
     attached = attach_friction(
         load_spec(str(source)),

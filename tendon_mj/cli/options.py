@@ -37,6 +37,7 @@ METAVARS: Final = {  # argument of a command → its value in the help
     "draws": "COUNT",
     "duration": "SECONDS",
     "effect": "NAME=VALUE[,...] [...]",
+    "efficiency": "ETA",
     "exclude": "EFFECT [EFFECT ...]",
     "extra_bend": "RADIANS",
     "folder": "FOLDER",

@@ -174,10 +174,15 @@ def geared_hand():
 
 
 def test_what_was_added_goes_without_a_trace_and_keyframes_have_motors_meanwhile():
-    stock, spec = geared_hand().compile(), geared_hand()
-    model = add_cable_drive(spec, "*", **MOTOR | {"armature": 1e-3}).compile()
+    stock, spec = geared_hand(), geared_hand()
+    for one in (stock, spec):
+        one.keys[0].qvel = [1.0, 2.0, 3.0]
+    stock = stock.compile()
+    with pytest.warns(TendonWarning, match="actuatorfrcrange of joint 'mcp_motor'"):
+        model = add_cable_drive(spec, "*", **MOTOR | {"armature": 1e-3}, efficiency=0.8).compile()
     assert [model.joint(k).name for k in range(3)] == ["mcp", "pip", "dip"]
     assert model.key_qpos[0] == pytest.approx([0.1, 0.2, 0.3, 0.1, 0.2])
+    assert model.key_qvel[0] == pytest.approx([1.0, 2.0, 3.0, 1.0, 2.0])
     assert model.qpos0[[1, 4]] == pytest.approx(math.radians(10.0))
     assert model.actuator_biasprm == pytest.approx(stock.actuator_biasprm)
     assert model.dof_armature == pytest.approx([0.0, 2e-3, 0.0, 1e-3, 1e-3])
@@ -194,7 +199,7 @@ def test_a_file_with_motors_is_the_model(tmp_path):
         <keyframe><key qpos=".3"/></keyframe></mujoco>"""
     )
     spec = mujoco.MjSpec.from_file(str(source))
-    attach_cable_drives(spec, source, "*", written, **MOTOR)
+    attach_cable_drives(spec, source, "*", written, **MOTOR, efficiency=0.8)
     again = mujoco.MjSpec.from_file(str(written))
     assert again.compile().key_qpos[0] == pytest.approx([0.3, 0.3])
     stock = mujoco.MjModel.from_xml_path(str(source))
@@ -218,8 +223,10 @@ def motored():
         ),
         (lambda: add_cable_drive(hand(), "curl", **MOTOR, armature=1e-3), "'curl' | fixed tendon"),
         (lambda: add_cable_drive(motored(), "m", **CABLE), "has a cable already"),
-        (lambda: remove_friction(motored(), "j_cable"), "'j_cable', 'j_cable_back' | both"),
-        (lambda: remove_friction(motored(), "j_cable_back"), "'j_cable', 'j_cable_back' | both"),
+        (lambda: remove_friction(motored(), "j_cable"), "'j_cable', 'j_cable_back' | all"),
+        (lambda: remove_friction(motored(), "j_cable_back"), "'j_cable', 'j_cable_back' | all"),
+        (lambda: add_cable_drive(drum(), "m", **CABLE, efficiency=0.0), "efficiency = 0"),
+        (lambda: add_cable_drive(drum(), "m", **CABLE, back_efficiency=1.0), "back_efficiency = 1"),
     ],
 )
 def test_a_refusal_names_the_way_out(call, facts):
