@@ -329,9 +329,10 @@ def _design(spec: mujoco.MjSpec, actuator: mujoco.MjsActuator, radius: float) ->
     own = 1.0 if joint.type == _JOINT.mjJNT_SLIDE else radius
     for _, config in instances.instances(spec):
         tendon = config.get("tendon", "")
-        points = list(spec.tendon(tendon).path) if "sensor" not in config else []
-        alone = len(points) == 1 and points[0].target.name == joint.name
-        if alone or joint.name in (config.get("reel_joint"), config.get("output_joint")):
+        turned = {config.get("reel_joint"), config.get("output_joint")}
+        if "sensor" not in config:
+            turned.add(tendons.only_joint(spec.tendon(tendon)))
+        if joint.name in turned:
             return CableDrive(tendon, "", own)
     return CableDrive(f"{joint.name}_cable", joint.name, own)
 

@@ -24,7 +24,7 @@ from tendon_mj.attach.spool import (
     restore_keyframes,
     without_joints,
 )
-from tendon_mj.attach.tendons import listed
+from tendon_mj.attach.tendons import listed, only_joint
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.sheath import Law
 
@@ -168,7 +168,7 @@ def added_motors(spec: mujoco.MjSpec, removed: Container[str]) -> list[Added]:
         cable, name = config.get("tendon", ""), config.get("reel_joint", "")
         notes = [t for t in spec.texts if _NOTE in t.name and t.name.replace(_NOTE, "", 1) == cable]
         cables = [c["tendon"] for c in configs if name and c.get("reel_joint") == name]
-        gears = [t.name for t in spec.tendons if [p.target.name for p in t.path] == [name]]
+        gears = [t.name for t in spec.tendons if name and only_joint(t) == name]
         if not notes or not any(one in removed for one in cables + gears):
             continue
         if not all(one in removed for one in cables + gears):

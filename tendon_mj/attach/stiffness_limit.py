@@ -68,13 +68,17 @@ def _limits(model: mujoco.MjModel, tendons: Sequence[int], damping: FloatArray) 
 
 
 def _inertia(model: mujoco.MjModel, damping: FloatArray) -> tuple[mujoco.MjData, FloatArray]:
-    """M + h B in the pose `qpos0`, with the data of that."""
+    """M + h B/2 in the pose `qpos0`, with the data of that.
+
+    That is the inertia of a motion that changes its sense from step to step where the integrator
+    takes the damping B implicitly: (M + h B) v⁺ = M v⁻ + h f with v⁻ = −v⁺.
+    """
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
     inertia, unit = np.zeros((model.nv, model.nv)), np.eye(model.nv)
     for k in range(model.nv):
         mujoco.mj_mulM(model, data, inertia[k], unit[k])
-    return data, inertia + model.opt.timestep * np.diag(damping)
+    return data, inertia + 0.5 * model.opt.timestep * np.diag(damping)
 
 
 def step_warning(
