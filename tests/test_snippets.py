@@ -33,9 +33,9 @@ FINGER = """
 
 
 def blocks(language):
-    # these pages are one example each, which tests/lab/recordings/test_recording.py and
-    # tests/test_your_rig.py run
-    whole = ("recording.md", "your_rig.md")
+    # these pages are one example each, which tests/lab/recordings/test_recording.py,
+    # tests/test_your_rig.py and a test below run
+    whole = ("recording.md", "your_rig.md", "no_tendons.md")
     for page in (p for p in PAGES if p.name not in whole):
         found = re.findall(rf"```{language}\n(.*?)```", page.read_text("utf-8"), re.S)
         for k, code in enumerate(found):
@@ -127,9 +127,11 @@ def test_the_readme_prints_what_it_shows(tmp_path, monkeypatch, capsys):
 
 def test_the_page_on_hands_without_tendons_prints_what_it_shows(capsys):
     page = (ROOT / "docs/no_tendons.md").read_text("utf-8")
-    code, shown = (re.search(rf"```{word}\n(.*?)```", page, re.S)[1] for word in ("python", "text"))
-    exec(compile(code, "snippet", "exec"), {})
-    assert capsys.readouterr().out == shown
+    blocks = (re.findall(rf"```{word}\n(.*?)```", page, re.S) for word in ("python", "text"))
+    names = {}
+    for code, shown in zip(*blocks, strict=True):
+        exec(compile(code, "snippet", "exec"), names)
+        assert capsys.readouterr().out == shown
 
 
 def test_the_readme_loses_the_tension_that_it_says(capsys):

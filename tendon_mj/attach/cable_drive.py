@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, SupportsFloat, Unpack
 
@@ -15,21 +16,19 @@ from tendon_mj.attach.attachment import Attached, changing
 from tendon_mj.attach.friction import add_sheaths, joint_warnings, listed_reasons
 from tendon_mj.attach.keywords import check_names, checked_number, takes
 from tendon_mj.attach.mjcf import write_sheaths
+from tendon_mj.attach.motor import ON_JOINT, Motor, add_motors, switch_off
 from tendon_mj.attach.sheath_design import NewSheath
+from tendon_mj.attach.stiffness_limit import drums_warning
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnsuitedTendonError
 from tendon_mj.sheath import LAW, Law, OptionalParameters, doubt_of_unit
 
 _TRN, _JOINT = mujoco.mjtTrn, mujoco.mjtJoint
-_ON_JOINT = (_TRN.mjTRN_JOINT, _TRN.mjTRN_JOINTINPARENT)
-_LAW = {
-    name: LAW[name]
-    for name in (
-        *("friction", "static_friction", "constant_friction", "pretension"),
-        *("stribeck_friction", "stribeck_velocity", "direction_asymmetry"),
-        *("friction_gradient", "friction_drift"),
-    )
+_LAW = {name: parameter for name, parameter in LAW.items() if name != "extra_bend"}
+_STIFF = {
+    *("friction", "static_friction", "constant_friction", "pretension", "extra_bend"),
+    *("stribeck_friction", "stribeck_velocity", "direction_asymmetry"),
+    *("friction_gradient", "friction_drift"),
 }
-_CONFIGURED = {*_LAW, "extra_bend"}
 
 
 class CableDrive(NamedTuple):
@@ -49,6 +48,12 @@ def add_cable_drive(
     bend: SupportsFloat,
     friction: SupportsFloat,
     pretension: SupportsFloat = 0.0,
+    efficiency: SupportsFloat = 1.0,
+    back_efficiency: SupportsFloat | None = None,
+    motor: bool = False,
+    axial_stiffness: SupportsFloat | None = None,
+    length: SupportsFloat | None = None,
+    armature: SupportsFloat | None = None,
     sensors: Sequence[str] = ("input_tension", "output_tension"),
     **parameters: Unpack[OptionalParameters],
 ) -> mujoco.MjSpec:
@@ -61,6 +66,10 @@ def add_cable_drive(
     loss is at least that of both cables under it; without one, the other cable is slack. Nothing
     stretches, so there is no lost motion.
 
+    With ``motor``, the actuators of a joint turn a joint ``<joint>_motor`` that is added behind all
+    others, on a body of its own, and two elastic cables, the spatial tendons ``<joint>_cable`` and
+    ``<joint>_cable_back``, turn the joint. A servo then measures its motor, and motion is lost.
+
     Args:
         spec: changed in place and returned; not at all if the call is refused.
         actuator: name of an actuator on a hinge, a slide or a fixed tendon, several names, or a
@@ -70,8 +79,18 @@ def add_cable_drive(
             part in the share that is lost.
         bend: whole angle by which the cable turns on its way [rad].
         <parameters>
+        efficiency: η_f of a gear between the actuators and the cable while they drive, whose
+            friction grows with the load behind it.
+        back_efficiency: η_b while the load drives them, by default 2 − 1/η_f, that of a gear whose
+            friction does not depend on which side drives. At 0 or less the gear locks itself.
+        motor: whether the actuators are to turn motors; parameters of cables that stretch, such as
+            ``axial_stiffness``, which is then required, are for these. ``axial_damping`` is by
+            default EA times the time step, against ringing.
+        length: of a motor's cables [m], required with it.
+        armature: of a motor at its joint [kg m²], by default that of the joint. It moves there.
         sensors: kinds to add, named ``<tendon>_<kind>``. The tension is the difference of both
-            cables, and above 0 if it turns the joint towards positive angles.
+            cables, and above 0 if it turns the joint towards positive angles; a motor's cables
+            have their own.
 
     Returns:
         ``spec``.
@@ -88,37 +107,155 @@ def add_cable_drive(
     tendons.check_spec(spec)
     check_names(_LAW, parameters, "add_cable_drive")
     instances.check_kinds(sensors)
-    drum, turned = checked_number("radius", radius), checked_number("bend", bend)
-    for name, value, unit in (("radius", drum, "m"), ("bend", turned, "rad")):
-        if not 0.0 < value < float("inf"):
-            raise InvalidValueError(f"{name} = {value:g} [{unit}] must be finite and > 0")
-    given = {"friction": friction, "pretension": pretension, **parameters}
+    of_motor = {"axial_stiffness": axial_stiffness, "length": length, "armature": armature}
+    given: dict[str, Any] = {"radius": radius, "bend": bend, "friction": friction}
+    given |= {"pretension": pretension, **of_motor, **parameters}
     values = {k: checked_number(k, v) for k, v in given.items() if v is not None}
-    law = dataclasses.asdict(Law(axial_stiffness=1.0, extra_bend=turned, **values))
-    drives, left_out = _design_all(spec, actuator, drum)
-    config = {k: repr(v) for k, v in law.items() if (v or k == "friction") and k in _CONFIGURED}
-    new = []
-    for drive in drives:
-        element = spec.tendon(drive.tendon) if not drive.joint else _add_cable(spec, drive)
-        own = {"guides": "1", "inner_guides": "1", "radius": repr(drive.radius)} | config
-        new.append(NewSheath(element, drive.tendon, own, "", "", "", True, None))
+    _check_form(spec, values, motor)
+    gear = _gear(checked_number("efficiency", efficiency), back_efficiency)
+    sizes = {k: values.pop(k) for k in ["radius", "length", "armature"] if k in values}
+    law = Law(**{"axial_stiffness": 1.0, "extra_bend": values.pop("bend")} | values)
+    drives, left_out = _design_all(spec, actuator, sizes["radius"], motor)
+    if motor:
+        cables = _motor_cables(spec, [_motor(spec, drive, sizes, law) for drive in drives], law)
+        behind = _gears(spec, cables) if gear else []
+        new = cables + [_stiff_sheath(spec, one, {"friction": "0.0"} | gear) for one in behind]
+    else:
+        stated = {k: v for k, v in _stated(law).items() if k in _STIFF}
+        cables, new = [], [_stiff_sheath(spec, drive, stated | gear) for drive in drives]
     add_sheaths(spec, new, None, None, sensors, alone=False)
     doubts = [doubt_of_unit(name, value) for name, value in values.items()]
     left = [f"left as they are: {listed_reasons(left_out)}"] if left_out else []
-    for message in filter(None, [*doubts, *left, *joint_warnings(spec, new), _weightless(new)]):
+    joints = [joint for sheath in new for joint in _turned(spec, sheath)]
+    more = joint_warnings(spec, [sheath for sheath in new if sheath.is_driven])
+    if motor:
+        drums = _drums(cables, sizes["length"])
+        more += [_unsensed(spec, joints), drums_warning(spec.compile(), drums, law)]
+    for message in filter(None, [*doubts, *left, *more, _weightless(joints)]):
         warnings.warn(f"add_cable_drive: {message}", TendonWarning, stacklevel=2)
     return spec
 
 
-def _weightless(sheaths: Sequence[NewSheath]) -> str:
+def _check_form(spec: mujoco.MjSpec, values: dict[str, float], motor: bool) -> None:
+    """Refuse sizes that no cable has, and what belongs to a motor without one or the reverse."""
+    for name, unit in (("radius", "m"), ("bend", "rad"), ("length", "m"), ("armature", "kg m²")):
+        if not 0.0 < values.get(name, 1.0) < math.inf:
+            raise InvalidValueError(f"{name} = {values[name]:g} [{unit}] must be finite and > 0")
+    if not motor:
+        for name in values.keys() - _STIFF - {"radius", "bend"}:
+            raise InvalidValueError(
+                f"{name!r} = {values[name]:g} belongs to a motor with cables that stretch: give "
+                "motor=True, or leave it out"
+            )
+        return
+    for name, unit in (("axial_stiffness", "N"), ("length", "m")):
+        if name not in values:
+            raise InvalidValueError(
+                f"motor=True needs {name} [{unit}] of the cables, by which motion is lost"
+            )
+    values.setdefault("axial_damping", values["axial_stiffness"] * float(spec.option.timestep))
+
+
+def _gear(efficiency: float, back_efficiency: SupportsFloat | None) -> dict[str, str]:
+    """Attributes of a gear: its friction over the load behind it; none without a loss."""
+    if not 0.0 < efficiency <= 1.0:
+        raise InvalidValueError(f"efficiency = {efficiency:g} must be > 0 and ≤ 1")
+    gear = {"gear_friction": 1.0 / efficiency - 1.0}
+    if back_efficiency is not None:
+        back = checked_number("back_efficiency", back_efficiency)
+        if not -math.inf < back < 1.0:
+            raise InvalidValueError(f"back_efficiency = {back:g} must be finite and < 1")
+        gear["gear_friction_back"] = 1.0 - back
+    return {k: repr(v) for k, v in gear.items() if v}
+
+
+def _stiff_sheath(spec: mujoco.MjSpec, drive: CableDrive, stated: Mapping[str, str]) -> NewSheath:
+    """The sheath of a cable that does not stretch, on the fixed tendon of its joint."""
+    element = spec.tendon(drive.tendon) if not drive.joint else _add_cable(spec, drive)
+    config = {"guides": "1", "inner_guides": "1", "radius": repr(drive.radius), **stated}
+    return NewSheath(element, drive.tendon, config, "", "", "", True, None)
+
+
+def _gears(spec: mujoco.MjSpec, cables: Sequence[NewSheath]) -> list[CableDrive]:
+    """Drives of gears between motors and their actuators."""
+    taken = {tendon.name for tendon in spec.tendons}
+    return [
+        CableDrive(
+            instances.take_name(taken, f"{cable.config['output_joint']}_gear"),
+            cable.config["reel_joint"],
+            float(cable.config["reel_radius"]),
+        )
+        for cable in cables[::2]
+    ]
+
+
+def _motor_cables(spec: mujoco.MjSpec, motors: Sequence[Motor], law: Law) -> list[NewSheath]:
+    """The sheaths of cables that stretch, two for each motor."""
+    return [
+        NewSheath(tendon, tendon.name, config | _stated(law), "", "", "", False, None)
+        for tendon, config in add_motors(spec, motors)
+    ]
+
+
+def _drums(sheaths: Sequence[NewSheath], length: float) -> list[tuple[str, float]]:
+    """Joints of motors' cables, as `drums_warning` asks for them."""
+    return [
+        (
+            config[f"{end}_joint"],
+            float(config[f"{end}_radius"]) ** 2 * 2 * int(config["guides"]) / length,
+        )
+        for config in (sheath.config for sheath in sheaths)
+        for end in ("reel", "output")
+    ]
+
+
+def _stated(law: Law) -> dict[str, str]:
+    """Attributes of a law's parameters that are not 0, and friction."""
+    return {k: repr(v) for k, v in dataclasses.asdict(law).items() if v or k == "friction"}
+
+
+def _motor(spec: mujoco.MjSpec, drive: CableDrive, sizes: Mapping[str, float], law: Law) -> Motor:
+    """The motor of a drive, whose armature is by default that of its joint."""
+    armature = sizes.get("armature", float(spec.joint(drive.joint).armature))
+    if not armature > 0.0:
+        raise InvalidValueError(
+            f"joint {drive.joint!r} has no armature for its motor: give armature [kg m²], that of "
+            "rotor and gear at the joint"
+        )
+    return Motor(drive.joint, drive.radius, sizes["length"], armature, law)
+
+
+def _turned(spec: mujoco.MjSpec, sheath: NewSheath) -> list[mujoco.MjsJoint]:
+    """Joints that a cable turns."""
+    if sheath.is_driven:
+        return tendons.crossed_joints(sheath.tendon)
+    return [spec.joint(sheath.config["output_joint"])]
+
+
+def _weightless(joints: Sequence[mujoco.MjsJoint]) -> str:
     """Warning of joints whose actuators bear the weight of bodies without a command."""
-    joints = [joint for sheath in sheaths for joint in tendons.crossed_joints(sheath.tendon)]
-    names = [joint.name for joint in joints if joint.actgravcomp]
+    names = dict.fromkeys(joint.name for joint in joints if joint.actgravcomp)
     if not names:
         return ""
     return (
         f"actuatorgravcomp of joint {tendons.listed(names)} bears weight there past the cable, "
         "which does not rub under it: turn it off, and let the control bear that"
+    )
+
+
+def _unsensed(spec: mujoco.MjSpec, joints: Sequence[mujoco.MjsJoint]) -> str:
+    """Warning of sensors of actuators that now turn motors."""
+    names = [joint.name for joint in joints]
+    sensed = [
+        sensor.name
+        for sensor in spec.sensors
+        if sensor.type == mujoco.mjtSensor.mjSENS_JOINTACTFRC and sensor.objname in names
+    ]
+    if not sensed:
+        return ""
+    return (
+        f"sensor {tendons.listed(sensed)} (jointactuatorfrc) reads 0, as no actuator acts on its "
+        "joint now: let it read the joint's motor"
     )
 
 
@@ -137,7 +274,7 @@ def attach_cable_drives(
 
 
 def _design_all(
-    spec: mujoco.MjSpec, actuator: str | Sequence[str], radius: float
+    spec: mujoco.MjSpec, actuator: str | Sequence[str], radius: float, motor: bool
 ) -> tuple[list[CableDrive], dict[str, str]]:
     """Cable drives that a call adds; actuators that a pattern leaves out → why."""
     chosen = tendons.choose(list(spec.actuators), actuator, "actuator")
@@ -146,7 +283,7 @@ def _design_all(
     drives: dict[tuple[mujoco.mjtTrn, str], CableDrive] = {}
     left_out: dict[str, str] = {}
     for element, name, by_name in chosen:
-        on = element.trntype if element.trntype not in _ON_JOINT else _TRN.mjTRN_JOINT
+        on = element.trntype if element.trntype not in ON_JOINT else _TRN.mjTRN_JOINT
         if (on, element.target) in drives:
             continue
         try:
@@ -155,6 +292,8 @@ def _design_all(
                 raise UnsuitedTendonError(
                     f"has a cable already, in sheath {sheathed[drive.tendon].name!r}"
                 )
+            if motor and not drive.joint:
+                raise UnsuitedTendonError("turns joints by a fixed tendon, and a motor turns one")
         except UnsuitedTendonError as error:
             if by_name:
                 raise InvalidValueError(f"actuator {name!r} {error}") from None
@@ -180,7 +319,7 @@ def _design(spec: mujoco.MjSpec, actuator: mujoco.MjsActuator, radius: float) ->
                 f"pulls tendon {tendon.name!r}, which is drawn: give that friction by add_friction"
             )
         return CableDrive(tendon.name, "", radius)
-    if actuator.trntype not in _ON_JOINT:
+    if actuator.trntype not in ON_JOINT:
         raise UnsuitedTendonError("acts on neither a joint nor a tendon, so no cable turns a drum")
     joint = spec.joint(actuator.target)
     if joint.type not in (_JOINT.mjJNT_HINGE, _JOINT.mjJNT_SLIDE):
@@ -188,9 +327,12 @@ def _design(spec: mujoco.MjSpec, actuator: mujoco.MjsActuator, radius: float) ->
             f"acts on joint {joint.name!r}, which is no hinge or slide, so that no drum turns it"
         )
     own = 1.0 if joint.type == _JOINT.mjJNT_SLIDE else radius
-    for tendon in instances.sheaths_by_tendon(spec):
-        points = list(spec.tendon(tendon).path)
-        if len(points) == 1 and points[0].target.name == joint.name:
+    for _, config in instances.instances(spec):
+        tendon = config.get("tendon", "")
+        turned = {config.get("reel_joint"), config.get("output_joint")}
+        if "sensor" not in config:
+            turned.add(tendons.only_joint(spec.tendon(tendon)))
+        if joint.name in turned:
             return CableDrive(tendon, "", own)
     return CableDrive(f"{joint.name}_cable", joint.name, own)
 
@@ -199,7 +341,5 @@ def _add_cable(spec: mujoco.MjSpec, drive: CableDrive) -> mujoco.MjsTendon:
     """Add the fixed tendon of a joint; nothing of it follows from the model's defaults."""
     tendon = spec.add_tendon(name=drive.tendon)
     tendon.wrap_joint(drive.joint, 1.0)
-    tendon.limited = tendon.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
-    tendon.frictionloss = tendon.armature = 0.0
-    tendon.stiffness, tendon.damping = [0.0] * 3, [0.0] * 3
+    switch_off(tendon)
     return tendon

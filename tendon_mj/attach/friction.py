@@ -11,6 +11,7 @@ import mujoco
 
 from tendon_mj.attach import instances, tendons
 from tendon_mj.attach.keywords import as_count, check_names, checked_number, one_of, takes
+from tendon_mj.attach.motor import added_motors, remove_motors
 from tendon_mj.attach.sheath_design import Designer, NewSheath, Request
 from tendon_mj.attach.spool import Spool, add_spools, remove_spools, restore_keyframes
 from tendon_mj.attach.tendon_bend import idlers
@@ -268,6 +269,7 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
     )
     on_removed = [c for c in configs.values() if c.get("tendon") in removed]
     _check_needed(spec, on_removed, actuators)
+    motors = added_motors(spec, removed)
     keys = remove_spools(
         spec, {c["tendon"]: c["reel_joint"] for c in on_removed if "reel_joint" in c}
     )
@@ -281,6 +283,7 @@ def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.
         spec.delete(cable)
     if keys:
         restore_keyframes(spec, keys)
+    remove_motors(spec, motors)
     return spec
 
 

@@ -206,6 +206,7 @@ def write_sheaths(source: Path, spec: mujoco.MjSpec, path: Path) -> Path:
         raise InvalidValueError(f"{path} is a file that {source} is made of: choose another")
     check_suffix(path)
     absent = _write_tendons(text, before, spec)
+    _write_motors(text, before, spec)
     _write_plugins(text, before, spec)
     text.move_to(path.parent, before)
     with whole_file(path) as made:
@@ -239,11 +240,15 @@ def _write_tendons(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> li
     for cable in list(spec.tendons)[len(before.tendons) :]:
         off = dict.fromkeys(("limited", "actuatorfrclimited"), "false")
         own = dict.fromkeys(("stiffness", "damping", "frictionloss", "armature"), "0")
-        element = ElementTree.SubElement(
-            _section(text, "tendon"), "fixed", {"name": cable.name, **off, **own}
-        )
-        (point,) = cable.path
-        ElementTree.SubElement(element, "joint", joint=point.target.name, coef="1")
+        is_fixed = isinstance(cable.path[0].target, mujoco.MjsJoint)
+        tag, group = ("fixed" if is_fixed else "spatial"), str(cable.group)
+        attributes = {"name": cable.name, "group": group, **off, **own}
+        element = ElementTree.SubElement(_section(text, "tendon"), tag, attributes)
+        for point in cable.path:
+            if is_fixed:
+                ElementTree.SubElement(element, "joint", joint=point.target.name, coef="1")
+            else:
+                ElementTree.SubElement(element, "site", site=point.target.name)
     for k, (old, new) in enumerate(zip(before.tendons, spec.tendons, strict=False)):
         if new.name not in sheathed or old.name in by_name:
             continue
@@ -254,6 +259,60 @@ def _write_tendons(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> li
         else:
             written[k].set("name", new.name)
     return absent
+
+
+def _write_motors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
+    """Write new bodies of motors, and what these change in a model: see `motor.add_motors`."""
+    known = {body.name for body in before.bodies}
+    motors = [body for body in spec.worldbody.bodies if body.name not in known]
+    if not motors:
+        return
+    for body in motors:
+        element = ElementTree.SubElement(_section(text, "worldbody"), "body", name=body.name)
+        own = {"pos": "0 0 0", "mass": number_text(body.mass), "diaginertia": numbers(body.inertia)}
+        ElementTree.SubElement(element, "inertial", own)
+        (joint,) = body.joints
+        ElementTree.SubElement(element, "joint", _joint_attributes(joint))
+        for site in body.sites:
+            own = {"name": site.name, "pos": numbers(site.pos), "group": str(site.group)}
+            ElementTree.SubElement(element, "site", own)
+    for joint in before.joints:
+        if joint.armature != spec.joint(joint.name).armature:
+            armature = number_text(spec.joint(joint.name).armature)
+            text.joint(joint.name).set("armature", armature)
+    elements = text.actuators(before.compile())
+    for k, (old, new) in enumerate(zip(before.actuators, spec.actuators, strict=True)):
+        if old.target != new.target:
+            attribute = next(a for a in ("joint", "jointinparent") if elements[k].get(a))
+            elements[k].set(attribute, new.target)
+    for element, key in zip(text.root.iterfind("keyframe/key"), spec.keys, strict=True):
+        for attribute, values in (("qpos", key.qpos), ("qvel", key.qvel)):
+            if len(values):
+                element.set(attribute, numbers(values))
+    for note in list(spec.texts)[len(before.texts) :]:
+        ElementTree.SubElement(_section(text, "custom"), "text", name=note.name, data=note.data)
+
+
+def _joint_attributes(joint: mujoco.MjsJoint) -> dict[str, str]:
+    """Attributes of a motor's joint, none of which is left to the model's defaults."""
+    is_slide = joint.type == mujoco.mjtJoint.mjJNT_SLIDE
+    limits = {"0": "false", "1": "true", "2": "auto"}
+    off = dict.fromkeys(("stiffness", "damping", "frictionloss", "springref", "margin"), "0")
+    return {
+        "name": joint.name,
+        "type": "slide" if is_slide else "hinge",
+        "axis": numbers(joint.axis),
+        "pos": "0 0 0",
+        "ref": number_text(joint.ref),
+        "limited": "false",
+        "range": numbers(joint.range),
+        "actuatorfrclimited": limits[str(int(joint.actfrclimited))],
+        "actuatorfrcrange": numbers(joint.actfrcrange),
+        "armature": number_text(joint.armature),
+        "springdamper": "0 0",
+        "actuatorgravcomp": "false",
+        **off,
+    }
 
 
 def _not_in_text(text: Mjcf, tendon: str) -> TendonError:

@@ -34,7 +34,7 @@ _BIASES = (_BIAS.mjBIAS_NONE, _BIAS.mjBIAS_AFFINE)
 _DYNAMICS = (_DYN.mjDYN_NONE, _DYN.mjDYN_INTEGRATOR, _DYN.mjDYN_FILTER, _DYN.mjDYN_FILTEREXACT)
 _WELL_RESOLVED = 4.0  # J over r² h² EA/ℓ; a step is stable from 1/4 on, and does not ring from 1 on
 _HALF_WIDTH = 0.004  # of a drum, as drawn [m]
-_MASS, _INERTIA = 1e-6, 1e-12  # of its body, which is all armature [kg], [kg m²]
+MASS, INERTIA = 1e-6, 1e-12  # of its body, which is all armature [kg], [kg m²]
 _STEEL = [0.45, 0.47, 0.5, 1.0]
 # Custom text ``<tendon>.tendon_mj_spool``, which holds the `_Settings` of each motor on its tendon.
 # Copies of a spec and MJCF files keep it digit for digit, and `attach` gives it the affixes.
@@ -258,7 +258,7 @@ def add_spools(spec: mujoco.MjSpec, designs: Sequence[SpoolDesign]) -> dict[str,
         return {}
     taken = {e.name for kind in (spec.bodies, spec.joints, spec.geoms) for e in kind}
     names: dict[str, str] = {}
-    before, angles = _keyframes(spec), {}
+    before, angles = keyframes(spec), {}
     for design in designs:
         name = free_name(taken, f"{design.tendon}_spool")
         taken.add(name)
@@ -269,20 +269,20 @@ def add_spools(spec: mujoco.MjSpec, designs: Sequence[SpoolDesign]) -> dict[str,
         spec.add_text(name=f"{design.tendon}{_NOTE}", data=" ".join(map(repr, chain(*drives))))
         for motor, drive in design.motors:
             _set_drive(motor, drive, _TRN.mjTRN_JOINT, name)
-    _insert_joints(spec, before, angles)
+    insert_joints(spec, before, angles)
     return names
 
 
 def _add_drum(name: str, design: SpoolDesign) -> None:
     """A drum without weight on a hinge; nothing of it follows from the model's defaults."""
-    body = design.body.add_body(name=name, pos=design.pos, explicitinertial=True, mass=_MASS)
-    body.ipos, body.inertia = [0.0, 0.0, 0.0], [_INERTIA] * 3
+    body = design.body.add_body(name=name, pos=design.pos, explicitinertial=True, mass=MASS)
+    body.ipos, body.inertia = [0.0, 0.0, 0.0], [INERTIA] * 3
     body.add_geom(
         name=name,
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         size=[design.radius, 0.0, 0.0],
         fromto=[*(-_HALF_WIDTH * design.axis), *(_HALF_WIDTH * design.axis)],
-        mass=_MASS,
+        mass=MASS,
         rgba=_STEEL,
         material="",
         contype=0,
@@ -296,7 +296,7 @@ def _add_drum(name: str, design: SpoolDesign) -> None:
     joint.frictionloss, joint.actgravcomp = 0.0, False
 
 
-def remove_spools(spec: mujoco.MjSpec, reel_joints: Mapping[str, str]) -> list[_Keyframe]:
+def remove_spools(spec: mujoco.MjSpec, reel_joints: Mapping[str, str]) -> list[Keyframe]:
     """Delete spools that `add_friction` added, and let their motors pull their tendons as before.
 
     ``reel_joints``: tendon → joint that winds it in. A spool on which more hangs than was added
@@ -310,11 +310,11 @@ def remove_spools(spec: mujoco.MjSpec, reel_joints: Mapping[str, str]) -> list[_
         if joint is None:
             continue
         motors = [a for a in spec.actuators if a.trntype == _TRN.mjTRN_JOINT and a.target == name]
-        _check_alone(spec, tendon, joint, same_motors=len(motors) == len(drives))
+        check_alone(spec, tendon, joint, same_motors=len(motors) == len(drives))
         spools.append((tendon, joint, list(zip(motors, drives, strict=True))))
     if not spools:
         return []
-    keys = _without_joints(spec, [joint.name for _, joint, _ in spools])
+    keys = without_joints(spec, [joint.name for _, joint, _ in spools])
     for tendon, joint, moved in spools:
         for motor, drive in moved:
             _set_drive(motor, drive, _TRN.mjTRN_TENDON, tendon)
@@ -323,7 +323,7 @@ def remove_spools(spec: mujoco.MjSpec, reel_joints: Mapping[str, str]) -> list[_
     return keys
 
 
-def restore_keyframes(spec: mujoco.MjSpec, keys: Sequence[_Keyframe]) -> None:
+def restore_keyframes(spec: mujoco.MjSpec, keys: Sequence[Keyframe]) -> None:
     """Write what `remove_spools` returned, once the sheaths on the spools are gone, too."""
     if not len(
         spec.keys
@@ -334,13 +334,13 @@ def restore_keyframes(spec: mujoco.MjSpec, keys: Sequence[_Keyframe]) -> None:
     _write_keyframes(spec, keys)
 
 
-def _check_alone(
-    spec: mujoco.MjSpec, tendon: str, joint: mujoco.MjsJoint, *, same_motors: bool
+def check_alone(
+    spec: mujoco.MjSpec, tendon: str, joint: mujoco.MjsJoint, *, same_motors: bool, sites: int = 0
 ) -> None:
     """Refuse to take away a spool that more refers to than was added with it."""
     body, name = joint.parent, joint.name
     problem = "" if same_motors else "other actuators than those of its tendon turn it"
-    if len(list(body.bodies)) or len(list(body.sites)) or len(list(body.geoms)) > 1:
+    if len(list(body.bodies)) or len(list(body.sites)) != sites or len(list(body.geoms)) > 1:
         problem = f"its body {body.name!r} carries elements that were added to it"
     own = {_OBJ.mjOBJ_JOINT: {name}, _OBJ.mjOBJ_GEOM: {g.name for g in body.geoms}}
     own[_OBJ.mjOBJ_BODY] = own[_OBJ.mjOBJ_XBODY] = {body.name}
@@ -380,33 +380,37 @@ def _settings_note(spec: mujoco.MjSpec, tendon: str) -> mujoco.MjsText | None:
 
 
 # MuJoCo only pads the keyframes of a model that gains or loses joints, or cuts them off.
-_Keyframe = tuple[list[float], list[float]]  # positions and velocities
+Keyframe = tuple[list[float], list[float]]  # positions and velocities
 
 
-def _keyframes(spec: mujoco.MjSpec) -> list[_Keyframe]:
+def keyframes(spec: mujoco.MjSpec) -> list[Keyframe]:
     """Positions and velocities of each keyframe, empty if it does not state them."""
     return [(list(key.qpos), list(key.qvel)) for key in spec.keys]
 
 
-def _insert_joints(
-    spec: mujoco.MjSpec, before: list[_Keyframe], angles: Mapping[str, Sequence[float]]
+def insert_joints(
+    spec: mujoco.MjSpec,
+    before: list[Keyframe],
+    angles: Mapping[str, Sequence[float]],
+    speeds: Mapping[str, Sequence[float]] | None = None,
 ) -> None:
-    """Put joints that were added to a model into its keyframes, at rest at their ``angles``."""
+    """Put joints that were added to a model into its keyframes, at rest unless with ``speeds``."""
     if not before:
         return
     _write_keyframes(spec, [([], [])] * len(before))
     model = spec.compile()
     for name in sorted(angles, key=lambda name: model.joint(name).id):
         position, velocity = _address(model, name)
-        for (qpos, qvel), angle in zip(before, angles[name], strict=True):
+        moving = (speeds or {}).get(name, [0.0] * len(before))
+        for (qpos, qvel), angle, speed in zip(before, angles[name], moving, strict=True):
             qpos[position:position] = [angle] if qpos else []
-            qvel[velocity:velocity] = [0.0] if qvel else []
+            qvel[velocity:velocity] = [speed] if qvel else []
     _write_keyframes(spec, before)
 
 
-def _without_joints(spec: mujoco.MjSpec, joints: Sequence[str]) -> list[_Keyframe]:
+def without_joints(spec: mujoco.MjSpec, joints: Sequence[str]) -> list[Keyframe]:
     """Keyframes of a model as they are once these joints are gone."""
-    keys = _keyframes(spec)
+    keys = keyframes(spec)
     if keys:
         model = spec.compile()
         for position, velocity in sorted((_address(model, n) for n in joints), reverse=True):
@@ -415,7 +419,7 @@ def _without_joints(spec: mujoco.MjSpec, joints: Sequence[str]) -> list[_Keyfram
     return keys
 
 
-def _write_keyframes(spec: mujoco.MjSpec, keys: Sequence[_Keyframe]) -> None:
+def _write_keyframes(spec: mujoco.MjSpec, keys: Sequence[Keyframe]) -> None:
     for key, (qpos, qvel) in zip(spec.keys, keys, strict=True):
         key.qpos, key.qvel = qpos, qvel
 

@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import UnknownNameError
+from tendon_mj.sheath import Law
 from tendon_mj.typing import FloatArray
 
 _ON_TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
@@ -54,12 +55,7 @@ def stiffness_limits(model: mujoco.MjModel, tendons: Sequence[int]) -> list[floa
 
 def _limits(model: mujoco.MjModel, tendons: Sequence[int], damping: FloatArray) -> list[float]:
     """Limits where the integrator takes the ``damping`` of each degree of freedom implicitly."""
-    data = mujoco.MjData(model)
-    mujoco.mj_fwdPosition(model, data)
-    inertia, unit = np.zeros((model.nv, model.nv)), np.eye(model.nv)
-    for k in range(model.nv):
-        mujoco.mj_mulM(model, data, inertia[k], unit[k])
-    inertia += model.opt.timestep * np.diag(damping)
+    data, inertia = _inertia(model, damping)
     limits = []
     for tendon in tendons:
         limit = np.inf
@@ -69,6 +65,20 @@ def _limits(model: mujoco.MjModel, tendons: Sequence[int], damping: FloatArray) 
                 limit = min(limit, length / (model.opt.timestep**2 * mobility))
         limits.append(limit)
     return limits
+
+
+def _inertia(model: mujoco.MjModel, damping: FloatArray) -> tuple[mujoco.MjData, FloatArray]:
+    """M + h B/2 in the pose `qpos0`, with the data of that.
+
+    That is the inertia of a motion that changes its sense from step to step where the integrator
+    takes the damping B implicitly: (M + h B) v⁺ = M v⁻ + h f with v⁻ = −v⁺.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    inertia, unit = np.zeros((model.nv, model.nv)), np.eye(model.nv)
+    for k in range(model.nv):
+        mujoco.mj_mulM(model, data, inertia[k], unit[k])
+    return data, inertia + 0.5 * model.opt.timestep * np.diag(damping)
 
 
 def step_warning(
@@ -105,6 +115,33 @@ def _rounded_down(number: float) -> float:
     """A number of two digits that is not larger."""
     digit = 10.0 ** (math.floor(math.log10(number)) - 1)
     return math.floor(number / digit) * digit
+
+
+def drums_warning(model: mujoco.MjModel, drums: Sequence[tuple[str, float]], law: Law) -> str:
+    """Sentence on cables on drums that a step does not carry; empty if it does.
+
+    ``drums`` are joints with r²/ℓ of each drum, of radius r, on them, ℓ being the length of cable
+    up to the next guide. Where that guide holds it is a spring (EA + 2c/h) r²/ℓ on the joint, with
+    the axial damping c. A step carries the largest eigenvalue of all these with M up to 4/h².
+    """
+    step, explicit = model.opt.timestep, model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4
+    damping = np.zeros(model.nv) if explicit else np.maximum(model.dof_damping, 0.0)
+    springs = np.zeros(model.nv)
+    for joint, spring in drums:
+        springs[model.joint(joint).dofadr] += spring
+    modes = np.linalg.eig(np.linalg.solve(_inertia(model, damping)[1], np.diag(springs)))
+    fastest = int(np.argmax(modes.eigenvalues.real))
+    stiffness = law.axial_stiffness + 2.0 * law.axial_damping / step
+    share = step**2 * stiffness * float(modes.eigenvalues[fastest].real) / _STABLE
+    if share <= 1.0 + _ROUNDING:
+        return ""
+    dof = int(np.argmax(np.abs(modes.eigenvectors[:, fastest])))
+    return (
+        f"a time step of {step:g} s does not carry cables of {law.axial_stiffness:.4g} N on joint "
+        f"{model.joint(model.dof_jntid[dof]).name!r}, which are {share:.3g} times as stiff as they "
+        "may be and can ring from step to step: take a softer or longer cable, more armature, or "
+        f"a step of {_rounded_down(step / math.sqrt(share)):.2g} s"
+    )
 
 
 class Pull(NamedTuple):

@@ -167,6 +167,13 @@ def crossed_joints(tendon: mujoco.MjsTendon) -> list[mujoco.MjsJoint]:
     return _joints_between(points)
 
 
+def only_joint(tendon: mujoco.MjsTendon) -> str:
+    """The one joint of a fixed tendon; empty for any other."""
+    points = list(tendon.path)
+    is_one = len(points) == 1 and isinstance(points[0].target, mujoco.MjsJoint)
+    return str(points[0].target.name) if is_one else ""
+
+
 def idlers_are_possible(tendon: mujoco.MjsTendon) -> bool:
     """Return whether a tendon may wrap around a geom on a body that carries none of its sites."""
     targets = [point.target for point in tendon.path if point.type != _WRAP.mjWRAP_PULLEY]
@@ -209,7 +216,7 @@ def is_limited(limited: int, ends: Sequence[float]) -> bool:
 
 def is_cable(spec: mujoco.MjSpec, tendon: mujoco.MjsTendon) -> bool:
     """Return whether `add_cable_drive` added a tendon, and nothing else refers to it."""
-    is_one = not path_of(tendon).is_spatial and len(tendon.path) == 1
+    is_one = bool(only_joint(tendon))
     shown = [s.objname for s in spec.sensors if s.objtype == _TENDON and not s.plugin.active]
     actuated = tendon.name in actuators_by_tendon(spec)
     held = constraints_on(spec, tendon) != Constraints()

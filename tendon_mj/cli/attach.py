@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import tyro
 
@@ -30,6 +30,10 @@ def attach(
     tendon: Repeated[str] = (),
     actuator: Repeated[str] = (),
     radius: float | None = None,
+    efficiency: float = 1.0,
+    motor: bool = False,
+    length: float | None = None,
+    armature: float | None = None,
     axial_stiffness: float | None = None,
     pretension: float | None = None,
     arc_guides: int = 1,
@@ -49,6 +53,12 @@ def attach(
         actuator: Names or patterns of actuators on joints or fixed tendons, which cables turn that
             bend by --extra-bend and run on drums of --radius.
         radius: Radius of the drums in m, with --actuator.
+        efficiency: With --actuator, share of its torque that a gear before each cable passes on.
+        motor: With --actuator, give each joint a motor with a joint of its own, on which its
+            actuators act, and cables of --axial-stiffness and --length, by which motion is lost.
+        length: Length of the cables in m, with --motor.
+        armature: Inertia of each motor at its joint in kg m², with --motor. By default the joint's
+            armature, which moves to the motor.
         axial_stiffness: Axial stiffness EA in N. By default a tendon that an actuator pulls is as
             stiff as the time step resolves, and any other is as stiff as its own spring.
         pretension: Pretension T_0 in N, where no actuator pulls. By default the pull of its own
@@ -67,16 +77,18 @@ def attach(
         raise InvalidValueError("give --tendon or --actuator: a name, several, or a pattern")
     source = model_path(model)
     if flat(actuator):
-        if radius is None or not extra_bend or axial_stiffness is not None:
+        if radius is None or not extra_bend:
             raise InvalidValueError(
-                "--actuator takes --radius [m] and --extra-bend [rad] of a cable that is not drawn,"
-                " and no --axial-stiffness"
+                "--actuator takes --radius [m] and --extra-bend [rad] of a cable that is not drawn"
             )
-        cable = {"radius": radius, "bend": extra_bend, "pretension": pretension or 0.0}
-        return _attach_cables(source, flat(actuator), out, cable | {"friction": friction})
-    if radius is not None:
+        cable: dict[str, Any] = {"radius": radius, "bend": extra_bend, "friction": friction}
+        cable |= {"pretension": pretension or 0.0, "axial_stiffness": axial_stiffness}
+        cable |= {"efficiency": efficiency, "motor": motor, "length": length, "armature": armature}
+        return _attach_cables(source, flat(actuator), out, cable)
+    if motor or (radius, length, armature, efficiency) != (None, None, None, 1.0):
         raise InvalidValueError(
-            "--radius belongs to --actuator: a tendon that is drawn has its own"
+            "--radius, --efficiency, --motor, --length and --armature belong to --actuator: a"
+            " tendon that is drawn has its own"
         )
     attached = attach_friction(
         load_spec(str(source)),
@@ -100,7 +112,7 @@ def attach(
 
 
 def _attach_cables(
-    source: Path, actuator: Sequence[str], out: Path, cable: dict[str, float]
+    source: Path, actuator: Sequence[str], out: Path, cable: dict[str, Any]
 ) -> Attached:
     """Give actuators cables that are not drawn, and say what these lose."""
     attached = attach_cable_drives(load_spec(str(source)), source, actuator, out, **cable)

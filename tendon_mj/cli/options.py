@@ -28,6 +28,7 @@ Required = Annotated[Repeated[_Value], tyro.conf.arg(help_behavior_hint="(requir
 METAVARS: Final = {  # argument of a command → its value in the help
     "actuator": "ACTUATOR [ACTUATOR ...]",
     "arc_guides": "COUNT",
+    "armature": "INERTIA",
     "axial_stiffness": "EA",
     "camera": "NAME",
     "catalogue": "EFFECT [EFFECT ...]",
@@ -36,6 +37,7 @@ METAVARS: Final = {  # argument of a command → its value in the help
     "draws": "COUNT",
     "duration": "SECONDS",
     "effect": "NAME=VALUE[,...] [...]",
+    "efficiency": "ETA",
     "exclude": "EFFECT [EFFECT ...]",
     "extra_bend": "RADIANS",
     "folder": "FOLDER",
@@ -44,6 +46,7 @@ METAVARS: Final = {  # argument of a command → its value in the help
     "hold_out": "RECORDING [RECORDING ...]",
     "inner_guides": "COUNT",
     "input_end": "{first,last}",
+    "length": "METRE",
     "model": "MODEL",
     "models": "[MODEL ...]",
     "motion": "MOTION",

@@ -110,6 +110,9 @@ _STATIC, _FRICTION, _REEL_RADIUS, _OUTPUT_RADIUS, _RADIUS = (
     at.ATTRIBUTES.index(name)
     for name in ("static_friction", "friction", "reel_radius", "output_radius", "radius")
 )
+# of a cable that is not drawn alone
+OF_A_DRUM: Final = ("radius", "gear_friction", "gear_friction_back")
+_OF_A_DRUM = np.array([at.ATTRIBUTES.index(name) for name in OF_A_DRUM])
 # what a sheath whose input tension is given has no use for
 OF_A_REEL: Final = (
     "pretension", "slack", "backlash", "sheath_compliance", "viscous_friction", "tendon_mass"
@@ -722,8 +725,9 @@ def _pulls(m: Model, actuator: int, instance: int, tendon: int) -> bool:
 @apart
 def _check_drive(m: Model, out: int, instance: int, bound: Bound, tendon: int) -> None:
     """Refuse parameters that do not go with what pulls the tendon."""
-    if at.is_given(m, instance, _RADIUS):
-        _say(m, out, instance, _RADIUS, _drawn())
+    for k in range(len(_OF_A_DRUM)):
+        if at.number(m, instance, _OF_A_DRUM[k]) != 0.0:
+            _say(m, out, instance, _OF_A_DRUM[k], _drawn())
     has_stiffness = at.is_given(m, instance, at.AXIAL_STIFFNESS)
     name, is_cable = _name_of(m, TENDON, tendon), bound.own_spring != 0.0
     if not (has_stiffness or bound.driven != 0.0 or is_cable):

@@ -16,6 +16,7 @@ from tendon_mj.plugin.compiled_checks import (
     ELASTICITY,
     GIVEN,
     NOT_DRAWN,
+    OF_A_DRUM,
     OF_A_PATH,
     OF_A_REEL,
 )
@@ -106,7 +107,7 @@ def unused_parameters(model: mujoco.MjModel, instance: int) -> dict[str, str]:
     }
     if bound.fixed:
         return unused | dict.fromkeys((*OF_A_PATH, "creep_time"), NOT_DRAWN.format(name))
-    unused["radius"] = DRAWN
+    unused |= dict.fromkeys(OF_A_DRUM, DRAWN)
     if bound.driven:
         unused |= dict.fromkeys(OF_A_REEL, GIVEN.format(name))
         if bound.inextensible:

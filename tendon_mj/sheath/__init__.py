@@ -7,6 +7,7 @@ from tendon_mj.sheath.parameters import POSITIVE as POSITIVE
 from tendon_mj.sheath.parameters import Law as Law
 from tendon_mj.sheath.parameters import OptionalParameters as OptionalParameters
 from tendon_mj.sheath.parameters import Parameter as Parameter
+from tendon_mj.sheath.parameters import Range as Range
 from tendon_mj.sheath.parameters import check_in_range as check_in_range
 from tendon_mj.sheath.parameters import check_range as check_range
 from tendon_mj.sheath.parameters import check_scales as check_scales

@@ -79,6 +79,17 @@ def test_actuators_get_cables_that_the_file_does_not_draw(attach_cables):
     assert "<!-- of a lever -->" in out.read_text()
 
 
+def test_actuators_get_motors_in_the_file(attach_cables):
+    cable = ("--radius", ".01", "--extra-bend", "3", "--axial-stiffness", "2e3", "--length", ".3")
+    status, _, out = attach_cables(
+        "--actuator", "*", *cable, "--motor", "--armature", "1e-3", "--efficiency", ".8"
+    )
+    assert status == 0
+    model = mujoco.MjModel.from_xml_path(str(out))
+    assert [s.tendon for s in sheaths(model).values()] == ["j_cable", "j_cable_back", "j_gear"]
+    assert model.actuator_trnid[0, 0] == model.joint("j_motor").id
+
+
 @pytest.mark.parametrize(
     ("more", "said"),
     [
@@ -87,7 +98,9 @@ def test_actuators_get_cables_that_the_file_does_not_draw(attach_cables):
         (("--tendon", "*"), "attach --actuator"),
         (("--actuator", "*", "--radius", ".01"), "--extra-bend [rad]"),
         (("--actuator", "*", "--extra-bend", "3"), "--radius [m]"),
-        (("--tendon", "*", "--radius", ".01"), "--radius belongs to --actuator"),
+        (("--tendon", "*", "--radius", ".01"), "belong to --actuator"),
+        (("--tendon", "*", "--motor"), "belong to --actuator"),
+        (("--tendon", "*", "--efficiency", ".8"), "belong to --actuator"),
     ],
 )
 def test_options_of_cables_that_are_not_drawn_go_together(attach_cables, capsys, more, said):

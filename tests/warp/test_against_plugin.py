@@ -4,8 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj import remove_friction
+from tendon_mj import add_cable_drive, remove_friction
 from tendon_mj.plugin import segment_tensions
+from tests.attach.test_motor import SLOW, servoed
 from tests.plugin.test_reactions import simulate
 from tests.rigs import GIVEN, sheathed
 from tests.warp.models import agrees, controls, fingers, fingers_xml, mjw, put, step, tensions, tw
@@ -214,3 +215,12 @@ def test_a_model_of_others_has_the_plugin_s_tensions(name):
     model = sheathed(name, friction=0.15, axial_stiffness=1e3)
     m, d = put(model)
     agree(*side_by_side(model, d, m, mujoco.MjData(model), 60))
+
+
+@agrees
+def test_motors_with_joints_of_their_own_lose_the_same_motion():
+    spec = servoed(kp=5.0, armature=1e-3, stiffness=0.5)
+    spec.actuator("m").ctrlrange = [-0.5, 0.5]
+    model = add_cable_drive(spec, "m", **SLOW).compile()
+    m, d = put(model)
+    agree(*side_by_side(model, d, m, mujoco.MjData(model), STEPS))

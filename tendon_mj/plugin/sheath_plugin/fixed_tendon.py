@@ -12,6 +12,9 @@ with λ and λ' the exponents of either direction:
     max(P (λ + λ'), |T_0| (e^λ − 1))     where the load drives,
     max(P (λ + λ'), |T_0| (1 − e^−λ'))   where it is driven.
 
+A gear before the cables has the friction c |T_g| on the tension T_g that it hands on to them, so
+that between them T_g is from η_f T_0 to T_0/η_b at rest.
+
 Equations: docs/theory.md, section 8.
 """
 

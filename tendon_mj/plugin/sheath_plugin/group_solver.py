@@ -155,10 +155,11 @@ def _change(work: int, nv: int, group: Group, friction: float) -> None:
 
 
 @compiled
-def _bounds(group: Group, tension: float) -> tuple[float, float]:
-    """Least and largest friction of a group, as T_0 changes with it."""
+def _bounds(group: Group, tension: float, wanted: float) -> tuple[float, float]:
+    """Least and largest friction of a group, as T_0 changes with it, around the ``wanted`` one."""
     if group.pretension >= 0.0:
-        return friction_of_cables(group, tension + group.eases * group.friction, group.eases)
+        tension += group.eases * group.friction
+        return friction_of_cables(group, tension, group.eases, wanted)
     rise, fall = group.upper_ratio - 1.0, group.fall
     if group.eases != 0.0:
         tension += group.eases * group.friction
@@ -193,13 +194,12 @@ def _sweep(work: int, nv: int, h: float, least: float) -> bool:
         group.tension = tension
         if group.row < 0.0:
             continue
-        low, high = _bounds(group, tension)
         friction, (missing, sizes) = group.friction, _missing(work, nv, group)
-        if abs(missing) > least * sizes:
-            if group.mobility > 0.0:
-                friction += missing / group.mobility
-            else:
-                friction = high if missing > 0.0 else low
+        if abs(missing) > least * sizes and group.mobility > 0.0:
+            friction += missing / group.mobility
+        low, high = _bounds(group, tension, friction)
+        if abs(missing) > least * sizes and not group.mobility > 0.0:
+            friction = high if missing > 0.0 else low
         group.slides = 1.0 if friction > high else (-1.0 if friction < low else 0.0)
         friction = min(max(friction, low), high)
         changed = max(changed, abs(friction - group.friction))
@@ -259,7 +259,8 @@ def _go_along(work: int, nv: int, size_of_missing: float) -> float:
     step = size_of_missing / curvature
     for k in range(count):
         group = _free_group(work, k)
-        low, high = _bounds(group, group.tension - group.friction)  # the tension behind stays
+        tension = group.tension - group.friction  # the tension behind stays
+        low, high = _bounds(group, tension, group.friction)
         room = (high if group.along > 0.0 else low) - group.friction
         if step * abs(group.along) > abs(room):
             step, bounded = abs(room) / abs(group.along), True

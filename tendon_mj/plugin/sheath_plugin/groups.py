@@ -37,6 +37,8 @@ class Group:
     fall_offset: float  # [N]
     pretension: float  # P of two cables that pull against each other [N]; −1: of one that pulls
     least: float  # friction of that pretension [N]
+    forward: float  # η_f of a gear before these cables
+    back: float  # 1/η_b of it, inf and below 0 if it locks itself
     is_rough: float  # whether there is any friction
     is_static: float  # whether friction at rest is more than that of sliding
     is_set_for: float  # ``slides`` for which these bounds are
@@ -313,6 +315,7 @@ def set_bounds(group: Group, guides: Guides) -> None:
     group.is_static, group.is_set_for = static, group.slides
     group.is_rough = upper > 1.0 or more > 0.0 or lower > 1.0
     if group.pretension >= 0.0:
+        group.is_rough += group.forward != 1.0 or group.back != 1.0
         group.least = more + group.pretension * _exponents(group, guides)
 
 
@@ -328,30 +331,64 @@ def _exponents(group: Group, guides: Guides) -> float:
 
 
 @compiled
-def friction_of_cables(group: Group, tension: float, eases: float) -> tuple[float, float]:
-    """Least and largest friction of cables that pull one way or the other."""
-    up = max(1e-3, 1.0 + eases * (group.upper_ratio - 1.0))
-    down = max(1e-3, 1.0 + eases * group.fall)
-    one, other = (group.upper_ratio - 1.0) * tension, group.fall * tension
-    more, less = group.upper_offset, group.fall_offset
-    low = min(-group.least, (one - more) / up, (other - less) / down)
-    return low, max(group.least, (one + more) / up, (other + less) / down)
+def set_gear(group: Group, friction: float, friction_back: float) -> None:
+    """Set the efficiencies of a gear by its friction over the load behind it."""
+    group.forward = 1.0 / (1.0 + friction)
+    passed = 1.0 - (friction_back if friction_back > 0.0 else friction)
+    group.back = 1.0 / passed if passed != 0.0 else math.inf
 
 
 @compiled
-def most_tension(group: Group, tension: float) -> float:
-    """Largest tension behind a group under one in front of it [N]."""
-    if group.pretension >= 0.0:
-        return tension + friction_of_cables(group, tension, 0.0)[1]
-    return group.upper_ratio * tension + group.upper_offset
+def _behind(group: Group, gear: float, side: float, tension: float, eases: float) -> float:
+    """Friction of a gear of one ratio and of cables, at its bound above (``side`` 1) or below."""
+    bound = -math.inf
+    for k in range(3):
+        ratio, offset = 1.0, group.least
+        if k == 1:
+            ratio, offset = group.upper_ratio, group.upper_offset
+        elif k == 2:
+            ratio, offset = 1.0 + group.fall, group.fall_offset
+        slope = gear * ratio - 1.0
+        friction = (slope * tension + side * offset) / max(1e-3, 1.0 + eases * slope)
+        bound = max(bound, side * friction)
+    return side * bound
 
 
 @compiled
-def least_tension(group: Group, tension: float) -> float:
-    """Least tension behind a group under one in front of it [N]."""
+def friction_of_cables(
+    group: Group, tension: float, eases: float, wanted: float
+) -> tuple[float, float]:
+    """Least and largest friction of cables that pull one way or the other, and of their gear.
+
+    A gear that locks itself holds all that would drive it. Where the motor turns to release a load
+    that it bore in the step before, it holds what is too much for that: the bounds are those around
+    the ``wanted`` friction.
+    """
+    low = _behind(group, group.forward, -1.0, tension, eases)
+    high = _behind(group, group.forward, 1.0, tension, eases)
+    if group.back == group.forward:  # no gear
+        return low, high
+    if 0.0 < group.back < math.inf:
+        low = min(low, _behind(group, group.back, -1.0, tension, eases))
+        return low, max(high, _behind(group, group.back, 1.0, tension, eases))
+    if tension == 0.0:
+        return -math.inf, math.inf
+    side = 1.0 if tension > 0.0 else -1.0
+    if side * group.before <= 0.0 and group.back < 0.0:
+        jam = _behind(group, group.back, side, tension, eases)
+        if side * wanted <= side * jam:
+            return (-math.inf, jam) if side > 0.0 else (jam, math.inf)
+    return (low, math.inf) if side > 0.0 else (-math.inf, high)
+
+
+@compiled
+def tensions_behind(group: Group, tension: float, held: float) -> tuple[float, float]:
+    """Least and largest tension behind a group under one in front of it, around a held one [N]."""
     if group.pretension >= 0.0:
-        return tension + friction_of_cables(group, tension, 0.0)[0]
-    return max(0.0, (tension - group.lower_offset) / group.lower_ratio)
+        low, high = friction_of_cables(group, tension, 0.0, held - tension)
+        return tension + low, tension + high
+    low = max(0.0, (tension - group.lower_offset) / group.lower_ratio)
+    return low, group.upper_ratio * tension + group.upper_offset
 
 
 @compiled

@@ -68,13 +68,13 @@ from tendon_mj.plugin.sheath_plugin.groups import (
     incoming_tension,
     input_row,
     is_span,
-    least_tension,
     member_of,
-    most_tension,
     owners_of,
     response_at,
     rows_at,
     set_bounds,
+    set_gear,
+    tensions_behind,
     towards_input,
     towards_output,
     vector_at,
@@ -196,6 +196,7 @@ def set_up(m: Model, d: Data, work: int, instance: int, stage: bool, written: bo
         group = group_of(work, g)
         group.slides = _slid(member, group, guides)
         group.pretension = state.law.pretension if state.fixed != 0.0 else -1.0
+        set_gear(group, state.gear_friction, state.gear_friction_back)
         group.wanted = group.mobility = group.eases = 0.0
         if member.spreads == 0.0:
             group.share = 0.0
@@ -268,7 +269,8 @@ def _hold(work: int, nv: int, g: int) -> None:
     held = group.before
     if member_of(work, nv, int(group.member)).spreads != 0.0:
         held = tension + group.before - group.before_in
-    group.tension = min(max(held, least_tension(group, tension)), most_tension(group, tension))
+    low, high = tensions_behind(group, tension, held)
+    group.tension = min(max(held, low), high)
     take_over(work, nv, group, group.tension - tension)
 
 
@@ -279,11 +281,12 @@ def _repeat(m: Model, d: Data, work: int, nv: int, g: int, moves: bool) -> None:
     member = member_of(work, nv, int(group.member))
     segments, _, _ = unpack(state_of(m, d, int(member.instance)))
     tension = incoming_tension(work, nv, group)
-    low, high = least_tension(group, tension), most_tension(group, tension)
     held = group.divisor * segments[int(group.end)].trial_tension
+    low, high = tensions_behind(group, tension, held)
     slides = group.passed if moves else group.slides
-    if slides != 0.0:
-        held = high if slides > 0.0 else low
+    bound = high if slides > 0.0 else low
+    if slides != 0.0 and math.isfinite(bound):  # a gear that locks itself does not slide there
+        held = bound
     group.tension = min(max(held, low), high)
     take_over(work, nv, group, group.tension - tension)
 
@@ -332,7 +335,7 @@ def _write_guides(work: int, nv: int, group: Group, segments: Segments, guides: 
     which its end has.
     """
     incoming, up = incoming_tension(work, nv, group), group.friction > 0.0
-    bound = most_tension(group, incoming) if up else least_tension(group, incoming)
+    bound = tensions_behind(group, incoming, group.tension)[1 if up else 0]
     part = group.friction / (bound - incoming) if bound != incoming else 0.0
     begin, end = int(group.begin), int(group.end)
     passed, slides = group.passed, group.slides
@@ -448,11 +451,8 @@ def solve(m: Model, d: Data, work: int) -> None:
         if group.pretension < 0.0:
             tension = max(0.0, tension)
         if group.slides != 0.0 and group.row >= 0.0 and group.share == 0.0:
-            tension = (
-                most_tension(group, incoming)
-                if group.slides > 0.0
-                else least_tension(group, incoming)
-            )
+            low, high = tensions_behind(group, incoming, tension)
+            tension = high if group.slides > 0.0 else low
         group.tension = tension
         group.friction = tension - incoming
     _add_friction(work, nv)

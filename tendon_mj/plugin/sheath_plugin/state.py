@@ -28,20 +28,30 @@ from tendon_mj.sheath import (
     Guides,
     Law,
     Parameter,
+    Range,
     Segments,
     record_type,
 )
 from tendon_mj.typing import FloatArray
 
-RADII: Final = {
+_DRIVE = {
     "reel_radius": Parameter(
         "r", "m", "radius at which `reel_joint` winds, its sign the sense", ANY
     ),
     "output_radius": Parameter("r", "m", "radius at which `output_joint` winds", ANY),
     "radius": Parameter("r", "m", "cable that a fixed tendon winds per unit of its length", ANY),
+    "gear_friction": Parameter(
+        "c",
+        "-",
+        "friction of a gear before a fixed tendon's cable, over the load behind it",
+        Range(),
+    ),
+    "gear_friction_back": Parameter(
+        "c_b", "-", "the same where the load drives the motor; not given: c", Range()
+    ),
 }
 # Live parameters in the order of the state, and of the plugin's attributes of the same names.
-PARAMETERS: Final = {**LAW, **RADII}
+PARAMETERS: Final = {**LAW, **_DRIVE}
 
 
 class LiveLaw(Law):
@@ -60,6 +70,8 @@ class Live:
     reel_radius: float  # [m]
     output_radius: float  # [m]
     radius: float  # [m]
+    gear_friction: float  # [-]
+    gear_friction_back: float  # [-]
 
 
 class Bound:

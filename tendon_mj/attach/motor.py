@@ -1,0 +1,196 @@
+"""Motors with joints of their own, which turn the joints of a model by two elastic cables.
+
+A motor has the coordinate of the joint that it turns, and its actuators. Each cable is a tendon of
+the length L over n guides in a row, which the motor winds in at one end and the joint pays out at
+the other, or the reverse. It loses along its way what a sheath loses there. With equal guides the
+lost motion ξ_B is too large by λ²/12n² (e^λ − 1)/(e^λ − λ − 1) of itself, from which n follows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Container, Sequence
+from typing import NamedTuple
+
+import mujoco
+
+from tendon_mj.attach.instances import instances, take_name
+from tendon_mj.attach.spool import (
+    INERTIA,
+    MASS,
+    check_alone,
+    insert_joints,
+    keyframes,
+    restore_keyframes,
+    without_joints,
+)
+from tendon_mj.attach.tendons import listed, only_joint
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.sheath import Law
+
+_LOST_MOTION = 0.01  # relative error of ξ_B from which the number of guides follows
+_HIDDEN = 5  # group of sites and tendons that viewers leave out by default
+# Custom text ``<cable>.tendon_mj_motor``: armature of the joint, and damping of each of its
+# actuators, before they were moved. `attach` gives it the affixes.
+_NOTE = ".tendon_mj_motor"
+ON_JOINT = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+_OFF = mujoco.mjtLimited.mjLIMITED_FALSE
+
+
+class Motor(NamedTuple):
+    """A motor that can be added."""
+
+    joint: str  # that it turns
+    radius: float  # of both drums [m]
+    length: float  # of the cables [m]
+    armature: float  # [kg m²]
+    law: Law  # of each cable
+
+
+# A tendon, and the attributes of its sheath that attach it to motor and joint
+Cable = tuple[mujoco.MjsTendon, dict[str, str]]
+
+
+def add_motors(spec: mujoco.MjSpec, motors: Sequence[Motor]) -> list[Cable]:
+    """Add motors behind all bodies, and move the actuators of their joints to them."""
+    model, before = spec.compile(), keyframes(spec)
+    taken = {e.name for kind in (spec.bodies, spec.joints, spec.tendons) for e in kind}
+    sites = {site.name for site in spec.sites}
+    angles: dict[str, list[float]] = {}
+    speeds: dict[str, list[float]] = {}
+    cables: list[Cable] = []
+    for motor in motors:
+        name = take_name(taken, f"{motor.joint}_motor")
+        joint = model.joint(motor.joint)
+        at, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
+        angles[name] = [float(qpos[at]) if qpos else 0.0 for qpos, _ in before]
+        speeds[name] = [float(qvel[dof]) if qvel else 0.0 for _, qvel in before]
+        there, back = _add(spec, motor, name, taken, sites)
+        # which actuators may inherit; in radians, as that of a joint without limits is left
+        spec.joint(name).range = joint.range
+        note = _move_actuators(spec, motor, name, model)
+        spec.add_text(name=f"{there[0].name}{_NOTE}", data=note)
+        cables += there, back
+    insert_joints(spec, before, angles, speeds)
+    return cables
+
+
+def _add(
+    spec: mujoco.MjSpec, motor: Motor, name: str, taken: set[str], sites: set[str]
+) -> list[Cable]:
+    """Add a motor and its two cables; nothing of them follows from the model's defaults."""
+    turned = spec.joint(motor.joint)
+    body = spec.worldbody.add_body(name=name, explicitinertial=True, mass=MASS)
+    body.ipos, body.inertia = [0.0, 0.0, 0.0], [INERTIA] * 3
+    joint = body.add_joint(name=name, type=turned.type, axis=turned.axis, ref=turned.ref)
+    joint.pos, joint.springref, joint.margin = [0.0, 0.0, 0.0], 0.0, 0.0
+    joint.limited = _OFF
+    joint.actfrclimited, joint.actfrcrange = turned.actfrclimited, turned.actfrcrange
+    joint.stiffness, joint.springdamper, joint.damping = [0.0] * 3, [0.0, 0.0], [0.0] * 3
+    joint.armature, joint.frictionloss, joint.actgravcomp = motor.armature, 0.0, False
+    guides = _guides(motor.law.friction * motor.law.extra_bend)
+    along = [0.0, *((k + 0.5) / guides for k in range(guides)), 1.0]
+    path = []
+    for k, share in enumerate(along):
+        path.append(take_name(sites, f"{name}_{k}"))
+        body.add_site(name=path[-1], pos=[share * motor.length, 0.0, 0.0], group=_HIDDEN)
+    names = [take_name(taken, f"{motor.joint}_cable{way}") for way in ("", "_back")]
+    drums = {"reel_joint": name, "output_joint": motor.joint, "guides": str(guides)}
+    return [
+        (
+            _add_cable(spec, cable, path),
+            drums | {"reel_radius": repr(radius), "output_radius": repr(-radius)},
+        )
+        for cable, radius in zip(names, (motor.radius, -motor.radius), strict=True)
+    ]
+
+
+def _guides(exponent: float) -> int:
+    """Number of guides that make an error of ``_LOST_MOTION`` in ξ_B at most."""
+    if exponent == 0.0:
+        return 1
+    share = -math.expm1(-exponent)  # times e^λ, as are the others
+    excess = share / (share - exponent * math.exp(-exponent))
+    return math.ceil(exponent * math.sqrt(excess / (12.0 * _LOST_MOTION)))
+
+
+def _add_cable(spec: mujoco.MjSpec, name: str, path: Sequence[str]) -> mujoco.MjsTendon:
+    tendon = spec.add_tendon(name=name, group=_HIDDEN)
+    for site in path:
+        tendon.wrap_site(site)
+    switch_off(tendon)
+    return tendon
+
+
+def switch_off(tendon: mujoco.MjsTendon) -> None:
+    """Let no force along a tendon follow from the model's defaults."""
+    tendon.limited = tendon.actfrclimited = _OFF
+    tendon.frictionloss = tendon.armature = 0.0
+    tendon.stiffness, tendon.damping = [0.0] * 3, [0.0] * 3
+
+
+def _actuators_on(spec: mujoco.MjSpec, joint: str) -> list[mujoco.MjsActuator]:
+    return [a for a in spec.actuators if a.trntype in ON_JOINT and a.target == joint]
+
+
+def _move_actuators(spec: mujoco.MjSpec, motor: Motor, name: str, model: mujoco.MjModel) -> str:
+    """Let the actuators of a joint turn its motor, and return what `_NOTE` has to hold.
+
+    A damping ratio is that of the inertia at the joint, as MuJoCo computed it.
+    """
+    joint = spec.joint(motor.joint)
+    note = [float(joint.armature)]
+    joint.armature = max(0.0, joint.armature - motor.armature)
+    for actuator in _actuators_on(spec, motor.joint):
+        actuator.target = name
+        note.append(float(actuator.biasprm[2]))
+        actuator.biasprm[2] = model.actuator_biasprm[actuator.id, 2]
+    return " ".join(map(repr, note))
+
+
+class Added(NamedTuple):
+    """A motor that `add_motors` added."""
+
+    note: mujoco.MjsText
+    joint: mujoco.MjsJoint
+    turns: str  # joint
+    cables: list[str]  # spatial tendons
+    actuators: list[mujoco.MjsActuator]
+
+
+def added_motors(spec: mujoco.MjSpec, removed: Container[str]) -> list[Added]:
+    """Motors whose cables are among tendons that are to lose their sheaths.
+
+    One is refused that would keep a cable, or on which more hangs than was added with it.
+    """
+    motors, configs = [], [c for _, c in instances(spec) if "sensor" not in c]
+    for config in configs:
+        cable, name = config.get("tendon", ""), config.get("reel_joint", "")
+        notes = [t for t in spec.texts if _NOTE in t.name and t.name.replace(_NOTE, "", 1) == cable]
+        cables = [c["tendon"] for c in configs if name and c.get("reel_joint") == name]
+        gears = [t.name for t in spec.tendons if name and only_joint(t) == name]
+        if not notes or not any(one in removed for one in cables + gears):
+            continue
+        if not all(one in removed for one in cables + gears):
+            raise InvalidValueError(f"{listed(cables + gears)} are of one motor: name all")
+        moved, joint = _actuators_on(spec, name), spec.joint(name)
+        same = len(moved) == len(notes[0].data.split()) - 1
+        check_alone(spec, cable, joint, same_motors=same, sites=len(spec.tendon(cable).path))
+        motors.append(Added(notes[0], joint, config["output_joint"], cables, moved))
+    return motors
+
+
+def remove_motors(spec: mujoco.MjSpec, motors: Sequence[Added]) -> None:
+    """Delete motors without sheaths, and let their actuators turn their joints as before."""
+    if not motors:
+        return
+    keys = without_joints(spec, [motor.joint.name for motor in motors])
+    for motor in motors:
+        armature, *damping = map(float, motor.note.data.split())
+        spec.joint(motor.turns).armature = armature
+        for actuator, own in zip(motor.actuators, damping, strict=True):
+            actuator.target, actuator.biasprm[2] = motor.turns, own
+        for element in (*map(spec.tendon, motor.cables), motor.note, motor.joint.parent):
+            spec.delete(element)
+    if keys:
+        restore_keyframes(spec, keys)
