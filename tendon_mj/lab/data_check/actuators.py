@@ -56,18 +56,23 @@ def prescribed_warnings(
             )
 
 
+def _commands(
+    schedule: Schedule, adjustable: Adjustable
+) -> Iterator[tuple[Column, int, FloatArray]]:
+    """Driven column, its actuator, and (n,) controls."""
+    for name, actuator in schedule.actuators:
+        column = Column(schedule.recording, name)
+        scale, offset = adjustable.commands[actuator, :2].tolist()
+        yield column, actuator, scale * column.read + offset
+
+
 def _saturated(schedule: Schedule, adjustable: Adjustable) -> Iterator[DataWarning]:
     model = adjustable.model
-    for name, actuator in schedule.actuators:
-        if not model.actuator_ctrllimited[actuator]:
-            continue
-        column = Column(schedule.recording, name)
+    for column, actuator, control in _commands(schedule, adjustable):
         low, high = model.actuator_ctrlrange[actuator].tolist()
-        scale, offset = adjustable.commands[actuator, :2].tolist()
-        control = scale * column.read + offset
         rounding = limits.ROUNDING * (high - low)
         share = float(np.mean((control <= low + rounding) | (control >= high - rounding)))
-        if share > limits.OUTER:
+        if model.actuator_ctrllimited[actuator] and share > limits.OUTER:
             yield column.warn(
                 "saturated",
                 f"{share:.0%} of the samples are at or beyond the control range of actuator"
@@ -90,10 +95,9 @@ def _cannot_hold(schedule: Schedule, adjustable: Adjustable) -> Iterator[DataWar
         pull, least = abs(load[int(model.jnt_dofadr[joint])]), _largest_sum(model, on)
         if pull > least:
             unit = "N" if model.jnt_type[joint] == slide else "N m"
-            place = f"{schedule.recording.name}, joint {model.joint(joint).name!r}"
             yield DataWarning(
                 "weak_motor",
-                place,
+                f"{schedule.recording.name}, joint {model.joint(joint).name!r}",
                 f"pretension, springs and weight pull it with {pull:.3g} {unit} where it starts,"
                 f" its actuators hold {least:.3g} {unit} at most",
                 "check the pretension in [known] or [uncertain], the radius at which the joint"
@@ -110,20 +114,17 @@ def _lets_go(schedule: Schedule, adjustable: Adjustable) -> Iterator[DataWarning
     if settle == 0.0:
         return
     none = np.add(*_forces_at_start(adjustable, {}))
-    for name, actuator in schedule.actuators:
+    for column, actuator, control in _commands(schedule, adjustable):
         if model.actuator_trntype[actuator] not in _JOINT:
             continue
-        column = Column(schedule.recording, name)
         dof = int(model.jnt_dofadr[model.actuator_trnid[actuator, 0]])
-        scale, offset = adjustable.commands[actuator, :2].tolist()
-        first = float(scale * column.read[0] + offset)
-        held = np.add(*_forces_at_start(adjustable, {actuator: first}))
+        held = np.add(*_forces_at_start(adjustable, {actuator: float(control[0])}))
         if abs(held[dof]) < 0.5 * abs(none[dof]):  # bears most of it
-            actuator_name = model.actuator(actuator).name
             yield column.warn(
                 "lets_go",
-                f"actuator {actuator_name!r} bears a load at rest with the first drive value, and"
-                f" a replay comes to it in {settle:g} s from a control of 0, which lets go",
+                f"actuator {model.actuator(actuator).name!r} bears a load at rest with the first"
+                f" drive value, and a replay comes to it in {settle:g} s from a control of 0, which"
+                " lets go",
                 "write settle = 0.0 (or try --settle 0): the replay then begins with the first"
                 " drive value",
             )
@@ -156,11 +157,10 @@ def _cannot_pull(recording: Recording, model: mujoco.MjModel) -> Iterator[DataWa
             continue
         most, tension = _largest_sum(model, on), float(column.read.max())
         if tension > (1.0 + limits.LITTLE) * most:
-            tendon_name = model.tendon(tendon).name
             yield column.warn(
                 "weak_motor",
-                f"reaches {tension:.4g} N, the actuators of tendon {tendon_name!r} pull with"
-                f" {most:.4g} N at most",
+                f"reaches {tension:.4g} N, the actuators of tendon {model.tendon(tendon).name!r}"
+                f" pull with {most:.4g} N at most",
                 "check the column's unit, and gear, gain and forcerange of the actuators",
             )
 
@@ -252,7 +252,7 @@ def play_warnings(
             f"{recording.name}, joint {model.joint(joint).name!r}",
             f"{' and '.join(parts)}, of a play of {quantity(play, 'm')}; more than"
             f" {quantity(most, 'm', 2)} is taken for a part of it",
-            f"{', or '.join(ways)}",
+            ", or ".join(ways),
         )
 
 

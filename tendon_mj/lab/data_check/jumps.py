@@ -195,20 +195,23 @@ def _drive_jump(column: Column, replay: Replay) -> DataWarning | None:
     if best.sum() >= limits.BETTER * before.sum() or (best >= np.maximum(before, agrees)).any():
         return None
     if best is after[1]:
-        return column.warn(
-            "scale_change",
-            f"reads {plain(scale)} times as much from {column.row(row)} on, where nothing"
-            " else changes",
-            f"an amplifier that was switched, or another unit: divide it by {plain(scale)}"
-            " from that row on, or end the recording before it",
-            blocks=True,
-        )
+        return _scale_change(column, row, scale)
     return column.warn(
         "zero_step",
         f"jumps by {column.say(size)} before {column.row(row)}, where no measured column"
         " moves as the model would",
         f"an encoder that lost its zero: subtract {column.say(size)} from that row on, or"
         " end the recording before it",
+        blocks=True,
+    )
+
+
+def _scale_change(column: Column, row: int, scale: float) -> DataWarning:
+    return column.warn(
+        "scale_change",
+        f"reads {plain(scale)} times as much from {column.row(row)} on, where nothing else changes",
+        f"an amplifier that was switched, or another unit: divide it by {plain(scale)} from that"
+        " row on, or end the recording before it",
         blocks=True,
     )
 
@@ -250,20 +253,13 @@ def _reading_jump(column: Column, replay: Replay) -> DataWarning | None:
         jump = _Jump(row, float(np.median(off[row:]) - np.median(off[:row])))
         stretch = slice(row, read.size)
     scale = _scale(read, shown, jump, stretch, bool(alone))
-    mended, before, after = read.copy(), *_sides(jump)
+    mended, before, after = read.copy(), *_sides(jump, limits.SIDE)
     shift = float(np.mean(off[after]) - np.median(off[before]))
     mended[stretch] = read[stretch] - shift if scale is None else read[stretch] / scale
     if _slips(column, replay, jump, column.changed(mended)):
         return None
     if scale is not None:
-        return column.warn(
-            "scale_change",
-            f"reads {plain(scale)} times as much from {column.row(jump.row)} on, where"
-            " nothing else changes",
-            f"an amplifier that was switched, or another unit: divide it by {plain(scale)}"
-            " from that row on, or end the recording before it",
-            blocks=True,
-        )
+        return _scale_change(column, jump.row, scale)
     sudden = abs(float(_bends(np.diff(read))[jump.row - 1]))
     if sudden < 0.5 * abs(jump.size) - limits.SIGMAS * column.noise:
         return None  # a tare steps between two samples
@@ -278,8 +274,8 @@ def _reading_jump(column: Column, replay: Replay) -> DataWarning | None:
     )
 
 
-def _sides(jump: _Jump, close: int = limits.SIDE) -> tuple[slice, slice]:
-    """Samples before and after a jump, except those in which a rig would follow a slip."""
+def _sides(jump: _Jump, close: int) -> tuple[slice, slice]:
+    """Samples before and after a jump, except those that are close to it."""
     first = max(0, jump.row - limits.LONG)
     before = slice(first, max(first + 1, jump.row - close))
     return before, slice(jump.row + close, jump.row + limits.LONG)
@@ -390,7 +386,7 @@ def _slips(column: Column, replay: Replay, jump: _Jump, mended: Recording) -> bo
     """Return whether a step of a drive's zero, as by a slip, explains more than ``mended``."""
     recording, simulated = column.recording, column.simulated
     noise = noise_levels(recording)
-    before, after = _sides(jump)
+    before, after = _sides(jump, limits.SIDE)
 
     def off(measured: Recording, shown: Recording) -> FloatArray:
         """(columns, n) by how much readings are off after the jump beyond before it [noise]."""

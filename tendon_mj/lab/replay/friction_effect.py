@@ -12,13 +12,12 @@ import numpy as np
 
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.lab.replay.motion import POSE, Cable, Frames
-from tendon_mj.lab.replay.units import EngineeringUnit, force_unit, plain
+from tendon_mj.lab.replay.units import ROUNDING, EngineeringUnit, force_unit, plain
 from tendon_mj.plugin import sheaths
 from tendon_mj.typing import FloatArray
 
 _BEARS = 0.5  # loss of a tendon over its largest, in frames of which the sentence may be
 _TURN = 1e-4  # of a joint, to find the tendons that cross it [rad or m]
-_SAME = 1e-9  # relative, of two lengths
 _LEAST = 0.05  # of a difference in place that is written [° or mm]
 
 
@@ -127,6 +126,6 @@ def _crossed(model: mujoco.MjModel, frames: Frames, joints: Sequence[int]) -> Fl
             kept = data.qpos[place]
             data.qpos[place] = kept + _TURN
             mujoco.mj_fwdPosition(model, data)
-            crossed[:, j] += np.abs(data.ten_length - length) > _SAME * length
+            crossed[:, j] += np.abs(data.ten_length - length) > ROUNDING * _TURN
             data.qpos[place] = kept
     return np.asarray(crossed > 0.0, float)

@@ -70,16 +70,6 @@ def test_a_sawtooth_over_all_of_a_converter_is_no_counter() -> None:
     assert "wraps" not in said(made)
 
 
-@pytest.mark.parametrize(("times", "warned"), [(8.0, False), (12.0, True), (100.0, True)])
-def test_a_noise_that_is_stated_larger_than_the_readings_show_is_named(
-    pull: Recording, times: float, warned: bool
-) -> None:
-    measured = {c: replace(m, noise=times * NOISE) for c, m in pull.measured.items()}
-    sentences = said(replace(pull, measured=measured))
-    assert ("noise" in sentences) == warned
-    assert not warned or "the stated noise of" in sentences["noise"]
-
-
 @pytest.mark.parametrize(("friction", "warned"), [(2.0, False), (2.1, True), (15.0, True)])
 def test_a_friction_that_no_sheath_has_is_named(
     pull: Recording, friction: float, warned: bool
@@ -354,65 +344,6 @@ def scaled(series: np.ndarray, times: float) -> np.ndarray:
     return np.mean(series) + times * (series - np.mean(series))
 
 
-def against(series: np.ndarray, correlation: float) -> np.ndarray:
-    """A series of the same mean and range, that has a correlation with the given one."""
-    moves = series - np.mean(series)
-    other = np.random.default_rng(1).normal(size=series.size)
-    other -= np.mean(other) + moves * (other @ moves) / (moves @ moves)
-    other *= np.linalg.norm(moves) / np.linalg.norm(other)
-    return np.mean(series) + correlation * moves + np.sqrt(1.0 - correlation**2) * other
-
-
-def blurred(recording: Recording, noises: float) -> Recording:
-    """An output that starts so many of its stated noises off, which are a fifth of its range."""
-    output = recording.columns["out_N"]
-    noise = 0.2 * float(np.ptp(output))
-    measured = recording.measured | {"out_N": replace(recording.measured["out_N"], noise=noise)}
-    return replace(changed(recording, out_N=output + noises * noise), measured=measured)
-
-
-READINGS: dict[str, tuple[str, Callable[[Recording, float], Recording], float, float]] = {
-    "of which no unit explains how little it moves": (
-        "nothing_moves",
-        lambda p, times: with_output(lambda y: scaled(y, 1.0 / times))(p),
-        2500.0,
-        3500.0,
-    ),
-    "of which no unit explains how much it moves": (
-        "nothing_moves",
-        lambda p, times: with_output(lambda y: scaled(y, times))(p),
-        2500.0,
-        3500.0,
-    ),
-    "in thousandths": (
-        "unit",
-        lambda p, times: with_output(lambda y: scaled(y, times))(p),
-        90.0,
-        110.0,
-    ),
-    "against the model": (
-        "sign",
-        lambda p, share: with_output(lambda y: against(y, -share))(p),
-        0.6,
-        0.8,
-    ),
-    "that starts elsewhere": (
-        "start",
-        lambda p, share: with_output(lambda y: y + share * np.ptp(y))(p),
-        0.12,
-        0.18,
-    ),
-    "that starts elsewhere within its noise": ("start", blurred, 2.5, 3.5),
-}
-
-
-@pytest.mark.parametrize("fault", READINGS)
-def test_a_reading_is_warned_of_from_a_limit_on(pull: Recording, fault: str) -> None:
-    identifier, change, sound, faulty = READINGS[fault]
-    assert identifier not in said(change(pull, sound))
-    assert identifier in said(change(pull, faulty))
-
-
 @pytest.mark.parametrize(("times", "drive"), [(4.0, False), (5.5, True)])
 def test_the_drive_is_meant_where_every_reading_is_off_by_5_or_more(
     pull: Recording, times: float, drive: bool
@@ -420,18 +351,6 @@ def test_the_drive_is_meant_where_every_reading_is_off_by_5_or_more(
     more = {c: scaled(pull.columns[c], times) for c in pull.measured}
     warnings = check_recording(changed(pull, **more)).warnings
     assert any(w.identifier == "unit" and "[drive]" in w.place for w in warnings) == drive
-
-
-@pytest.mark.parametrize(("share", "coarse"), [(0.002, False), (0.003, True)])
-def test_steps_that_a_diagnosis_could_see_are_told_where_no_noise_is_stated(
-    pull: Recording, share: float, coarse: bool
-) -> None:
-    exact = check_recording(pull).simulated
-    assert exact is not None
-    step = share * float(np.ptp(exact.columns["out_N"]))
-    rounded = changed(exact, out_N=step * np.round(exact.columns["out_N"] / step))
-    unstated = {c: replace(m, noise=None) for c, m in pull.measured.items()}
-    assert ("coarse" in said(replace(rounded, measured=unstated))) == coarse
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -495,16 +414,6 @@ def test_a_step_of_the_drive_is_no_spike(pull: Recording) -> None:
     held[[0, -1]] = 0.0
     for reel in (held, np.where(np.sin(5.0 * pull.time) > 0.0, 1e-3, -1e-3)):
         assert "spike" not in said(changed(pull, reel_m=reel))
-
-
-def test_a_short_hang_of_a_noisy_reading_is_told(pull: Recording) -> None:
-    out = pull.columns["out_N"].copy()
-    moved = np.ptp(np.lib.stride_tricks.sliding_window_view(out, 15), axis=1)
-    row = int(np.argsort(moved)[moved.size // 2])
-    out[row : row + 15] = out[row]
-    found = said(changed(pull, out_N=out))
-    assert set(found) == {"frozen"}
-    assert f"from row {row + 2} to {row + 16}" in found["frozen"]
 
 
 # --- actuators

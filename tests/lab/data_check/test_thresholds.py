@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_mj import Recording
 from tendon_mj.lab.data_check import DataWarning, columns, timing_warnings
 from tendon_mj.lab.data_check.column import Column, stands, usual_range
 from tendon_mj.lab.data_check.jumps import jump_warnings
@@ -76,7 +75,7 @@ def late(noise: float) -> list[DataWarning]:
 
 
 def in_degrees(span: float) -> list[DataWarning]:
-    """A drive of so many rad, at which the model is far off, and would not be at as many degrees."""
+    """A drive of so many rad at which the model is far off, and at as many degrees is not."""
     angle = 0.5 * span * np.sin(0.01 * ROWS)
     drive = {"reel_rad": ("reel", angle)}
     made = recorded(0.01 * ROWS, drive, {"in_N": ("input_tension", None, WAVE)}, name="made")
@@ -84,42 +83,61 @@ def in_degrees(span: float) -> list[DataWarning]:
     return columns.degree_warnings(made, far, lambda recording: made)
 
 
+def against(correlation: float) -> DataWarning | None:
+    wave, noise = (y - y.mean() for y in (WAVE, NOISE))
+    noise -= wave * (noise @ wave) / (wave @ wave)
+    noise *= np.linalg.norm(wave) / np.linalg.norm(noise)
+    return columns._sign(column(math.sqrt(1.0 - correlation**2) * noise - correlation * wave))
+
+
+def rounded(share: float) -> DataWarning | None:
+    step = share * usual_range(WAVE)
+    return columns.coarse(column(step * np.rint(WAVE / step)))
+
+
+DEGREES = math.degrees(1.0)
+# fault → what finds it in data of a size, and sizes within and beyond its threshold
 EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
-    "turns within a tenth of one": (
-        lambda turns: columns.turn(
-            column(np.where(ROWS > 400, turns * math.tau, 0.0), name="arm_rad")
-        ),
+    "a jump by a turn": (
+        lambda turns: columns.turn(column(turns * math.tau * (ROWS > 400), name="arm_rad")),
         0.88,
         0.92,
     ),
-    "a share of outliers in a range": (
-        lambda share: usual_range(np.where(ROWS < 800 * share, 100.0, WAVE)) > 50.0,
+    "outliers of a range": (
+        lambda share: usual_range(np.where(800 * share > ROWS, 100.0, WAVE)) > 50.0,
         0.007,
         0.013,
     ),
-    "motion beyond rounding": (
-        lambda size: not stands(20.0 + 20e-6 * size * (ROWS % 2)),
-        0.7,
-        1.3,
-    ),
+    "motion": (lambda size: not stands(20.0 + 20e-6 * size * (ROWS % 2)), 0.7, 1.3),
     "a spike in noise": (
         lambda noises: spikes(column(10.0 + put(NOISE, [400], 0.02 * noises), 0.0 * WAVE)),
         5.0,
         9.5,
     ),
-    "a spike of some samples": (
+    "a spike of a share of the range": (
+        lambda share: spikes(column(put(WAVE, [400], WAVE[400] + 10.0 * share))),
+        0.45,
+        0.55,
+    ),
+    "a spike for samples": (
         lambda samples: spikes(column(put(WAVE, slice(400, 400 + samples), 90.0 + ROWS[:samples]))),
         3,
         2,
     ),
-    "a spike some samples after one of the model": (
+    "a spike samples after one of the model": (
         lambda samples: spikes(column(put(WAVE, [400 + samples], 90.0), put(WAVE, [400], 90.0))),
         7,
         10,
     ),
-    "a dropout by some steps": (dropout, 2.6, 3.9),
+    "a dropout by steps": (dropout, 2.6, 3.9),
+    "coarse steps": (rounded, 0.002, 0.003),
+    "a noise stated too large": (
+        lambda times: columns.overstated_noise(column(WAVE + NOISE, noise=0.02 * times)),
+        8.0,
+        12.0,
+    ),
     "equal samples": (hang, 8, 12),
-    "equal samples of a share of the model's range": (
+    "equal samples of an exact reading": (
         lambda share: hang(round(100 * share), 0.0, 0.1 * ROWS[:101]),
         0.25,
         0.35,
@@ -131,28 +149,44 @@ EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
         3,
         5,
     ),
-    "a level end of some samples": (lambda samples: level(samples, 1.0), 17, 24),
-    "a level end of some spread": (lambda spread: level(80, spread), 1.5, 1.15),
-    "held values that matter": (
-        lambda times: columns.held(column(WAVE[ROWS // 4 * 4], noise=0.0655 / times)).blocks,
+    "a level end for samples": (lambda samples: level(samples, 1.0), 17, 24),
+    "a level end with noise": (lambda noises: level(80, noises), 1.5, 1.15),
+    "held values that miss noises": (
+        lambda noises: columns.held(column(WAVE[ROWS // 4 * 4], noise=0.0655 / noises)).blocks,
         0.4,
         0.55,
     ),
-    "a start of some samples": (
+    "a motion that no unit makes so small": (
+        lambda times: columns._still(column(WAVE / times)),
+        2500.0,
+        3500.0,
+    ),
+    "a motion that no unit makes so large": (
+        lambda times: columns._still(column(WAVE * times)),
+        2500.0,
+        3500.0,
+    ),
+    "thousandths": (lambda times: columns._unit(column(times * WAVE)), 90.0, 110.0),
+    "degrees": (lambda times: columns._unit(column(times * WAVE)), DEGREES / 1.6, DEGREES / 1.4),
+    "a drive in degrees": (in_degrees, 2.5, 3.5),
+    "a reversed sign": (against, 0.6, 0.8),
+    "another start": (lambda share: columns._start(column(WAVE + share * 10.0)), 0.12, 0.18),
+    "another start beyond noises": (
+        lambda noises: columns._start(column(WAVE + 2.0 * noises, noise=2.0)),
+        2.5,
+        3.5,
+    ),
+    "another start for samples": (
         lambda samples: columns._start(column(put(WAVE, slice(0, samples), 90.0))),
         2,
         3,
     ),
-    "a unit by its ratio": (
-        lambda ratio: columns._unit(column(ratio * WAVE)),
-        math.degrees(1.0) / 1.6,
-        math.degrees(1.0) / 1.4,
-    ),
-    "a drive of enough degrees": (in_degrees, 2.5, 3.5),
     "a zero that stays away": (
         lambda samples: jumps(
             column(
-                WAVE + NOISE + np.interp(ROWS - 300, [-1, 0, samples, samples + 20], [0, 3, 3, 0])
+                WAVE
+                + NOISE
+                + np.interp(ROWS, [299, 300, 300 + samples, 320 + samples], [0, 3, 3, 0])
             )
         ),
         70,
@@ -163,12 +197,12 @@ EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
         3,
         2,
     ),
-    "stamps that are late by the columns": (late, 0.2, 0.12),
+    "late stamps": (late, 0.2, 0.12),
 }
 
 
-@pytest.mark.parametrize("edge", EDGES)
-def test_a_fault_is_warned_of_from_a_threshold_on(edge: str) -> None:
-    fault, within, beyond = EDGES[edge]
-    assert not fault(within)
-    assert fault(beyond)
+@pytest.mark.parametrize("fault", EDGES)
+def test_a_fault_is_warned_of_from_a_threshold_on(fault: str) -> None:
+    found, within, beyond = EDGES[fault]
+    assert not found(within)
+    assert found(beyond)
