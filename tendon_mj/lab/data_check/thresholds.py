@@ -1,4 +1,4 @@
-"""Thresholds of the checks: each is in units of noise, or a test holds it at its edge."""
+"""Thresholds of the checks; tests hold each at its edge (`tests/lab/data_check`)."""
 
 import math
 from typing import Final
