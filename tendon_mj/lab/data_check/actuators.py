@@ -13,21 +13,16 @@ from collections.abc import Iterator, Mapping
 import mujoco
 import numpy as np
 
-from tendon_mj.lab.data_check.columns import DataWarning, place_of
-from tendon_mj.lab.recordings import Recording, noise_levels
-from tendon_mj.lab.replay import JOINT, Adjustable, Schedule, column_unit, expand, quantity
+from tendon_mj.lab.data_check import thresholds as limits
+from tendon_mj.lab.data_check.column import Column, columns_of
+from tendon_mj.lab.data_check.faults import DataWarning
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import JOINT, Adjustable, Schedule, expand, quantity
 from tendon_mj.plugin import sensor_kind, sheath_arrays, sheaths
 from tendon_mj.typing import BoolArray, FloatArray
 
-_APART = 3.0  # noises, rms, by which a column and the joint that another prescribes differ
-_NEAR = 1e-6  # of a control range: a control this near to an end is at it
-_MOST = 0.01  # of the samples that may be at an end
-_PULL = 1.05  # times the largest pull, above which a tension is beyond it
-_HELD = 0.5  # of a load, below which an actuator counts as bearing it
 _JOINT = (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value)
 _TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
-_SHARE = 0.03  # of the play, by which the drum may stand off
-_RIGIDITY = 4.0  # k_b = J/(4 r² h²)
 
 
 def actuation_warnings(schedule: Schedule, adjustable: Adjustable) -> Iterator[DataWarning]:
@@ -44,39 +39,42 @@ def prescribed_warnings(
     """Warn of a joint that one column prescribes and another measures, where the two differ."""
     recording = schedule.recording
     prescribed = {joint: column for column, joint in schedule.joints}
-    noise = noise_levels(recording)
-    for column, measured in recording.measured.items():
-        sensor = model.sensor(measured.sensor).id
+    for column in columns_of(recording, simulated):
+        sensor = None if column.driven else model.sensor(column.sensor).id
+        if sensor is None or model.sensor_type[sensor] != mujoco.mjtSensor.mjSENS_JOINTPOS.value:
+            continue
         joint = int(model.sensor_objid[sensor])
-        of_joint = model.sensor_type[sensor] == mujoco.mjtSensor.mjSENS_JOINTPOS.value
-        off = float(np.sqrt(np.mean((recording.columns[column] - simulated.columns[column]) ** 2)))
-        if of_joint and joint in prescribed and off > _APART * noise[column]:
-            yield DataWarning(
+        off = float(np.sqrt(np.mean((column.read - column.model) ** 2)))
+        if joint in prescribed and off > limits.SIGMAS * column.noise:
+            yield column.warn(
                 "prescribed",
-                place_of(recording, column),
-                f"is off by {quantity(off, column_unit(column))} rms from joint"
-                f" {model.joint(joint).name!r}, which [drive]"
-                f" {recording.written(prescribed[joint])!r} prescribes: the two columns differ,"
-                " and no friction can make that up",
+                f"is off by {column.say(off)} rms from joint {model.joint(joint).name!r}, which"
+                f" [drive] {recording.written(prescribed[joint])!r} prescribes: the two columns"
+                " differ, and no friction can make that up",
                 "this residual does not test the model: check unit, sign and zero of both"
                 " columns, and leave this one out of [measured]",
             )
 
 
-def _saturated(schedule: Schedule, adjustable: Adjustable) -> Iterator[DataWarning]:
-    model, recording = adjustable.model, schedule.recording
-    for column, actuator in schedule.actuators:
-        if not model.actuator_ctrllimited[actuator]:
-            continue
-        low, high = model.actuator_ctrlrange[actuator].tolist()
+def _commands(
+    schedule: Schedule, adjustable: Adjustable
+) -> Iterator[tuple[Column, int, FloatArray]]:
+    """Driven column, its actuator, and (n,) controls."""
+    for name, actuator in schedule.actuators:
+        column = Column(schedule.recording, name)
         scale, offset = adjustable.commands[actuator, :2].tolist()
-        control = scale * recording.columns[column] + offset
-        slack = _NEAR * (high - low)
-        share = float(np.mean((control <= low + slack) | (control >= high - slack)))
-        if share > _MOST:
-            yield DataWarning(
+        yield column, actuator, scale * column.read + offset
+
+
+def _saturated(schedule: Schedule, adjustable: Adjustable) -> Iterator[DataWarning]:
+    model = adjustable.model
+    for column, actuator, control in _commands(schedule, adjustable):
+        low, high = model.actuator_ctrlrange[actuator].tolist()
+        rounding = limits.ROUNDING * (high - low)
+        share = float(np.mean((control <= low + rounding) | (control >= high - rounding)))
+        if model.actuator_ctrllimited[actuator] and share > limits.OUTER:
+            yield column.warn(
                 "saturated",
-                place_of(recording, column),
                 f"{share:.0%} of the samples are at or beyond the control range of actuator"
                 f" {model.actuator(actuator).name!r}, {low:g} to {high:g}; the column goes from"
                 f" {control.min():.4g} to {control.max():.4g}",
@@ -100,8 +98,8 @@ def _cannot_hold(schedule: Schedule, adjustable: Adjustable) -> Iterator[DataWar
             yield DataWarning(
                 "weak_motor",
                 f"{schedule.recording.name}, joint {model.joint(joint).name!r}",
-                f"pretension, springs and weight pull it with {pull:.3g} {unit} where"
-                f" it starts, its actuators hold {least:.3g} {unit} at most",
+                f"pretension, springs and weight pull it with {pull:.3g} {unit} where it starts,"
+                f" its actuators hold {least:.3g} {unit} at most",
                 "check the pretension in [known] or [uncertain], the radius at which the joint"
                 " winds the tendon, and the actuator's gear and forcerange",
             )
@@ -112,24 +110,21 @@ def _lets_go(schedule: Schedule, adjustable: Adjustable) -> Iterator[DataWarning
 
     A replay that comes to the first value from 0 lets the load go first, which friction remembers.
     """
-    model, recording = adjustable.model, schedule.recording
-    if recording.settle == 0.0:
+    model, settle = adjustable.model, schedule.recording.settle
+    if settle == 0.0:
         return
     none = np.add(*_forces_at_start(adjustable, {}))
-    for column, actuator in schedule.actuators:
+    for column, actuator, control in _commands(schedule, adjustable):
         if model.actuator_trntype[actuator] not in _JOINT:
             continue
         dof = int(model.jnt_dofadr[model.actuator_trnid[actuator, 0]])
-        scale, offset = adjustable.commands[actuator, :2].tolist()
-        first = float(scale * recording.columns[column][0] + offset)
-        held = np.add(*_forces_at_start(adjustable, {actuator: first}))
-        if abs(held[dof]) < _HELD * abs(none[dof]):
-            yield DataWarning(
+        held = np.add(*_forces_at_start(adjustable, {actuator: float(control[0])}))
+        if abs(held[dof]) < 0.5 * abs(none[dof]):  # bears most of it
+            yield column.warn(
                 "lets_go",
-                place_of(recording, column),
-                f"actuator {model.actuator(actuator).name!r} bears a load at rest with the"
-                f" first drive value, and a replay comes to it in {recording.settle:g} s from a"
-                " control of 0, which lets go",
+                f"actuator {model.actuator(actuator).name!r} bears a load at rest with the first"
+                f" drive value, and a replay comes to it in {settle:g} s from a control of 0, which"
+                " lets go",
                 "write settle = 0.0 (or try --settle 0): the replay then begins with the first"
                 " drive value",
             )
@@ -153,20 +148,19 @@ def _forces_at_start(
 
 def _cannot_pull(recording: Recording, model: mujoco.MjModel) -> Iterator[DataWarning]:
     """Tendons whose measured tension is beyond the pull of the motors or muscles on them."""
-    for column, measured in recording.measured.items():
-        sensor = model.sensor(measured.sensor).id
+    for name, measured in recording.measured.items():
+        column, sensor = Column(recording, name), model.sensor(measured.sensor).id
         tendon = int(model.sensor_objid[sensor])
         on = (model.actuator_trntype == _TENDON) & (model.actuator_trnid[:, 0] == tendon)
         on &= model.actuator_plugin < 0
         if sensor_kind(model, sensor) != "input_tension" or not on.any():
             continue
-        most, tension = _largest_sum(model, on), float(np.max(recording.columns[column]))
-        if tension > _PULL * most:
-            yield DataWarning(
+        most, tension = _largest_sum(model, on), float(column.read.max())
+        if tension > (1.0 + limits.LITTLE) * most:
+            yield column.warn(
                 "weak_motor",
-                place_of(recording, column),
-                f"reaches {tension:.4g} N, the actuators of tendon"
-                f" {model.tendon(tendon).name!r} pull with {most:.4g} N at most",
+                f"reaches {tension:.4g} N, the actuators of tendon {model.tendon(tendon).name!r}"
+                f" pull with {most:.4g} N at most",
                 "check the column's unit, and gear, gain and forcerange of the actuators",
             )
 
@@ -237,9 +231,9 @@ def play_warnings(
         with_servo = with_servo and not measured
         inertia = 1.0 / float(model.dof_invweight0[model.jnt_dofadr[joint]])
         step = schedule.clock.timestep
-        flank = _RIGIDITY * pull * (radius * step) ** 2 / inertia
+        flank = 4.0 * pull * (radius * step) ** 2 / inertia
         late = abs(radius) * _servo_lag(schedule, adjustable, joint) if with_servo else 0.0
-        most = min(_SHARE * play, noise, limit)
+        most = min(limits.FLANK * play, noise, limit)
         if flank + late <= most:
             continue
         done.add(joint)

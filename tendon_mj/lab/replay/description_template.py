@@ -11,12 +11,11 @@ import tomli_w
 
 from tendon_mj.lab.recordings import unit_fault
 from tendon_mj.lab.replay.parameters import Adjustable, Parameter
-from tendon_mj.lab.replay.units import control_unit, ending_of, reading_unit
+from tendon_mj.lab.replay.units import ROUNDING, control_unit, ending_of, reading_unit
 
 _SHEATH = ("axial_stiffness", "pretension", "drawn_bend")
 _JOINT = ("stiffness", "springref", "damping", "frictionloss", "armature")
 _MOTOR = ("command_scale", "command_offset", "kp", "kv", "gear")
-_NO_LOAD = 1e-9  # rounding of a load [N or N m]
 _GUESS, _SPAN = 0.15, 3.0  # μ where the model has none, and the factor of its range
 
 _HEAD = """\
@@ -79,7 +78,7 @@ def _bears_a_load(model: mujoco.MjModel) -> bool:
     load = np.abs(data.qfrc_passive - data.qfrc_bias)
     on_joints = model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT
     turned = model.jnt_dofadr[model.actuator_trnid[on_joints, 0]]
-    return bool((load[turned] > _NO_LOAD).any())
+    return bool((load[turned] > ROUNDING).any())
 
 
 def _drive(model: mujoco.MjModel, columns: set[str]) -> Iterator[str]:

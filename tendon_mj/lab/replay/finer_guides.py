@@ -9,13 +9,12 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach import sheaths_by_tendon
+from tendon_mj.lab.replay.units import ROUNDING
 from tendon_mj.typing import FloatArray
 
 _WRAP = mujoco.mjtWrap
 _JOINT, _SITE, _PULLEY = _WRAP.mjWRAP_JOINT, _WRAP.mjWRAP_SITE, _WRAP.mjWRAP_PULLEY
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value
-_STRAIGHT = 1e-6  # [rad], of a guide that bends nothing
-_OFF = 1e-9  # relative, of a length that is kept
 _ALONG = 1e-4  # sine of the angle between a tendon and a motion along it
 _NOT_COPIED = ("name", "path", "id", "info", "signature", "default", "compiler")
 
@@ -94,7 +93,7 @@ def _keeps_heading(
     speed = np.linalg.norm(relative, axis=0)
     across = relative - np.outer(way, way @ relative) / length**2
     slides = model.jnt_type[model.dof_jntid] == _SLIDE
-    rests = speed <= _OFF
+    rests = speed <= ROUNDING
     return bool((rests | slides & (np.linalg.norm(across, axis=0) <= _ALONG * speed)).all())
 
 
@@ -116,7 +115,7 @@ def _split(
         rows = np.column_stack([headings, np.ones(legs.size)]).T * legs
         lacking = np.append(points[-1] - points[0], length) - rows.sum(axis=1)
         change = np.linalg.lstsq(rows, lacking, rcond=None)[0]
-        if np.abs(rows @ change - lacking).max() > _OFF * length or (change <= -1.0).any():
+        if np.abs(rows @ change - lacking).max() > ROUNDING * length or (change <= -1.0).any():
             return run, points[1:-1]
         legs *= 1.0 + change
     corners = points[0] + np.vstack([np.zeros(3), np.cumsum(headings * legs[:, None], axis=0)])
@@ -139,7 +138,7 @@ def _legs(points: FloatArray, pieces: int) -> tuple[FloatArray, FloatArray]:
         nearest = [0.5 * lengths[j] for j in (k, k + 1) if 0 < j < len(ways) - 1]
         reach = min(*nearest, lengths[k], lengths[k + 1])
         angle = float(np.arctan2(np.linalg.norm(np.cross(came, goes)), came @ goes))
-        count = pieces if angle > _STRAIGHT else 1
+        count = pieces if angle > ROUNDING else 1
         legs[-1] -= reach * (1.0 - 1.0 / count)
         for j in range(1, count):
             weights = np.sin(np.array([count - j, j]) / count * angle) / np.sin(angle)

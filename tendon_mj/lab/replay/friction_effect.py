@@ -12,13 +12,11 @@ import numpy as np
 
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.lab.replay.motion import POSE, Cable, Frames
-from tendon_mj.lab.replay.units import EngineeringUnit, force_unit, plain
+from tendon_mj.lab.replay.units import ROUNDING, EngineeringUnit, force_unit, plain
 from tendon_mj.plugin import sheaths
 from tendon_mj.typing import FloatArray
 
 _BEARS = 0.5  # loss of a tendon over its largest, in frames of which the sentence may be
-_TURN = 1e-4  # of a joint, to find the tendons that cross it [rad or m]
-_SAME = 1e-9  # relative, of two lengths
 _LEAST = 0.05  # of a difference in place that is written [° or mm]
 
 
@@ -117,16 +115,14 @@ def _moved_joints(model: mujoco.MjModel) -> tuple[list[int], str, EngineeringUni
 
 
 def _crossed(model: mujoco.MjModel, frames: Frames, joints: Sequence[int]) -> FloatArray:
-    """(ntendon, joints) 1 if a joint changes the length of a tendon in a pose, else 0."""
+    """(ntendon, joints) 1 if a joint moves a tendon in a pose, else 0."""
     data, crossed = mujoco.MjData(model), np.zeros((model.ntendon, len(joints)))
     for frame in (0, len(frames.poses) // 2):
         mujoco.mj_setState(model, data, frames.poses[frame], POSE)
         mujoco.mj_fwdPosition(model, data)
-        length = data.ten_length.copy()
-        for j, place in enumerate(model.jnt_qposadr[joints]):
-            kept = data.qpos[place]
-            data.qpos[place] = kept + _TURN
-            mujoco.mj_fwdPosition(model, data)
-            crossed[:, j] += np.abs(data.ten_length - length) > _SAME * length
-            data.qpos[place] = kept
+        for j, dof in enumerate(model.jnt_dofadr[joints]):
+            data.qvel[:] = 0.0
+            data.qvel[dof] = 1.0
+            mujoco.mj_fwdVelocity(model, data)
+            crossed[:, j] += np.abs(data.ten_velocity) > ROUNDING
     return np.asarray(crossed > 0.0, float)

@@ -53,7 +53,7 @@ from tendon_mj.lab.replay.readout import (
     stored_joint_commands,
     stored_readouts,
 )
-from tendon_mj.lab.replay.units import JOINT, control_unit, rate, reading_unit
+from tendon_mj.lab.replay.units import JOINT, ROUNDING, control_unit, rate, reading_unit
 from tendon_mj.plugin import GAINS, PARAMETERS, C, sensor_kind, sheath_arrays, sheaths
 from tendon_mj.sheath import LAW, check_scales, check_static
 
@@ -74,11 +74,10 @@ GEAR: Final = ".gear"  # custom text of a model: the numbers of a sensor's gear
 GEARED: Final = ("efficiency", "rest_in", "rest_out")
 SLIP: Final = ("slip", "slip_time", "slip_duration")
 _PLACES = "m", "rad"  # units of a control that is a place
-_LEAST_EFFICIENCY = 1e-3
 
 # MuJoCo's own softness of dry friction, with which a joint creeps at rest; and a stiff one
 _SOFT_SOLREF, _SOFT_SOLIMP = (0.02, 1.0), (0.9, 0.95, 0.001, 0.5, 2.0)
-_STIFF_STEPS, _STIFF_SOLIMP = 2.0, (0.9999, 0.9999, 0.001, 0.5, 2.0)  # time constant in steps
+_STIFF_SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 
 _PLAIN_DRIVE = {**PLAIN_COMMAND, **dict.fromkeys(SLIP, 0.0)}
 _COMMANDS = {"command_scale": -math.inf, "command_offset": -math.inf, "command_delay": 0.0}  # least
@@ -463,7 +462,7 @@ class Adjustable:
                 self._add(f"{name}.{parameter}", kind, unit, *places, low=low, joints=joints)
 
     def _add_sensors(self) -> None:
-        least = {"delay": 0.0, "lag": 0.0, "efficiency": _LEAST_EFFICIENCY}
+        least = {"delay": 0.0, "lag": 0.0, "efficiency": ROUNDING}
         for k in range(self.model.nsensor):
             name = mujoco.mj_id2name(self.model, _OBJ.mjOBJ_SENSOR, k)
             unit = reading_unit(self.model, k)
@@ -483,7 +482,7 @@ def has_soft_friction(model: mujoco.MjModel, joint: str) -> bool:
 
 def stiff_friction(model: mujoco.MjModel) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """`solref` and `solimp` of dry friction that sticks, and of limits that hardly give way."""
-    return (_STIFF_STEPS * model.opt.timestep, 1.0), _STIFF_SOLIMP
+    return (2.0 * model.opt.timestep, 1.0), _STIFF_SOLIMP  # MuJoCo's least time constant
 
 
 def _stiffen_friction(model: mujoco.MjModel) -> None:

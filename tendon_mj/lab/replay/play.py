@@ -26,7 +26,7 @@ from tendon_mj.attach import Mjcf, number_text, numbers
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay.parameters import RANGE_WIDTH, Parameter, stiff_friction
-from tendon_mj.lab.replay.units import JOINT
+from tendon_mj.lab.replay.units import JOINT, ROUNDING
 from tendon_mj.models import load_model, load_spec, model_path
 from tendon_mj.plugin import sheath_arrays, sheaths
 
@@ -34,8 +34,6 @@ PLAY: Final = f"_play.{RANGE_WIDTH}"  # after the name of the joint
 # The pulley between cables whose guides hold is an oscillator, to which friction may be no damper:
 # in the model's steps, and none are longer, it turns by √2 rad of the 2 that are stable.
 _STEPS, _INERTIA = 0.5, 0.1  # inertia over stiffness × step², and at most of the joint's
-_WIDTH = 1e-3  # in the text until it is set: MuJoCo refuses 0
-_LOADED = 1e-6  # torque or force in the reference pose, of which less is rounding [N m or N]
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value
 _MASS, _OWN_INERTIA = "1e-6", "1e-9 1e-9 1e-9"  # a body needs some
 
@@ -91,11 +89,11 @@ def _add_play(text: Mjcf, model: mujoco.MjModel, joint: str) -> None:
     largest = _INERTIA * float(model.dof_M0[element.dofadr[0]])
     pulley.set("armature", number_text(min(inertia, largest) if stiffness else largest))
     solref, solimp = stiff_friction(model)
-    low = {-1: 0.0, 0: -_WIDTH / 2, 1: -_WIDTH}[_side(model, joint)]
+    low = {-1: 0.0, 0: -0.5, 1: -1.0}[_side(model, joint)]
     flanks = {
         "name": f"{joint}_play",
         "limited": "true",
-        "range": numbers((low, low + _WIDTH)),
+        "range": numbers((low, low + 1.0)),  # until its width is set
         "solreflimit": numbers(solref),
         "solimplimit": numbers(solimp),
     }
@@ -128,7 +126,7 @@ def _side(model: mujoco.MjModel, joint: str) -> int:
         model.jnt_stiffness.reshape(model.njnt, -1)[k, 0]
     )  # of MuJoCo 4, a polynomial
     load = stiffness * stretched - float(bias[model.jnt_dofadr[k]])
-    return int(np.sign(load)) if abs(load) > _LOADED else 0
+    return int(np.sign(load)) if abs(load) > ROUNDING else 0
 
 
 def load_with_plays(

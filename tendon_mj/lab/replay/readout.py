@@ -28,18 +28,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.recordings import LARGEST, white_noise
+from tendon_mj.lab.replay.units import ROUNDING
 from tendon_mj.typing import FloatArray
 
 # of a column that is a control as it stands
 PLAIN_COMMAND: Final = {"command_scale": 1.0, "command_offset": 0.0, "command_delay": 0.0}
 JOINT_COMMAND: Final = ".command"  # custom text of a model: scale, offset and delay of a joint
 USER_NUMBERS = 5  # of a `Readout`, that are user data of MJCF
-_STILL, _FASTEST_STILL = 1e-6, 0.1  # of the largest speed: between these a drive counts as at rest
+_FASTEST_STILL = 0.1  # of the largest speed: slower, a drive may count as at rest
 _NOISE = 4.0  # standard deviations of a speed that noise makes, likewise
 _TURN = 5  # samples that a drive may take to be seen moving
-_SAME = 1e-6  # of an interval: a time this near to a sample is that of it
-_ON_GRID = 1e-6  # share of a step within which a sample counts as lying on the grid
-_ROUNDING = 1e-9  # of a ratio of two times that both came from decimal text
 
 
 @dataclass(frozen=True)
@@ -80,10 +78,10 @@ def make_clock(time: ArrayLike, longest: float) -> Clock:
     stamps = np.asarray(time, float)
     span = stamps[-1] - stamps[0]
     intervals = max(1, round(span / float(np.median(np.diff(stamps)))))
-    steps = intervals * max(1, math.ceil(span / intervals / longest * (1.0 - _ROUNDING)))
+    steps = intervals * max(1, math.ceil(span / intervals / longest * (1.0 - ROUNDING)))
     places = (stamps - stamps[0]) / (span / steps)
     nearest = np.rint(places)
-    places = np.where(np.abs(places - nearest) < _ON_GRID, nearest, places)
+    places = np.where(np.abs(places - nearest) < ROUNDING, nearest, places)
     return Clock(float(stamps[0]), float(span / steps), steps, places)
 
 
@@ -96,10 +94,10 @@ class Sense:
 
     def at(self, time: FloatArray, grid: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Both at times of a grid, from those at and between the samples at ``time`` (n,)."""
-        behind = np.clip(np.searchsorted(time, grid + _SAME * (grid[1] - grid[0])) - 1, 0, None)
+        behind = np.clip(np.searchsorted(time, grid + ROUNDING * (grid[1] - grid[0])) - 1, 0, None)
         behind = np.minimum(behind, time.size - 2)
         shares = (grid - time[behind]) / (time[behind + 1] - time[behind])
-        places = 2 * behind + np.where(shares < _SAME, 0, np.where(shares > 1.0 - _SAME, 2, 1))
+        places = 2 * behind + np.select([shares < ROUNDING, shares > 1.0 - ROUNDING], [0, 2], 1)
         return self.now[places], self.last[places]
 
     @cached_property
@@ -126,7 +124,7 @@ def sense_of(time: FloatArray, place: FloatArray) -> Sense:
     speed, step = (ahead - behind) / elapsed, float(np.median(elapsed))
     fastest = float(np.abs(speed).max())
     least = _NOISE * math.sqrt(2.0) * white_noise(place, order=5) / step  # fast motion apart
-    still = float(np.clip(least, _STILL * fastest, _FASTEST_STILL * fastest))
+    still = float(np.clip(least, ROUNDING * fastest, _FASTEST_STILL * fastest))
 
     def way(speeds: FloatArray) -> FloatArray:
         return np.where(np.abs(speeds) > still, np.sign(speeds), 0.0)

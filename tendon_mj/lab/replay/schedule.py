@@ -16,14 +16,13 @@ from tendon_mj.lab.recordings import NOT_NEGATIVE, POSITIVE_NUMBER, Recording, S
 from tendon_mj.lab.replay.parameters import Adjustable, Parameter, expand
 from tendon_mj.lab.replay.patch import read_intervals
 from tendon_mj.lab.replay.readout import Readout, Sense, make_clock, sense_of
-from tendon_mj.lab.replay.units import column_unit, name_in, quantity, reading_unit
+from tendon_mj.lab.replay.units import ROUNDING, column_unit, name_in, quantity, reading_unit
 from tendon_mj.models import load_model
 from tendon_mj.typing import FloatArray
 
 _MOST_STEPS = 20_000_000  # some minutes
 _MOVE = 0.25  # of the settling time, in steps of the model's; in shorter steps a move is slower
 _SHORTEST_MOVE, _LONGEST_MOVE = 1.0, 10.0  # likewise [s]
-_SAME_TIME = 1e-6  # of a step: a sample this little later is at the same time
 _RIGID = 1e15  # armature of a joint that is prescribed [kg m² or kg]: no load moves it
 _PRESCRIBED = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value)
 
@@ -248,7 +247,7 @@ def _smooth(share: FloatArray) -> FloatArray:
 
 def _held(grid: FloatArray, time: FloatArray, series: FloatArray, timestep: float) -> FloatArray:
     """Series at times of the grid, each sample kept until the next; a step's rounding is none."""
-    latest = np.searchsorted(time, grid + _SAME_TIME * timestep, side="right") - 1
+    latest = np.searchsorted(time, grid + ROUNDING * timestep, side="right") - 1
     return series[np.maximum(latest, 0)]
 
 

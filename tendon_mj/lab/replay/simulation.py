@@ -42,7 +42,7 @@ from tendon_mj.lab.replay.parameters import (
 )
 from tendon_mj.lab.replay.play import MakeModel, load_recorded, plays
 from tendon_mj.lab.replay.schedule import Rests, Schedule, described_values, stated_values
-from tendon_mj.lab.replay.units import UNKNOWN, column_unit, rate
+from tendon_mj.lab.replay.units import ROUNDING, UNKNOWN, column_unit, rate
 from tendon_mj.models import load_model, load_spec
 from tendon_mj.plugin import sheaths, unsolved_evaluations
 from tendon_mj.typing import FloatArray
@@ -56,7 +56,6 @@ _PHYSICS = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _CHUNK = 2000  # steps between two reports of progress
 _WATCHED = 0.05  # of a rest, between two looks at whether anything still moves [s]
 _RESTS = 1e-4  # of a reading's span or a joint's way: less to come until a rest's end is negligible
-_UNMOVED = 1e-3  # [rad or m], by which a joint moves at least for this
 
 
 def run_open_loop(
@@ -140,9 +139,9 @@ def _run(
         at = chunk.stop
         longer = (part.stop - at) / (chunk.stop - chunk.start)
         moved = np.abs(_moved(model, before, data.qpos)) * longer
-        reach = np.maximum(np.abs(_moved(model, began, data.qpos)), _UNMOVED)
+        least = np.maximum(_RESTS * np.abs(_moved(model, began, data.qpos)), ROUNDING)
         changed = np.ptp(readings[chunk], axis=0) * longer
-        if (moved <= _RESTS * reach).all() and (changed <= _RESTS * rests.spans).all():
+        if (moved <= least).all() and (changed <= _RESTS * rests.spans).all():
             readings[at : part.stop] = readings[at - 1]
             break
     data.time = rests.ends[part.stop]

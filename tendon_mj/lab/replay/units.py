@@ -12,6 +12,7 @@ from tendon_mj.lab.recordings import UNITS
 from tendon_mj.plugin import KINDS, sensor_kind, servos
 
 _PLACE, _RATE = 1, 2  # MuJoCo's `ctrlspec` of a servo
+ROUNDING: Final = 1e-6  # of a step, an interval or a length, and loads [N or N m] and angles [rad]
 UNKNOWN: Final = "1"  # of a reading or a control that no column names
 _WRITTEN = {"Nm": "N m", "rad_per_s": "rad/s", "m_per_s": "m/s"}
 

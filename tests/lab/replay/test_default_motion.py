@@ -24,6 +24,7 @@ TIMES = np.linspace(0.0, 12.0, 2401)
     [
         ("bench", build_bench(Bench()).compile(), "reel", 0.002),
         ("joint", build_joint(Joint()).compile(), "command", np.deg2rad(60.0)),
+        ("mine", build_bench(Bench()).compile(), "reel", 0.001),
     ],
 )
 def test_a_named_model_swings_one_actuator_from_rest(name, model, actuator, size):

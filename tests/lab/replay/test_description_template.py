@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj import load_model, read_recording
+from tendon_mj import add_cable_drive, load_model, read_recording
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.data_check import check_recording
 from tendon_mj.lab.recordings.description import Description, parse_toml
@@ -49,6 +49,17 @@ def test_what_it_says_of_parameters_is_what_the_model_has(name: str) -> None:
         assert value == pytest.approx(there[parameter].value, rel=1e-3)
     for parameter, guess in described.uncertain.items():
         assert guess.value == pytest.approx(there[parameter].value, rel=1e-3)
+        assert [guess.low, guess.high] == pytest.approx(
+            [guess.value / 3, 3 * guess.value], rel=1e-3
+        )
+
+
+def test_friction_that_a_model_lacks_is_guessed() -> None:
+    motor = lever('<position name="a" joint="j" kp="1"/>', joint='name="j" axis="0 1 0"')
+    spec = mujoco.MjSpec.from_string(motor)
+    add_cable_drive(spec, "*", radius=0.01, bend=3.0, friction=0.0)
+    (guess,) = parse_description(format_template(spec.compile(), "m"), "m").uncertain.values()
+    assert (guess.value, guess.low, guess.high) == (0.15, 0.0, 0.45)
 
 
 @pytest.mark.parametrize("kind", ["motor", "position"])

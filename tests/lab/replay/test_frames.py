@@ -5,7 +5,7 @@ import pytest
 from tendon_mj import add_friction
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.finger import lasting, press, simulate_finger, tap
-from tendon_mj.lab.replay import FrameRecorder, frictionless, record_frames
+from tendon_mj.lab.replay import FrameRecorder, check_frames, frictionless, record_frames
 from tendon_mj.models import Bench, build_bench, load_model
 from tendon_mj.show.render.offscreen import add_cable, cable_radius, colour_limits, without_tendons
 from tests.refusals import refusing
@@ -62,6 +62,14 @@ def test_a_row_of_controls_holds_on_after_its_end(model):
 def test_arguments_out_of_range_are_refused_by_name(model, change, facts):
     with refusing(InvalidValueError, *facts):
         record_frames(model, **{"drive": wind_in, "duration": 1.0} | change)
+
+
+def test_frames_may_take_2_gb(model):
+    numbers = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_PHYSICS) + model.nu
+    numbers += model.nsensordata + 4 * model.nwrap
+    check_frames(model, 1.8e9 / (8 * numbers), fps=1.0)
+    with refusing(InvalidValueError, "2.2 GB"):
+        check_frames(model, 2.2e9 / (8 * numbers), fps=1.0)
 
 
 @pytest.mark.filterwarnings("ignore")

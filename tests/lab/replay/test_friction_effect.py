@@ -1,5 +1,6 @@
 """What a clip says of friction: the tendons that lose most, and a sentence of one moment."""
 
+import dataclasses
 import re
 
 import mujoco
@@ -76,3 +77,24 @@ def test_the_sentence_does_without_a_twin_and_is_empty_without_friction():
     model, frames, twin = fingers(index=0.1)
     assert "arrive at the output of index." in friction_sentence(model, frames, None)
     assert friction_sentence(model, twin, frames) == ""
+
+
+@pytest.mark.parametrize(
+    ("share", "degrees", "lags"),
+    [(1.0, 0.04, False), (1.0, 0.06, True), (0.4, 5.0, False), (0.6, 5.0, True)],
+)
+def test_a_joint_lags_by_what_is_written_if_friction_takes_half_of_its_most(share, degrees, lags):
+    """Of one frame, in which friction takes a share of what it takes in the others."""
+    model, frames, _ = fingers(index=0.4)
+    cable = frames.cables["index_sheath"]
+    tensions, poses = np.tile(cable.tensions[-1], (len(cable.tensions), 1)), frames.poses.copy()
+    tensions[4] *= share
+    poses[4] += np.radians(degrees) * (np.arange(poses.shape[1]) == model.jnt_qposadr[0])
+    cables = {"index_sheath": dataclasses.replace(cable, tensions=tensions)}
+    still = dataclasses.replace(
+        frames, cables=cables, poses=np.tile(frames.poses[4], (len(poses), 1))
+    )
+    moved = dataclasses.replace(
+        still, poses=np.where(np.arange(len(poses))[:, None] == 4, poses, still.poses)
+    )
+    assert ("index_joint" in friction_sentence(model, still, moved)) == lags

@@ -27,11 +27,11 @@ RADIUS, WIDTH = 0.03, 0.04
 TIME = np.arange(0.0, 6.0, 0.03)
 
 
-def arm(folder, g=-9.81, more=""):
+def arm(folder, g=-9.81, more="", stiffness=2e3):
     """An arm that hangs from a pulley, which two cables turn."""
     spec = mujoco.MjSpec.from_string(ARM.format(g=g, more=more))
     for tendon, side in (("one", -1.0), ("two", 1.0)):
-        law = {"friction": 0.2, "axial_stiffness": 2e3, "pretension": 30.0, "extra_bend": 1.0}
+        law = {"friction": 0.2, "axial_stiffness": stiffness, "pretension": 30.0, "extra_bend": 1.0}
         ends = {"reel": f"{tendon}_reel", "output_joint": "arm", "output_radius": side * RADIUS}
         add_friction(spec, tendon, inner_guides=3, sensors=("input_tension",), **law, **ends)
     path = folder / "arm.xml"
@@ -84,6 +84,20 @@ def test_a_pulley_takes_no_longer_steps_than_the_model_s(tmp_path):
     ((searched,),), ((simulated,),) = own.in_steps(2.0)(play), own(play)
     for column, series in simulated.items():
         assert np.array_equal(searched[column], series)
+
+
+@pytest.mark.parametrize("stiffness", [2e3, 1e6])
+def test_a_pulley_turns_by_root_2_in_a_step_and_has_a_tenth_of_its_joint_s_inertia(
+    stiffness, tmp_path
+):
+    """It turns by ωh = h √(k/I), of which 2 is unstable; k of two cables in four segments."""
+    path = arm(tmp_path, stiffness=stiffness)
+    played = patch_model(path, {"arm_play.range_width": WIDTH}, tmp_path / "played.xml")
+    model = load_model(str(played))
+    pulley, joint = (model.joint(name).dofadr[0] for name in ("arm_pulley", "arm"))
+    per_angle = 2.0 * 4.0 * stiffness / model.tendon_length0[0] * RADIUS**2
+    inertia = min(0.5 * per_angle * model.opt.timestep**2, 0.1 * model.dof_M0[joint])
+    assert model.dof_armature[pulley] == pytest.approx(inertia, rel=1e-3)
 
 
 def test_the_inertia_of_a_pulley_is_not_felt(tmp_path):

@@ -58,6 +58,11 @@ def placed(model=None, **known):
     return replay_recording(slide_recording(**known), model or slider()).columns["place_m"]
 
 
+def test_a_time_that_is_a_millionth_of_a_step_off_is_on_the_grid():
+    late, later = (make_clock([0.0, 1.0, 2.0 + off, 3.0], 1.0).places[2] for off in (7e-7, 1.3e-6))
+    assert (late, later) == (2.0, 2.0 + 1.3e-6)
+
+
 def test_a_plain_sensor_changes_no_bit():
     series = wave(GRID)
     np.testing.assert_array_equal(Readout().of(series, CLOCK, TIME), CLOCK.sample(series))
@@ -120,6 +125,18 @@ def geared(rest_in=-1.0, rest_out=-1.0, stroke=STROKE, load=LOAD):
     sense = sense_of(TIME, stroke)
     gear = Readout(efficiency=0.5, rest_in=rest_in, rest_out=rest_out)
     return gear.of(load, CLOCK, TIME, sense)
+
+
+@pytest.mark.parametrize(
+    ("noise", "slow", "moves"),
+    [(0.01, 0.035, False), (0.01, 0.045, True), (0.05, 0.09, False), (0.05, 0.14, True)],
+)
+def test_a_drive_moves_from_four_noises_or_a_tenth_of_its_largest_speed_on(noise, slow, moves):
+    """Of speeds in units of the fastest; the noise of one is √2 σ/(2 dt)."""
+    time = 0.02 * np.arange(2000)
+    place = np.interp(time, [0.0, 4.0, 40.0], [0.0, 4.0, 4.0 + 36.0 * slow])
+    place += np.random.default_rng(1).normal(0.0, 0.04 * noise / np.sqrt(2.0), 2000)
+    assert (sense_of(time, place).now[500::2].mean() > 0.5) == moves
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-3])

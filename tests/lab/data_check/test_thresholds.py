@@ -1,0 +1,208 @@
+"""Each threshold holds at its edge: a fault just beyond it is warned of, one just within is not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tendon_mj.lab.data_check import DataWarning, columns, timing_warnings
+from tendon_mj.lab.data_check.column import Column, stands, usual_range
+from tendon_mj.lab.data_check.jumps import jump_warnings
+from tests.lab.recorded import recorded
+
+NOISE = np.random.default_rng(1).normal(0.0, 0.02, 800)
+ROWS = np.arange(800)
+WAVE = 10.0 + 5.0 * np.sin(0.01 * ROWS)  # [N]
+
+
+def column(
+    read: np.ndarray,
+    model: np.ndarray = WAVE,
+    name: str = "in_N",
+    noise: float | None = None,
+    **more,
+) -> Column:
+    """A measured column beside what the model would read."""
+    drive = {"reel_m": ("reel", 1e-3 * np.sin(0.01 * ROWS[: read.size]))}
+    time = more.pop("time", 0.01 * ROWS[: read.size])
+    made = recorded(time, drive, {name: ("input_tension", noise, read)}, name="made", **more)
+    return Column(made, name, replace(made, columns={**made.columns, name: model[: read.size]}))
+
+
+def put(series: np.ndarray, rows: slice | Sequence[int], values: object) -> np.ndarray:
+    series = series.copy()
+    series[rows] = values
+    return series
+
+
+def spikes(column: Column) -> list[DataWarning]:
+    return list(columns.spike_warnings([column]))
+
+
+def jumps(column: Column) -> list[DataWarning]:
+    return jump_warnings([column], lambda recording: None)
+
+
+def hang(rows: int, noise: float = 1.0, model: np.ndarray = WAVE) -> DataWarning | None:
+    read = put(model + noise * NOISE[: model.size], slice(10, 10 + rows), 12.0)
+    return columns._frozen(column(read, model))
+
+
+def level(samples: int, spread: float) -> DataWarning | None:
+    """A reading that ends where the model goes on, for some samples, with some noises there."""
+    end = np.sort(WAVE)[-samples - 1]
+    beyond = end < WAVE
+    noise = 0.02 * np.where(beyond, spread, 1.0) * (-1.0) ** (ROWS // 2)
+    model = np.where(beyond, end + 0.5 + 3.0 * (ROWS % 2), WAVE)
+    return columns.range_end(column(np.minimum(WAVE, end) + noise, model, noise=0.02))
+
+
+def dropout(steps: float) -> list[DataWarning]:
+    """A triangle that falls by so many of its steps from a peak, ten times."""
+    wave = np.abs(np.mod(ROWS, 40) - 20.0)
+    return spikes(column(put(wave, ROWS[80::80], 19.0 - steps)))
+
+
+def late(noise: float) -> list[DataWarning]:
+    """Stamps that are late by up to half an interval, of a smooth column with noise."""
+    stamps = 0.01 * (ROWS + np.random.default_rng(2).uniform(0.0, 0.5, 800))
+    made = recorded(stamps, {"reel_m": ("reel", WAVE + noise * NOISE)}, {}, name="made")
+    return [w for w in timing_warnings(made) if "evenly from row to row" in w.value]
+
+
+def in_degrees(span: float) -> list[DataWarning]:
+    """A drive of so many rad at which the model is far off, and at as many degrees is not."""
+    angle = 0.5 * span * np.sin(0.01 * ROWS)
+    drive = {"reel_rad": ("reel", angle)}
+    made = recorded(0.01 * ROWS, drive, {"in_N": ("input_tension", None, WAVE)}, name="made")
+    far = replace(made, columns={**made.columns, "in_N": 9.0 * WAVE})
+    return columns.degree_warnings(made, far, lambda recording: made)
+
+
+def against(correlation: float) -> DataWarning | None:
+    wave, noise = (y - y.mean() for y in (WAVE, NOISE))
+    noise -= wave * (noise @ wave) / (wave @ wave)
+    noise *= np.linalg.norm(wave) / np.linalg.norm(noise)
+    return columns._sign(column(math.sqrt(1.0 - correlation**2) * noise - correlation * wave))
+
+
+def rounded(share: float) -> DataWarning | None:
+    step = share * usual_range(WAVE)
+    return columns.coarse(column(step * np.rint(WAVE / step)))
+
+
+DEGREES = math.degrees(1.0)
+# fault → what finds it in data of a size, and sizes within and beyond its threshold
+EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
+    "a jump by a turn": (
+        lambda turns: columns.turn(column(turns * math.tau * (ROWS > 400), name="arm_rad")),
+        0.88,
+        0.92,
+    ),
+    "outliers of a range": (
+        lambda share: usual_range(np.where(800 * share > ROWS, 100.0, WAVE)) > 50.0,
+        0.007,
+        0.013,
+    ),
+    "motion": (lambda size: not stands(20.0 + 20e-6 * size * (ROWS % 2)), 0.7, 1.3),
+    "a spike in noise": (
+        lambda noises: spikes(column(10.0 + put(NOISE, [400], 0.02 * noises), 0.0 * WAVE)),
+        5.0,
+        9.5,
+    ),
+    "a spike of a share of the range": (
+        lambda share: spikes(column(put(WAVE, [400], WAVE[400] + 10.0 * share))),
+        0.45,
+        0.55,
+    ),
+    "a spike for samples": (
+        lambda samples: spikes(column(put(WAVE, slice(400, 400 + samples), 90.0 + ROWS[:samples]))),
+        3,
+        2,
+    ),
+    "a spike samples after one of the model": (
+        lambda samples: spikes(column(put(WAVE, [400 + samples], 90.0), put(WAVE, [400], 90.0))),
+        7,
+        10,
+    ),
+    "a dropout by steps": (dropout, 2.6, 3.9),
+    "coarse steps": (rounded, 0.002, 0.003),
+    "a noise stated too large": (
+        lambda times: columns.overstated_noise(column(WAVE + NOISE, noise=0.02 * times)),
+        8.0,
+        12.0,
+    ),
+    "equal samples": (hang, 8, 12),
+    "equal samples of an exact reading": (
+        lambda share: hang(round(100 * share), 0.0, 0.1 * ROWS[:101]),
+        0.25,
+        0.35,
+    ),
+    "equal rests": (
+        lambda rests: columns._frozen(
+            column(put(WAVE[::40], slice(5, 5 + rests), 12.0), WAVE[::40], settling_time=0.001)
+        ),
+        3,
+        5,
+    ),
+    "a level end for samples": (lambda samples: level(samples, 1.0), 17, 24),
+    "a level end with noise": (lambda noises: level(80, noises), 1.5, 1.15),
+    "held values that miss noises": (
+        lambda noises: columns.held(column(WAVE[ROWS // 4 * 4], noise=0.0655 / noises)).blocks,
+        0.4,
+        0.55,
+    ),
+    "a motion that no unit makes so small": (
+        lambda times: columns._still(column(WAVE / times)),
+        2500.0,
+        3500.0,
+    ),
+    "a motion that no unit makes so large": (
+        lambda times: columns._still(column(WAVE * times)),
+        2500.0,
+        3500.0,
+    ),
+    "thousandths": (lambda times: columns._unit(column(times * WAVE)), 90.0, 110.0),
+    "degrees": (lambda times: columns._unit(column(times * WAVE)), DEGREES / 1.6, DEGREES / 1.4),
+    "a drive in degrees": (in_degrees, 2.5, 3.5),
+    "a reversed sign": (against, 0.6, 0.8),
+    "another start": (lambda share: columns._start(column(WAVE + share * 10.0)), 0.12, 0.18),
+    "another start beyond noises": (
+        lambda noises: columns._start(column(WAVE + 2.0 * noises, noise=2.0)),
+        2.5,
+        3.5,
+    ),
+    "another start for samples": (
+        lambda samples: columns._start(column(put(WAVE, slice(0, samples), 90.0))),
+        2,
+        3,
+    ),
+    "a zero that stays away": (
+        lambda samples: jumps(
+            column(
+                WAVE
+                + NOISE
+                + np.interp(ROWS, [299, 300, 300 + samples, 320 + samples], [0, 3, 3, 0])
+            )
+        ),
+        70,
+        120,
+    ),
+    "steps of a zero": (
+        lambda steps: jumps(column(WAVE + NOISE + 3.0 * np.minimum(steps, ROWS // 150))),
+        3,
+        2,
+    ),
+    "late stamps": (late, 0.2, 0.12),
+}
+
+
+@pytest.mark.parametrize("fault", EDGES)
+def test_a_fault_is_warned_of_from_a_threshold_on(fault: str) -> None:
+    found, within, beyond = EDGES[fault]
+    assert not found(within)
+    assert found(beyond)
