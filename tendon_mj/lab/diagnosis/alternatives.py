@@ -88,7 +88,8 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
         if moved:
             after = {**base, **other.parameters(base)}
             words = state_finding(added, problem.simulate.parameters, base, after)
-            found.append(_alternative(added, words, {n: (values[n], there[n]) for n in moved}))
+            pairs = {n: (values[n], there[n]) for n in moved}
+            found.append(replace(_alternative(added, words, pairs), fit=other))
             values |= {n: _joined(v, there[n]) for n, v in values.items() if n in there}
     return _restated(result, values, found, rivals) if found else result
 

@@ -25,8 +25,10 @@ from tendon_mj.lab.recordings import (
     Recording,
     Session,
     is_noisy,
+    least_motion,
     noise_levels,
     range_ends,
+    resolution,
     white_noise,
 )
 from tendon_mj.lab.replay import (
@@ -244,25 +246,24 @@ def noise_of_drives(
 
     The rig was driven without the noise of the encoder. A model that is driven with it goes back
     and forth at rests and turns, where a stiff cable moves the tension by many times the noise of
-    a load cell. Simulations with as much noise again show where, and by how much. Without noise of
-    a driven column, or with another simulator than the package's, it is empty.
+    a load cell. Simulations with drives that are read again show where, and by how much. If all
+    drives are exact, or with another simulator than the package's, it is empty.
     """
-    levels = [
-        {column: _noise_of_drive(r.columns[column]) for column in r.drive} for r in recordings
-    ]
-    if not isinstance(simulate, Simulator) or not any(v for own in levels for v in own.values()):
-        return tuple({} for _ in recordings)
-    random, shaken = np.random.default_rng(0), list[Recording]()
-    for recording, own in zip(recordings, levels, strict=True):
+    random, again = np.random.default_rng(0), list[Recording]()
+    for recording in recordings:
         for k in range(_SHAKEN):
-            noisy = {
-                c: recording.columns[c] + random.normal(0.0, level, recording.time.size)
-                for c, level in own.items()
-            }
-            name, columns = f"{recording.name}, drive {k}", {**recording.columns, **noisy}
-            shaken.append(replace(recording, name=name, columns=columns))
+            read = {c: _read_again(recording.columns[c], random) for c in recording.drive}
+            name, columns = f"{recording.name}, drive {k}", {**recording.columns, **read}
+            again.append(replace(recording, name=name, columns=columns))
+    exact = all(
+        np.array_equal(a.columns[c], r.columns[c])
+        for r, a in zip(recordings, again[::_SHAKEN], strict=True)
+        for c in r.drive
+    )
+    if exact or not isinstance(simulate, Simulator):
+        return tuple({} for _ in recordings)
     with suppress_mujoco_log(), suppress_unsolved_warnings():
-        (base,), (answers,) = simulate([{}]), Simulator(shaken, simulate.model)([{}])
+        (base,), (answers,) = simulate([{}]), Simulator(again, simulate.model)([{}])
     powers: list[dict[str, FloatArray]] = [{} for _ in recordings]
     for k, found in enumerate(base):
         for column, series in found.items():
@@ -272,10 +273,20 @@ def noise_of_drives(
     return tuple(powers)
 
 
-def _noise_of_drive(series: FloatArray) -> float:
-    """Noise of a driven column; 0 of one that is exact, or an excitation that is all noise."""
+def _read_again(series: FloatArray, random: np.random.Generator) -> FloatArray:
+    """A driven column with as much noise again, or read at other marks of a quantised encoder.
+
+    The column itself if it is exact, or an excitation that is all noise.
+    """
+    motion, step = least_motion(series), resolution(series)
+    if motion is not series:
+        mark = random.uniform(0.0, step)
+        read: FloatArray = step * np.rint((motion - mark) / step) + mark
+        return read
     noise = white_noise(series) if is_noisy(series) else 0.0
-    return noise if noise < _MOST_NOISE * float(np.ptp(series)) else 0.0
+    if 0.0 < noise < _MOST_NOISE * float(np.ptp(series)):
+        return series + random.normal(0.0, noise, series.size)
+    return series
 
 
 def check_answers(

@@ -14,6 +14,7 @@ from tendon_mj.lab import renderers
 from tendon_mj.lab.data_check import DataWarning
 from tendon_mj.lab.diagnosis.data import Spread, by_recording
 from tendon_mj.lab.diagnosis.effects.effect import Effect
+from tendon_mj.lab.diagnosis.fitting import Fit
 from tendon_mj.lab.diagnosis.regimes import Located
 from tendon_mj.lab.diagnosis.selection import Selection, SelectionContext
 from tendon_mj.lab.diagnosis.verdict import ErrorReduction, Evidence, Verdict
@@ -88,6 +89,11 @@ class Alternative:
     statement: str  # the effect or that number, in words
     values: Mapping[str, float]  # parameters that it moves → their values there
     fitted: bool = False  # whether these fit best; else they are the ends of their intervals
+    fit: Fit | None = field(default=None, repr=False)  # of that effect; not in `Diagnosis.result`
+
+    def result(self) -> dict[str, Any]:
+        """Fields for a result.json."""
+        return {name: value for name, value in vars(self).items() if name != "fit"}
 
 
 @dataclass(frozen=True)
@@ -358,7 +364,7 @@ class Diagnosis:
             "findings": [vars(finding) for finding in self.findings],
             "indistinguishable": self.indistinguishable,
             "closest": list(self.closest),
-            "alternatives": [vars(alternative) for alternative in self.alternatives],
+            "alternatives": [alternative.result() for alternative in self.alternatives],
             "excluded": list(self.excluded),
             "ranking": [vars(ranked) for ranked in self.ranking],
             "parameters": {name: vars(value) for name, value in self.parameters.items()},

@@ -31,6 +31,7 @@ from tendon_mj.lab.diagnosis.statistics import (
     tied,
 )
 from tendon_mj.lab.diagnosis.verdict import (
+    SMALLEST_EXCESS,
     STANDARD_ERRORS,
     detection_limit,
     least_share,
@@ -47,7 +48,7 @@ _SWAP_SHARE = 0.8  # likewise, to be fitted in the place of another
 _LOOKED_AT = 0.05  # of it by a slope, to be simulated where others down the list may be fitted
 _LEAST = 0.03, 0.3  # likewise, if none of those explains enough; on a sensor
 _EVENT = 0.1  # of the excess, that an event explains by its scan, to be located
-_EXPLAINS = 0.75  # of the excess may be left by an effect, for no others to be looked at
+_EXPLAINS = 0.75  # of the excess may be left by a further effect, for no others to be looked at
 _LITTLE = 0.1  # of the initial excess: where more remains, other choices do not help either
 _HALFWAY, _MOST_POLISHED = 0.5, 3  # of the smallest gain, for a fit to be continued; fits
 _ROUNDS = 2  # in which the second-best choice is tried too
@@ -122,9 +123,10 @@ class SelectionContext:
         """Screen all candidates for one more effect, and fit the best.
 
         Fitted are those with a screened reduction of χ² of at least ``share`` of the best; and
-        with ``look_down`` others down the list, until one leaves less than three quarters of the
-        excess, with a strength that the data determine. Screening is linear, and may see little of
-        an effect that trades places with terms of the model.
+        with ``look_down`` others down the list, until one of which the data determine the strength
+        leaves less than three quarters of the excess; as the first effect, next to nothing.
+        Screening is linear, and may see little of an effect that trades places with terms of the
+        model.
         """
         half = 0.5 * share  # a slope may promise half of what there is
         kept = (_LOOKED_AT if look_down else half, half)
@@ -180,8 +182,12 @@ class SelectionContext:
         return screen(*known, candidates, self.progress, self.slopes, kept)
 
     def _explains(self, model: FittedCandidate, extended: FittedCandidate) -> bool:
-        """Return whether an effect leaves notably less, with a strength that the data determine."""
-        less = extended.excess < _EXPLAINS * model.excess
+        """Return whether an effect leaves little, with a strength that the data determine.
+
+        The first of a model: next to nothing, since another may leave that by itself.
+        """
+        little = _EXPLAINS * model.excess if model.fit.effects else SMALLEST_EXCESS
+        less = extended.excess < little
         return extended.determined and less and self.improves(model, extended)
 
     def without(self, model: FittedCandidate, candidate: Candidate) -> FittedCandidate:

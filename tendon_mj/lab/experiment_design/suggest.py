@@ -95,18 +95,27 @@ class Alternative:
 Tie = tuple[Alternative, ...]  # two or more
 
 
-def find_ties(context: SelectionContext, selection: Selection) -> list[Tie]:
+def find_ties(
+    context: SelectionContext, selection: Selection, with_one_more: Sequence[Fit] = ()
+) -> list[Tie]:
     """Sets of models that the training data cannot tell from each other.
 
-    Of effects with rivals; if none has any, of numbers that are not determined.
+    Of effects with rivals; if none has any, of the model and each fit ``with_one_more`` effect,
+    then of numbers that are not determined.
     """
-    rivals = [_rivals(context, selection.final, effect) for effect in selection.effects]
-    return [tie for tie in rivals if tie] or _undetermined(context, selection.final)
+    final = selection.final
+    ties = [tie for effect in selection.effects if (tie := _rivals(context, final, effect))]
+    label = " and ".join(e.label for e in final.fit.effects) or "nothing missing"
+    model = _alternative(label, final.fit)
+    for fit in with_one_more if not ties else ():
+        for added in set(fit.effects) - set(final.fit.effects):
+            ties.append((model, _alternative(added.label, fit, fit.terms_of(added).start)))
+    return ties or _undetermined(context, final)
 
 
 def _rivals(context: SelectionContext, final: FittedCandidate, effect: SelectedEffect) -> Tie:
     """An effect and its rivals; none if it has no rival."""
-    made = [_alternative(effect.candidate.label, final)] if effect.models else []
+    made = [_alternative(effect.candidate.label, final.fit)] if effect.models else []
     for model in effect.models:
         rival = model.candidate
         assert rival is not None
@@ -119,12 +128,12 @@ def _rivals(context: SelectionContext, final: FittedCandidate, effect: SelectedE
         if set(effects) == set(model.fit.effects):
             effects, start = model.fit.effects, [*model.fit.values]
         fitted = context.fit_model(effects, start, rival, near=model.fit, evaluations=_EVALUATIONS)
-        made.append(_alternative(rival.label, fitted))
+        made.append(_alternative(rival.label, fitted.fit))
     return tuple(made)
 
 
-def _alternative(label: str, model: FittedCandidate, held: int | None = None) -> Alternative:
-    return Alternative(label, model.fit, np.arange(len(model.fit.terms)) == held)
+def _alternative(label: str, fit: Fit, held: int | None = None) -> Alternative:
+    return Alternative(label, fit, np.arange(len(fit.terms)) == held)
 
 
 def _undetermined(context: SelectionContext, final: FittedCandidate) -> list[Tie]:
@@ -140,7 +149,7 @@ def _undetermined(context: SelectionContext, final: FittedCandidate) -> list[Tie
             continue
         ends = [_end_of_profile(context, final, k, float(end)) for end in ranges[k]]
         if ends[0] is not ends[1]:
-            ties.append(tuple(_alternative(_at(end.fit, k), end, k) for end in ends))
+            ties.append(tuple(_alternative(_at(end.fit, k), end.fit, k) for end in ends))
     return ties
 
 
@@ -443,12 +452,12 @@ def suggest_experiment(
 ) -> Suggestion:
     """Search the experiments that a rig can run for the one that decides between explanations.
 
-    Rivals are the effects that a diagnosis cannot tell apart, and values of a number that trade
-    places with others. Of each pair the difference counts that remains when one is fitted to the
-    data of the other, see the module; of an experiment, the smallest of these. Experiments are
-    sampled (Sobol), and the best is refined; the answer is the same each time. If none separates a
-    pair by the columns measured before, the search is repeated with the further sensors of the
-    bounds.
+    Rivals are the effects that a diagnosis cannot tell apart, its alternatives, and values of a
+    number that trade places with others. Of each pair the difference counts that remains when one
+    is fitted to the data of the other, see the module; of an experiment, the smallest of these.
+    Experiments are sampled (Sobol), and the best is refined; the answer is the same each time. If
+    none separates a pair by the columns measured before, the search is repeated with the further
+    sensors of the bounds.
 
     Args:
         diagnosis: of `diagnose`.
@@ -466,7 +475,7 @@ def suggest_experiment(
     context, selection = diagnosis.search
     check_bounds(context.problem.recordings, bounds, simulator)
     progress("fit ties", 0, 1)
-    ties = find_ties(context, selection)
+    ties = find_ties(context, selection, [a.fit for a in diagnosis.alternatives if a.fit])
     progress("fit ties", 1, 1)
     if not ties:
         return Suggestion(None, ())
@@ -530,7 +539,7 @@ class _Search:
         self, family: Family, rig: ExperimentSimulations, ties: Sequence[Tie], progress: Progress
     ) -> None:
         self.family, self.rig, self.progress = family, rig, progress
-        self.alternatives = [a for tie in ties for a in tie]
+        self.alternatives = list(dict.fromkeys(a for tie in ties for a in tie))
         place = {a: k for k, a in enumerate(self.alternatives)}
         self.pairs = [(place[a], place[b]) for tie in ties for a, b in combinations(tie, 2)]
         self.adaptations = [Adaptation(a, rig.problem.in_train) for a in self.alternatives]

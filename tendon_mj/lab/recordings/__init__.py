@@ -15,6 +15,7 @@ from tendon_mj.lab.recordings.files import tables_in as tables_in
 from tendon_mj.lab.recordings.noise import estimate_noise as estimate_noise
 from tendon_mj.lab.recordings.noise import held_values as held_values
 from tendon_mj.lab.recordings.noise import is_noisy as is_noisy
+from tendon_mj.lab.recordings.noise import least_motion as least_motion
 from tendon_mj.lab.recordings.noise import noise_levels as noise_levels
 from tendon_mj.lab.recordings.noise import noise_of_repeats as noise_of_repeats
 from tendon_mj.lab.recordings.noise import range_ends as range_ends

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +23,7 @@ _FEWEST, _SHARE = 10, 0.1  # repeats, and of the samples
 _CLEAR = 3.0  # steps of the column, by which values change that are repeated
 _REGULAR = 0.9  # of the runs, which have one of two lengths
 _AS_STATED = 1.05  # rounding over the stated noise, up to which that is taken to include it
+_LEVELS = 100  # steps in the range: a command may have fewer levels, and be exact
 _REPEATS = 0.01  # of its range: a driven column this near to another row's repeats it
 
 
@@ -51,6 +53,32 @@ def resolution(series: ArrayLike) -> float:
         if float(np.sqrt(np.mean(off**2))) < _OFF_GRID * step:
             return step
     return 0.0
+
+
+def least_motion(series: FloatArray) -> FloatArray:
+    """A quantised series with the least motion that is within half a step of its values.
+
+    The flicker of the last bit is no motion, but friction would act against it. Mean of a play
+    operator of the step's width forward in time, which lags behind, and backward. A series without
+    flicker, or of few levels, is returned as it is.
+    """
+    step = resolution(series)
+    if not 0.0 < _LEVELS * step <= float(np.ptp(series)):
+        return series
+    changes = np.rint(np.diff(series) / step)
+    changes = changes[changes != 0.0]
+    if not np.any((changes[1:] == -changes[:-1]) & (np.abs(changes[1:]) == 1.0)):
+        return series
+    half = (0.5 + _OFF_GRID) * step
+
+    def play(values: Iterable[float], last: float) -> list[float]:
+        return [last := min(max(last, value - half), value + half) for value in values]
+
+    values = series.tolist()
+    backward = play(reversed(values), play(values, values[0])[-1])
+    forward = play(values, backward[-1])
+    mean: FloatArray = 0.5 * (np.array(forward) + backward[::-1])
+    return mean
 
 
 def white_noise(series: FloatArray, among: BoolArray | None = None, order: int = 3) -> float:

@@ -12,7 +12,14 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import RecordingError, TendonError, TendonWarning, UnknownNameError
-from tendon_mj.lab.recordings import NOT_NEGATIVE, POSITIVE_NUMBER, Recording, Session, Uncertain
+from tendon_mj.lab.recordings import (
+    NOT_NEGATIVE,
+    POSITIVE_NUMBER,
+    Recording,
+    Session,
+    Uncertain,
+    least_motion,
+)
 from tendon_mj.lab.replay.parameters import Adjustable, Parameter, expand
 from tendon_mj.lab.replay.patch import read_intervals
 from tendon_mj.lab.replay.readout import Readout, Sense, make_clock, sense_of
@@ -97,7 +104,7 @@ class Schedule:
         return shorter
 
     def _on_grid(self, column: str) -> FloatArray:
-        """(clock.steps+1,) driven column between its samples."""
+        """(clock.steps+1,) driven column between its samples, without the flicker of its steps."""
         grid, series = self.clock.time, self.recording.columns[column]
         if self._move:
             places = np.arange(grid.size) / self.clock.steps * (series.size - 1)
@@ -108,7 +115,7 @@ class Schedule:
             return np.where(share < 1.0, moves, series[before + 1])  # at rest to the bit
         if column in self.recording.hold:
             return _held(grid, self.recording.time, series, self.clock.timestep)
-        return np.interp(grid, self.recording.time, series)
+        return np.interp(grid, self.recording.time, least_motion(series))
 
     @property
     def steps(self) -> int:

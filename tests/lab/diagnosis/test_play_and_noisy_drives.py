@@ -57,6 +57,23 @@ def test_noise_of_a_driven_column_is_no_play(tmp_path):
     assert (found.verdict, found.effects) == ("nothing missing", [])
 
 
+def test_steps_of_a_driven_column_count_by_what_they_move(tmp_path):
+    """Of eleven bits; the rig follows the motion, the model what is known of it."""
+    (made,) = measured(arm(tmp_path), {})[:1]
+    step = RADIUS / 2**11
+    flipping = np.random.default_rng(1).normal(0.0, 0.2 * step, TIME.size)
+    read = step * np.rint((made.columns["one_m"] + flipping) / step)
+    coarse = replace(made, columns={**made.columns, "one_m": read, "two_m": -read})
+    (levels,) = noise_of_drives([coarse], Simulator([coarse]))
+    ((exact,),), ((series,),) = Simulator([made])([{}]), Simulator([coarse])([{}])
+    error = series["one_N"] - exact["one_N"]
+    assert np.sqrt(np.mean(error**2)) == pytest.approx(
+        np.sqrt(np.mean(levels["one_N"] ** 2)), rel=0.5
+    )
+    rest = slice(2, 18)
+    assert np.ptp(series["one_N"][rest]) == pytest.approx(0.0, abs=1e-6)
+
+
 def test_noise_of_a_driven_column_counts_where_it_moves_a_reading(tmp_path):
     path = arm(tmp_path)
     made = measured(path, {}, PLACE)[:1]

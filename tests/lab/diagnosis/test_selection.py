@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tendon_mj.lab.diagnosis.selection import CONVERGED, eliminate_backward
-from tests.lab.diagnosis.linear_rig import BLOCKS, Shape, context, effect, named, select, selected
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.typing import FloatArray
+from tests.lab.diagnosis.linear_rig import (
+    BLOCKS,
+    LinearRig,
+    Shape,
+    context,
+    effect,
+    named,
+    select,
+    selected,
+)
 
 A, B, C = (effect(name) for name in "abc")
 W = effect("w")
@@ -62,6 +74,27 @@ def test_the_second_best_choice_is_tried_where_less_than_a_tenth_remains(
     truth = {"a": 6.0, "b": 4.0, "w": unknown}
     result = selected(imitator(1.2, 0.8, 0.25), truth, [A, B, C])
     assert result == ({"a", "b"} if tried else {"c"})
+
+
+class Curved(LinearRig):
+    """A rig to which a adds its shape times a |a/5|^0.3: a probe shows little of it."""
+
+    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
+        a = changed.get("a", 0.0)
+        return super()._one({**changed, "a": a * abs(a / 5.0) ** 0.3}, recording)
+
+
+def test_an_effect_of_which_screening_sees_little_is_fitted_if_no_first_one_explains_all() -> None:
+    """By screening a explains a quarter of what c does, which leaves 1.5; fitted, a leaves 0."""
+    shapes: dict[str, Shape] = {"a": {"a": 1.0}, "c": {"a": 1.0, "d": 0.25}}
+    given = context(shapes, {"a": 5.0}, [A, C])
+    rig = Curved(given.problem.recordings, shapes)
+    selection = select(replace(given, problem=replace(given.problem, simulate=rig)))
+    assert selection.first is not None
+    of_c, of_a = selection.first.scores
+    assert (of_c.candidate, of_a.candidate) == (C, A)
+    assert of_a.explained < 0.3 * of_c.explained
+    assert [e.candidate for e in selection.effects] == [A]
 
 
 def test_an_effect_that_others_made_idle_is_eliminated() -> None:

@@ -15,6 +15,7 @@ from tendon_mj.lab.experiment_design import (
     suggest_experiment,
 )
 from tendon_mj.lab.recordings import Measured, Uncertain, read_recording
+from tests.lab.diagnosis import test_alternatives as angle_alone
 from tests.lab.experiment_design.rig import (
     DRIVE,
     INPUT,
@@ -90,6 +91,20 @@ def test_a_sensor_that_could_be_read_is_asked_for_where_only_it_decides() -> Non
     again = diagnosed([made[0], new], made[1:], ALIKE, "a", "b")
     assert again.effects == ["b"]
     assert again.indistinguishable == []
+
+
+def test_the_alternative_of_an_undetermined_verdict_is_told_from_the_model() -> None:
+    """By an angle play turns the joint as friction does; the tension shows friction alone."""
+    undetermined, name = angle_alone.diagnosed(), angle_alone.TENSION
+    within = ExperimentBounds(
+        drive={"input_displacement_m": DriveBounds(-1e-3, 1e-3, rate=0.01, dwell=1.0)},
+        measure={name: Measured("input_tension", angle_alone.NOISE[name])},
+    )
+    found = suggest_experiment(undetermined, within, angle_alone.Rig)
+    (difference,) = found.differences
+    assert (difference.one, difference.other) == ("nothing missing", "backlash (sheath)")
+    assert difference.decided
+    assert "measure input_tension too" in found.sentence
 
 
 def test_a_sensor_is_not_asked_for_where_the_others_decide() -> None:

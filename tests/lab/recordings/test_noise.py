@@ -10,6 +10,7 @@ from tendon_mj.lab.recordings import (
     Recording,
     estimate_noise,
     held_values,
+    least_motion,
     noise_levels,
     noise_of_repeats,
     range_ends,
@@ -38,6 +39,40 @@ def test_the_step_of_a_series_is_found_though_the_file_rounds_once_more(step: fl
 def test_a_series_of_no_step_has_none() -> None:
     assert resolution(tension()) == 0.0
     assert resolution(np.full(100, 3.0)) == 0.0
+
+
+def read_by_encoder(place: np.ndarray, step: float, seed: int = 3) -> np.ndarray:
+    """Place as an encoder reads it whose noise flips the last bit."""
+    random = np.random.default_rng(seed)
+    return step * np.round((place + random.normal(0.0, 0.05 * step, place.size)) / step)
+
+
+def reversals(series: np.ndarray) -> int:
+    moves = np.diff(series)
+    return int(np.sum(np.diff(np.sign(moves[np.abs(moves) > 1e-12])) != 0.0))
+
+
+@pytest.mark.parametrize("step", [0.001, 0.009])
+def test_the_flicker_of_an_encoder_is_no_motion(step: float) -> None:
+    turns = np.array([0.3, 0.3, 1.2, 1.2, 0.2, 0.9, 0.9])
+    turns = (np.floor(turns / step) + 0.5) * step  # rests between two levels
+    place = np.interp(TIME, [0.0, 1.0, 3.0, 4.0, 7.0, 8.0, 10.0], turns)
+    read = read_by_encoder(place, step)
+    assert reversals(read) > 10
+    freed = least_motion(read)
+    assert reversals(freed) == reversals(place) == 2
+    assert np.abs(freed - read).max() < 0.61 * step
+    steady = (TIME > 4.2) & (TIME < 6.8)
+    assert abs(np.mean((freed - place)[steady])) < 0.05 * step
+
+
+def test_a_drive_that_does_not_flicker_or_has_few_levels_is_left_as_it_is() -> None:
+    ramps = np.interp(TIME, [0.0, 4.0, 8.0, 10.0], [0.0, 1.0, -1.0, 0.0])
+    assert least_motion(ramps) is ramps
+    rounded = np.round(ramps, 3)
+    assert least_motion(rounded) is rounded
+    few = read_by_encoder(ramps, 2.0 / 90.0)
+    assert least_motion(few) is few
 
 
 @pytest.mark.parametrize("seed", range(10))
