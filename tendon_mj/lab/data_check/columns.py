@@ -526,7 +526,9 @@ def _start(column: Column) -> DataWarning | None:
         return None
     cause = "the model's reference pose may be another than the rig's"
     if column.unit == "N":
-        cause = "the pretension may be another: give its range in [uncertain]"
+        fitted = any(name.endswith(".pretension") for name in column.recording.uncertain)
+        tells = ", which a fit tells" if fitted else ": give its range in [uncertain]"
+        cause = f"the pretension may be another{tells}"
     return column.warn(
         "start",
         f"starts at {column.say(first)}, the model at {column.say(model)}",

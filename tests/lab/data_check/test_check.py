@@ -264,6 +264,14 @@ FAULTS: dict[str, tuple[Callable[[Recording], Recording], str, tuple[str, ...]]]
         ('"output_tension.scale" = -1', "correlation -"),
     ),
     "another start": (with_output(lambda y: y + 25.0), "start", ("at 45", "the model at 20 N")),
+    "another start of a pretension that is fitted": (
+        lambda p: replace(
+            with_output(lambda y: y + 25.0)(p),
+            uncertain={"*.pretension": Uncertain(20.0, 10.0, 50.0)},
+        ),
+        "start",
+        ("which a fit tells",),
+    ),
     "a counter with a zero of its own": (
         lambda p: replace(
             changed(p, reel_m=p.columns["reel_m"] + 2e-3), in_file={"reel_m": "reel_mm"}

@@ -124,7 +124,7 @@ def test_the_ranking_holds_what_explains_at_least_a_hundredth() -> None:
     assert [row.identifier for row in ranked] == ["a", "b"]
     assert [row.explains for row in ranked] == pytest.approx([100 / 125.25, 25 / 125.25], rel=1e-3)
     assert ranked[0].left == pytest.approx(np.sqrt(26.25), rel=1e-3)
-    assert ranked[1].left is None  # promised too little to be fitted
+    assert ranked[1].left == pytest.approx(np.sqrt(101.25), rel=1e-3)  # as a leaves much by itself
     assert ranking(replace(selection, first=None), given.problem.in_train) == ()
 
 
