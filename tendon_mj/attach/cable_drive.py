@@ -124,14 +124,13 @@ def add_cable_drive(
         stated = {k: v for k, v in _stated(law).items() if k in _STIFF}
         cables, new = [], [_stiff_sheath(spec, drive, stated | gear) for drive in drives]
     add_sheaths(spec, new, None, None, sensors, alone=False)
+    stiff = drums_warning(spec.compile(), _drums(cables, sizes["length"]), law) if motor else ""
     doubts = [doubt_of_unit(name, value) for name, value in values.items()]
     left = [f"left as they are: {listed_reasons(left_out)}"] if left_out else []
     joints = [joint for sheath in new for joint in _turned(spec, sheath)]
     more = joint_warnings(spec, [sheath for sheath in new if sheath.is_driven])
-    if motor:
-        drums = _drums(cables, sizes["length"])
-        more += [_unsensed(spec, joints), drums_warning(spec.compile(), drums, law)]
-    for message in filter(None, [*doubts, *left, *more, _weightless(joints)]):
+    more += [_unsensed(spec, joints)] if motor else []
+    for message in filter(None, [*doubts, *left, *more, stiff, _weightless(joints)]):
         warnings.warn(f"add_cable_drive: {message}", TendonWarning, stacklevel=2)
     return spec
 

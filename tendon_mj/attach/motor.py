@@ -65,20 +65,20 @@ def add_motors(spec: mujoco.MjSpec, motors: Sequence[Motor]) -> list[Cable]:
         at, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
         angles[name] = [float(qpos[at]) if qpos else 0.0 for qpos, _ in before]
         speeds[name] = [float(qvel[dof]) if qvel else 0.0 for _, qvel in before]
-        there, back = _add(spec, motor, name, taken, sites)
+        added, own = _add(spec, motor, name, taken, sites)
         # which actuators may inherit; in radians, as that of a joint without limits is left
-        spec.joint(name).range = joint.range
+        added.range = joint.range
         note = _move_actuators(spec, motor, name, model)
-        spec.add_text(name=f"{there[0].name}{_NOTE}", data=note)
-        cables += there, back
+        spec.add_text(name=f"{own[0][0].name}{_NOTE}", data=note)
+        cables += own
     insert_joints(spec, before, angles, speeds)
     return cables
 
 
 def _add(
     spec: mujoco.MjSpec, motor: Motor, name: str, taken: set[str], sites: set[str]
-) -> list[Cable]:
-    """Add a motor and its two cables; nothing of them follows from the model's defaults."""
+) -> tuple[mujoco.MjsJoint, list[Cable]]:
+    """Add a motor's joint and its two cables; nothing of them follows from the model's defaults."""
     turned = spec.joint(motor.joint)
     body = spec.worldbody.add_body(name=name, explicitinertial=True, mass=MASS)
     body.ipos, body.inertia = [0.0, 0.0, 0.0], [INERTIA] * 3
@@ -96,7 +96,7 @@ def _add(
         body.add_site(name=path[-1], pos=[share * motor.length, 0.0, 0.0], group=_HIDDEN)
     names = [take_name(taken, f"{motor.joint}_cable{way}") for way in ("", "_back")]
     drums = {"reel_joint": name, "output_joint": motor.joint, "guides": str(guides)}
-    return [
+    return joint, [
         (
             _add_cable(spec, cable, path),
             drums | {"reel_radius": repr(radius), "output_radius": repr(-radius)},
@@ -185,6 +185,7 @@ def remove_motors(spec: mujoco.MjSpec, motors: Sequence[Added]) -> None:
     if not motors:
         return
     keys = without_joints(spec, [motor.joint.name for motor in motors])
+    controls = [(list(key.ctrl), list(key.act)) for key in spec.keys]
     for motor in motors:
         armature, *damping = map(float, motor.note.data.split())
         spec.joint(motor.turns).armature = armature
@@ -194,3 +195,5 @@ def remove_motors(spec: mujoco.MjSpec, motors: Sequence[Added]) -> None:
             spec.delete(element)
     if keys:
         restore_keyframes(spec, keys)
+        for key, (ctrl, act) in zip(spec.keys, controls, strict=True):  # lost before MuJoCo 3.16
+            key.ctrl, key.act = ctrl, act
