@@ -121,15 +121,16 @@ def add_cable_drive(
         behind = _gears(spec, cables) if gear else []
         new = cables + [_stiff_sheath(spec, one, {"friction": "0.0"} | gear) for one in behind]
     else:
-        stated = {k: v for k, v in _stated(law).items() if k in _STIFF}
-        cables, new = [], [_stiff_sheath(spec, drive, stated | gear) for drive in drives]
+        config = {k: v for k, v in _stated(law).items() if k in _STIFF} | gear
+        cables, new = [], [_stiff_sheath(spec, drive, config) for drive in drives]
     add_sheaths(spec, new, None, None, sensors, alone=False)
     stiff = drums_warning(spec.compile(), _drums(cables, sizes["length"]), law) if motor else ""
-    doubts = [doubt_of_unit(name, value) for name, value in values.items()]
+    stated = {**values, "extra_bend": law.extra_bend}
+    doubts = [doubt_of_unit(name, value) for name, value in stated.items()]
     left = [f"left as they are: {listed_reasons(left_out)}"] if left_out else []
     joints = [joint for sheath in new for joint in _turned(spec, sheath)]
     more = joint_warnings(spec, [sheath for sheath in new if sheath.is_driven])
-    more += [_unsensed(spec, joints)] if motor else []
+    more += [_unsensed(spec, joints)] if motor else [_locking(gear)]
     for message in filter(None, [*doubts, *left, *more, stiff, _weightless(joints)]):
         warnings.warn(f"add_cable_drive: {message}", TendonWarning, stacklevel=2)
     return spec
@@ -140,6 +141,12 @@ def _check_form(spec: mujoco.MjSpec, values: dict[str, float], motor: bool) -> N
     for name, unit in (("radius", "m"), ("bend", "rad"), ("length", "m"), ("armature", "kg m²")):
         if not 0.0 < values.get(name, 1.0) < math.inf:
             raise InvalidValueError(f"{name} = {values[name]:g} [{unit}] must be finite and > 0")
+    bounds = (spec.compiler.boundmass, spec.compiler.boundinertia)
+    if motor and any(bounds):
+        raise InvalidValueError(
+            f"motor=True: the compiler's boundmass = {bounds[0]:g} and boundinertia ="
+            f" {bounds[1]:g} would be the motor's, too: set them to 0, and masses on bodies"
+        )
     if not motor:
         for name in values.keys() - _STIFF - {"radius", "bend"}:
             raise InvalidValueError(
@@ -166,6 +173,18 @@ def _gear(efficiency: float, back_efficiency: SupportsFloat | None) -> dict[str,
             raise InvalidValueError(f"back_efficiency = {back:g} must be finite and < 1")
         gear["gear_friction_back"] = 1.0 - back
     return {k: repr(v) for k, v in gear.items() if v}
+
+
+def _locking(gear: Mapping[str, str]) -> str:
+    """Warning of a gear that locks itself, without a motor of its own."""
+    back = 1.0 - float(gear.get("gear_friction_back", gear.get("gear_friction", "0.0")))
+    if back > 0.0:
+        return ""
+    return (
+        f"a gear with a back efficiency of {back:g} locks itself: where its joint meets a contact,"
+        " a limit or an equality, whose force acts one step late, it pushes on without bound:"
+        " give motor=True if it may meet one"
+    )
 
 
 def _stiff_sheath(spec: mujoco.MjSpec, drive: CableDrive, stated: Mapping[str, str]) -> NewSheath:
@@ -278,6 +297,7 @@ def _design_all(
     """Cable drives that a call adds; actuators that a pattern leaves out → why."""
     chosen = tendons.choose(list(spec.actuators), actuator, "actuator")
     sheathed = instances.sheaths_by_tendon(spec)
+    turned = {joint: t for t in sheathed if (joint := tendons.only_joint(spec.tendon(t)))}
     taken = {tendon.name for tendon in spec.tendons}
     drives: dict[tuple[mujoco.mjtTrn, str], CableDrive] = {}
     left_out: dict[str, str] = {}
@@ -291,6 +311,12 @@ def _design_all(
                 raise UnsuitedTendonError(
                     f"has a cable already, in sheath {sheathed[drive.tendon].name!r}"
                 )
+            turns = drive.joint or tendons.only_joint(spec.tendon(drive.tendon))
+            if turns in turned:
+                raise UnsuitedTendonError(
+                    f"turns joint {turns!r}, as cable {turned[turns]!r} does, and friction would"
+                    " count twice"
+                )
             if motor and not drive.joint:
                 raise UnsuitedTendonError("turns joints by a fixed tendon, and a motor turns one")
         except UnsuitedTendonError as error:
@@ -301,6 +327,7 @@ def _design_all(
         if drive.joint:
             drive = drive._replace(tendon=instances.take_name(taken, drive.tendon))
         drives[on, element.target] = drive
+        turned |= {turns: drive.tendon} if turns else {}
     if not drives:
         raise InvalidValueError(
             f"none of the actuators matching {tendons.listed(actuator)} can have a cable drive:"

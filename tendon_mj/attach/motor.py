@@ -145,6 +145,8 @@ def _move_actuators(spec: mujoco.MjSpec, motor: Motor, name: str, model: mujoco.
         actuator.target = name
         note.append(float(actuator.biasprm[2]))
         actuator.biasprm[2] = model.actuator_biasprm[actuator.id, 2]
+        if actuator.gaintype == mujoco.mjtGain.mjGAIN_MUSCLE:  # a motor has no limits to find it by
+            actuator.lengthrange = model.actuator_lengthrange[actuator.id]
     return " ".join(map(repr, note))
 
 

@@ -209,6 +209,25 @@ def test_all_actuators_of_a_joint_pull_its_one_cable():
     assert view_sheath(model, data, "j_cable").input_tension == pytest.approx(0.5 / RADIUS)
 
 
+def test_friction_of_a_joint_and_of_a_tendon_that_turns_it_alone_counts_once():
+    """Whichever actuator comes first, and in one call or in two."""
+    for chosen in (["m", "b"], ["b", "m"]):
+        spec = drum()
+        spec.add_tendon(name="t").wrap_joint("j", 1.0)
+        pull = spec.add_actuator(name="b", target="t", trntype=mujoco.mjtTrn.mjTRN_TENDON)
+        pull.set_to_motor()
+        with refusing(TendonError, "turns joint 'j' | count twice"):
+            add_cable_drive(spec.copy(), chosen, **CABLE)
+        add_cable_drive(spec, chosen[0], **CABLE)
+        with refusing(TendonError, "cable"):
+            add_cable_drive(spec, chosen[1], **CABLE)
+
+
+def test_a_bend_in_degrees_is_doubted():
+    with pytest.warns(TendonWarning, match="180"):
+        add_cable_drive(drum(), "m", **CABLE | {"bend": 180.0})
+
+
 def test_friction_and_pretension_are_live_and_elasticity_is_no_parameter():
     model = add_cable_drive(drum(), "m", **CABLE).compile()
     data = mujoco.MjData(model)

@@ -12,6 +12,8 @@ from tests.attach.test_motor import SLOW, servoed
 from tests.refusals import refusing
 from tests.rigs import sheath
 
+# no joint here meets a contact, a limit or an equality
+pytestmark = pytest.mark.filterwarnings("ignore:add_cable_drive. a gear with a back efficiency")
 FREE = CABLE | {"friction": 0.0}  # cables that lose nothing
 
 
@@ -167,3 +169,12 @@ def test_inverse_dynamics_knows_what_a_gear_bears(efficiency, speed):
     data.qvel[0] = speed
     mujoco.mj_inverse(model, data)
     assert np.isfinite(data.qfrc_inverse).all()
+
+
+@pytest.mark.parametrize("efficiency", [0.5, 0.51])
+def test_a_gear_that_locks_itself_is_warned_of_unless_it_has_a_motor(efficiency, recwarn):
+    geared(efficiency)
+    geared(efficiency, **SLOW)
+    told = [str(w.message) for w in recwarn if "locks itself" in str(w.message)]
+    assert len(told) == (efficiency <= 0.5)
+    assert all("give motor=True" in text for text in told)

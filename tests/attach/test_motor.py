@@ -208,6 +208,12 @@ def test_a_file_with_motors_is_the_model(tmp_path):
     assert_equal(remove_friction(again, "*").compile(), stock)
 
 
+def bounded():
+    spec = drum()
+    spec.compiler.boundinertia = 1e-3
+    return spec
+
+
 def motored():
     return add_cable_drive(drum(), "m", **MOTOR, armature=1e-3)
 
@@ -225,6 +231,7 @@ def motored():
         ),
         (lambda: add_cable_drive(hand(), "curl", **MOTOR, armature=1e-3), "'curl' | fixed tendon"),
         (lambda: add_cable_drive(motored(), "m", **CABLE), "has a cable already"),
+        (lambda: add_cable_drive(bounded(), "m", **MOTOR, armature=1e-3), "boundinertia = 0.001"),
         (lambda: remove_friction(motored(), "j_cable"), "'j_cable', 'j_cable_back' | all"),
         (lambda: remove_friction(motored(), "j_cable_back"), "'j_cable', 'j_cable_back' | all"),
         (lambda: add_cable_drive(drum(), "m", **CABLE, efficiency=0.0), "efficiency = 0"),
@@ -244,3 +251,13 @@ def test_a_sensor_of_actuators_that_have_left_its_joint_is_warned_of():
     )  # fmt: skip
     with pytest.warns(TendonWarning, match="'torque'"):
         add_cable_drive(spec, "m", **MOTOR, armature=1e-3)
+
+
+def test_a_muscle_keeps_its_length_range_on_a_motor():
+    """Which MuJoCo finds by pulling it to its joint's limits, and a motor has none."""
+    spec = mujoco.MjSpec.from_string("""<mujoco><worldbody><body>
+        <joint name="j" armature=".002" damping=".1" range="-60 60"/><geom size=".02"/></body>
+        </worldbody><actuator><muscle name="m" joint="j" force="5"/></actuator></mujoco>""")
+    stock = spec.compile()
+    behind = add_cable_drive(spec, "m", **MOTOR, armature=1e-3).compile()
+    assert behind.actuator_lengthrange == pytest.approx(stock.actuator_lengthrange)
