@@ -249,19 +249,17 @@ def noise_of_drives(
     a load cell. Simulations with drives that are read again show where, and by how much. If all
     drives are exact, or with another simulator than the package's, it is empty.
     """
+    readers = [
+        {c: reader for c in r.drive if (reader := _reader(r.columns[c]))} for r in recordings
+    ]
+    if not any(readers) or not isinstance(simulate, Simulator):
+        return tuple({} for _ in recordings)
     random, again = np.random.default_rng(0), list[Recording]()
-    for recording in recordings:
+    for recording, own in zip(recordings, readers, strict=True):
         for k in range(_SHAKEN):
-            read = {c: _read_again(recording.columns[c], random) for c in recording.drive}
+            read = {column: reader(random) for column, reader in own.items()}
             name, columns = f"{recording.name}, drive {k}", {**recording.columns, **read}
             again.append(replace(recording, name=name, columns=columns))
-    exact = all(
-        np.array_equal(a.columns[c], r.columns[c])
-        for r, a in zip(recordings, again[::_SHAKEN], strict=True)
-        for c in r.drive
-    )
-    if exact or not isinstance(simulate, Simulator):
-        return tuple({} for _ in recordings)
     with suppress_mujoco_log(), suppress_unsolved_warnings():
         (base,), (answers,) = simulate([{}]), Simulator(again, simulate.model)([{}])
     powers: list[dict[str, FloatArray]] = [{} for _ in recordings]
@@ -273,20 +271,24 @@ def noise_of_drives(
     return tuple(powers)
 
 
-def _read_again(series: FloatArray, random: np.random.Generator) -> FloatArray:
-    """A driven column with as much noise again, or read at other marks of a quantised encoder.
+def _reader(series: FloatArray) -> Callable[[np.random.Generator], FloatArray] | None:
+    """What reads a driven column again: with as much noise, or at other marks of its encoder.
 
-    The column itself if it is exact, or an excitation that is all noise.
+    None of a column that is exact, or an excitation that is all noise.
     """
-    motion, step = least_motion(series), resolution(series)
+    motion = least_motion(series)
     if motion is not series:
-        mark = random.uniform(0.0, step)
-        read: FloatArray = step * np.rint((motion - mark) / step) + mark
-        return read
+        step = resolution(series)
+
+        def at_other_marks(random: np.random.Generator) -> FloatArray:
+            mark = random.uniform(0.0, step)
+            return step * np.rint((motion - mark) / step) + mark
+
+        return at_other_marks
     noise = white_noise(series) if is_noisy(series) else 0.0
     if 0.0 < noise < _MOST_NOISE * float(np.ptp(series)):
-        return series + random.normal(0.0, noise, series.size)
-    return series
+        return lambda random: series + random.normal(0.0, noise, series.size)
+    return None
 
 
 def check_answers(
