@@ -307,15 +307,16 @@ def _design_all(
             continue
         try:
             drive = _design(spec, element, radius)
-            if drive.tendon in sheathed:
-                raise UnsuitedTendonError(
-                    f"has a cable already, in sheath {sheathed[drive.tendon].name!r}"
-                )
             turns = drive.joint or tendons.only_joint(spec.tendon(drive.tendon))
-            if turns in turned:
+            cable = drive.tendon if drive.tendon in sheathed else turned.get(turns)
+            if cable in sheathed:
                 raise UnsuitedTendonError(
-                    f"turns joint {turns!r}, as cable {turned[turns]!r} does, and friction would"
-                    " count twice"
+                    f"has a cable already, in sheath {sheathed[cable].name!r}"
+                )
+            if cable:
+                raise UnsuitedTendonError(
+                    f"turns joint {turns!r}, as cable {cable!r} does, and friction would count"
+                    " twice"
                 )
             if motor and not drive.joint:
                 raise UnsuitedTendonError("turns joints by a fixed tendon, and a motor turns one")
@@ -354,12 +355,8 @@ def _design(spec: mujoco.MjSpec, actuator: mujoco.MjsActuator, radius: float) ->
         )
     own = 1.0 if joint.type == _JOINT.mjJNT_SLIDE else radius
     for _, config in instances.instances(spec):
-        tendon = config.get("tendon", "")
-        turned = {config.get("reel_joint"), config.get("output_joint")}
-        if "sensor" not in config:
-            turned.add(tendons.only_joint(spec.tendon(tendon)))
-        if joint.name in turned:
-            return CableDrive(tendon, "", own)
+        if joint.name in (config.get("reel_joint"), config.get("output_joint")):
+            return CableDrive(config.get("tendon", ""), "", own)
     return CableDrive(f"{joint.name}_cable", joint.name, own)
 
 

@@ -10,10 +10,11 @@ from typing import Any, Literal, SupportsFloat, Unpack
 import mujoco
 
 from tendon_mj.attach import instances, tendons
+from tendon_mj.attach.keyframes import restore_keyframes
 from tendon_mj.attach.keywords import as_count, check_names, checked_number, one_of, takes
 from tendon_mj.attach.motor import added_motors, remove_motors
 from tendon_mj.attach.sheath_design import Designer, NewSheath, Request
-from tendon_mj.attach.spool import Spool, add_spools, remove_spools, restore_keyframes
+from tendon_mj.attach.spool import Spool, add_spools, remove_spools
 from tendon_mj.attach.tendon_bend import idlers
 from tendon_mj.attach.tendons import asks_for_several, check_spec, choose_tendons, is_cable, listed
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError

@@ -15,15 +15,13 @@ from typing import NamedTuple
 import mujoco
 
 from tendon_mj.attach.instances import instances, take_name
-from tendon_mj.attach.spool import (
-    INERTIA,
-    MASS,
-    check_alone,
+from tendon_mj.attach.keyframes import (
     insert_joints,
     keyframes,
     restore_keyframes,
     without_joints,
 )
+from tendon_mj.attach.spool import INERTIA, MASS, check_alone
 from tendon_mj.attach.tendons import listed, only_joint
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.sheath import Law
@@ -63,8 +61,8 @@ def add_motors(spec: mujoco.MjSpec, motors: Sequence[Motor]) -> list[Cable]:
         name = take_name(taken, f"{motor.joint}_motor")
         joint = model.joint(motor.joint)
         at, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
-        angles[name] = [float(qpos[at]) if qpos else 0.0 for qpos, _ in before]
-        speeds[name] = [float(qvel[dof]) if qvel else 0.0 for _, qvel in before]
+        angles[name] = [key.qpos[at] if key.qpos else 0.0 for key in before]
+        speeds[name] = [key.qvel[dof] if key.qvel else 0.0 for key in before]
         added, own = _add(spec, motor, name, taken, sites)
         # which actuators may inherit; in radians, as that of a joint without limits is left
         added.range = joint.range
@@ -187,7 +185,6 @@ def remove_motors(spec: mujoco.MjSpec, motors: Sequence[Added]) -> None:
     if not motors:
         return
     keys = without_joints(spec, [motor.joint.name for motor in motors])
-    controls = [(list(key.ctrl), list(key.act)) for key in spec.keys]
     for motor in motors:
         armature, *damping = map(float, motor.note.data.split())
         spec.joint(motor.turns).armature = armature
@@ -197,5 +194,3 @@ def remove_motors(spec: mujoco.MjSpec, motors: Sequence[Added]) -> None:
             spec.delete(element)
     if keys:
         restore_keyframes(spec, keys)
-        for key, (ctrl, act) in zip(spec.keys, controls, strict=True):  # lost before MuJoCo 3.16
-            key.ctrl, key.act = ctrl, act

@@ -23,6 +23,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach.instances import free_name
+from tendon_mj.attach.keyframes import Keyframe, insert_joints, keyframes, without_joints
 from tendon_mj.attach.tendons import has_own_spring
 from tendon_mj.errors import InvalidValueError, UnsuitedTendonError
 from tendon_mj.typing import FloatArray
@@ -323,17 +324,6 @@ def remove_spools(spec: mujoco.MjSpec, reel_joints: Mapping[str, str]) -> list[K
     return keys
 
 
-def restore_keyframes(spec: mujoco.MjSpec, keys: Sequence[Keyframe]) -> None:
-    """Write what `remove_spools` returned, once the sheaths on the spools are gone, too."""
-    if not len(
-        spec.keys
-    ):  # before MuJoCo 3.16: back once compiled, behind as many empty ones or none
-        spec.compile()
-        for key in list(spec.keys)[: -len(keys)]:
-            spec.delete(key)
-    _write_keyframes(spec, keys)
-
-
 def check_alone(
     spec: mujoco.MjSpec, tendon: str, joint: mujoco.MjsJoint, *, same_motors: bool, sites: int = 0
 ) -> None:
@@ -377,54 +367,3 @@ def _settings_note(spec: mujoco.MjSpec, tendon: str) -> mujoco.MjsText | None:
         if _NOTE in text.name and text.name.replace(_NOTE, "", 1) == tendon:
             return text
     return None
-
-
-# MuJoCo only pads the keyframes of a model that gains or loses joints, or cuts them off.
-Keyframe = tuple[list[float], list[float]]  # positions and velocities
-
-
-def keyframes(spec: mujoco.MjSpec) -> list[Keyframe]:
-    """Positions and velocities of each keyframe, empty if it does not state them."""
-    return [(list(key.qpos), list(key.qvel)) for key in spec.keys]
-
-
-def insert_joints(
-    spec: mujoco.MjSpec,
-    before: list[Keyframe],
-    angles: Mapping[str, Sequence[float]],
-    speeds: Mapping[str, Sequence[float]] | None = None,
-) -> None:
-    """Put joints that were added to a model into its keyframes, at rest unless with ``speeds``."""
-    if not before:
-        return
-    _write_keyframes(spec, [([], [])] * len(before))
-    model = spec.compile()
-    for name in sorted(angles, key=lambda name: model.joint(name).id):
-        position, velocity = _address(model, name)
-        moving = (speeds or {}).get(name, [0.0] * len(before))
-        for (qpos, qvel), angle, speed in zip(before, angles[name], moving, strict=True):
-            qpos[position:position] = [angle] if qpos else []
-            qvel[velocity:velocity] = [speed] if qvel else []
-    _write_keyframes(spec, before)
-
-
-def without_joints(spec: mujoco.MjSpec, joints: Sequence[str]) -> list[Keyframe]:
-    """Keyframes of a model as they are once these joints are gone."""
-    keys = keyframes(spec)
-    if keys:
-        model = spec.compile()
-        for position, velocity in sorted((_address(model, n) for n in joints), reverse=True):
-            for qpos, qvel in keys:  # which may be empty
-                del qpos[position : position + 1], qvel[velocity : velocity + 1]
-    return keys
-
-
-def _write_keyframes(spec: mujoco.MjSpec, keys: Sequence[Keyframe]) -> None:
-    for key, (qpos, qvel) in zip(spec.keys, keys, strict=True):
-        key.qpos, key.qvel = qpos, qvel
-
-
-def _address(model: mujoco.MjModel, joint: str) -> tuple[int, int]:
-    """Addresses of a joint's position and velocity."""
-    element = model.joint(joint)
-    return int(element.qposadr[0]), int(element.dofadr[0])
