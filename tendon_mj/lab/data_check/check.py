@@ -21,7 +21,6 @@ from tendon_mj.lab.data_check.column import columns_of
 from tendon_mj.lab.data_check.columns import (
     below_zero_warnings,
     coarse,
-    degree_warnings,
     drive_warnings,
     held,
     overstated_noise,
@@ -32,6 +31,7 @@ from tendon_mj.lab.data_check.columns import (
 )
 from tendon_mj.lab.data_check.faults import DRIVE_LOST, FOLLOW, WRONG_TIMES, DataWarning
 from tendon_mj.lab.data_check.jumps import jump_warnings
+from tendon_mj.lab.data_check.names import degree_warnings, exchange_warnings
 from tendon_mj.lab.data_check.times import timing_warnings
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import (
@@ -111,7 +111,9 @@ def check_recording(
     lost = any(w.identifier in DRIVE_LOST and "[drive]" in w.place for w in warnings)
     # else no reading is as the model's
     if simulated is not None and not still and not lost and not degrees:
-        readings = reading_warnings(recording, simulated)
+        exchanged = list(exchange_warnings(recording, simulated, replay))
+        warnings += exchanged
+        readings = [] if exchanged else reading_warnings(recording, simulated)
         started = all(w.identifier != "start" for w in readings)
         if not started and settle is None and recording.settle > 0.0:
             readings = _short_settle(recording, model, stated) or readings

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import scipy
@@ -288,58 +287,6 @@ def _drive(recording: Recording) -> str:
     return f"{recording.name}, [drive] {columns}"
 
 
-def degree_warnings(
-    recording: Recording,
-    simulated: Recording | None,
-    simulate: Callable[[Recording], Recording | None],
-) -> list[DataWarning]:
-    """Warn of driven columns in rad that hold degrees, and of measured ones that do so too.
-
-    They do if the model is off by more than a column's range, and comes much nearer when they are
-    taken as degrees. ``simulated``: at the numbers that the description states, None if that was
-    unstable; ``simulate``: the same for another recording.
-    """
-    angles = [c for c in columns_of(recording) if c.unit == "rad"]
-    angles = [c for c in angles if c.name not in recording.in_file]
-    driven = {c.name for c in angles if c.driven and np.ptp(c.read) > limits.TURNED}
-    before, _ = _misfit(recording, simulated, set())
-    if not driven or before <= 1.0:
-        return []
-    columns = {c: s / _DEGREES if c in driven else s for c, s in recording.columns.items()}
-    degrees = simulate(replace(recording, columns=columns))
-    after, turned = _misfit(recording, degrees, {c.name for c in angles})
-    if after > min(1.0, before / limits.ALL):
-        return []
-    nearer = f"{before / after:.0f} times " if 0.0 < after < before < np.inf else ""
-    return [
-        column.warn(
-            "unit",
-            f"moves by {np.ptp(column.read):.3g} rad; taken as degrees, the model comes"
-            f" {nearer}nearer to the readings",
-            f"if these are degrees, name the column {column.name.removesuffix('rad') + 'deg'!r}",
-        )
-        for column in angles
-        if column.name in driven | turned
-    ]
-
-
-def _misfit(
-    recording: Recording, simulated: Recording | None, angles: set[str]
-) -> tuple[float, set[str]]:
-    """Mean rms error of the measured columns over their range; those of ``angles`` in degrees."""
-    if simulated is None:
-        return np.inf, set()
-    errors, turned = [0.0], set()
-    for column in recording.measured:
-        read, shown = recording.columns[column], simulated.columns[column]
-        options = [read, read / _DEGREES] if column in angles else [read]
-        error = [float(np.sqrt(np.mean((s - shown) ** 2)) / (np.ptp(s) or 1.0)) for s in options]
-        errors.append(min(error))
-        if error[0] > min(error):
-            turned.add(column)
-    return sum(errors) / max(1, len(errors) - 1), turned
-
-
 def reading_warnings(recording: Recording, simulated: Recording) -> list[DataWarning]:
     """Warn of measured columns: no motion, a wrong unit, a reversed sign, another start.
 
@@ -361,7 +308,7 @@ def reading_warnings(recording: Recording, simulated: Recording) -> list[DataWar
             return [_drive_unit(recording, "less", ratios)]
         if max(ratios) < 1.0 / limits.ALL:
             return [_drive_unit(recording, "more", ratios)]
-    in_turn = _still, _unit, _sign, _diameter, _frozen, _start
+    in_turn = _still, _unit, _sign, _diameter, _frozen, _start, _unlike
     first = (next(filter(None, (fault(column) for fault in in_turn)), None) for column in columns)
     return list(filter(None, first))
 
@@ -459,7 +406,7 @@ def _correlation(column: Column) -> float:
 
 def _sign(column: Column) -> DataWarning | None:
     correlation = _correlation(column)
-    if correlation >= limits.AGAINST:
+    if correlation > -limits.ALIKE_IN_SHAPE:
         return None
     return column.warn(
         "sign",
@@ -487,6 +434,20 @@ def _diameter(column: Column) -> DataWarning | None:
         f"moves by {moves}, the model by {model}, {times:.2g} times as {much}, in the same shape",
         "is a radius of the model, or a command_scale, a diameter, or a gear left out? A"
         " cable that stretches more or less than in the model does this too",
+    )
+
+
+def _unlike(column: Column) -> DataWarning | None:
+    """A motion, well above noise, that has little in common with the model's."""
+    correlation, (span, simulated) = _correlation(column), _ranges(column)
+    if correlation >= limits.ALIKE_IN_SHAPE or min(span, simulated) < limits.CLEAR * column.noise:
+        return None
+    return column.warn(
+        "unlike",
+        f"moves by {column.say(span)} and the model by {column.say(simulated)}, but otherwise:"
+        f" correlation {correlation:.2f} with sensor {column.sensor!r}",
+        "is it the column of this sensor, and [drive] that of this actuator; are the model's"
+        " masses, joints and springs those of the rig? The picture shows both",
     )
 
 

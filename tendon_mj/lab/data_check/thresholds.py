@@ -43,7 +43,7 @@ BITS: Final = 8  # of a counter, at least
 
 # readings against the model
 SIMILAR: Final = 0.15  # of a range, by which a start or a motion of the same kind may differ
-AGAINST: Final = -0.7  # correlation below which a column runs against the model
+ALIKE_IN_SHAPE: Final = 0.7  # correlation of a column and the model below which they are unlike
 SAME_SHAPE: Final = 0.98  # correlation of a column and the model that differ by a factor
 DEGREES: Final = 1.5  # ratio to 180/π of two ranges that differ by it: friction is not proportional
 THOUSAND: Final = 100.0  # ratio of two ranges from which it may be 1000

@@ -202,8 +202,9 @@ class Proof:
 
         The decision rests on extrapolated errors, in units of noise and reproducibility together;
         the result states those of a replay with the model's own step. Where part of the error
-        remains, an effect that explains less than that is taken out. ``step`` is that of the
-        selection, see `with_step`.
+        remains, an effect that explains less than that is taken out; and so is one beside others
+        whose strength ended at an end of its range. ``step`` is that of the selection, see
+        `with_step`.
         """
         data = HeldOut(context.problem, self.own, self.held_out, step, context.base)
         before = data.simulate(selection.calibrated.fit)
@@ -216,6 +217,8 @@ class Proof:
                 fewer = replace(selection, final=selection.calibrated, effects=())
             elif verdict == "partly":
                 fewer = _without_imitation(context, selection, data, after, bars, evidence.limit)
+            elif verdict == "unknown" and evidence.at_end:
+                fewer = without_undetermined(context, selection)
             if len(fewer.effects) == len(selection.effects):
                 break
             selection = fewer
@@ -344,6 +347,17 @@ def _without_imitation(
             others = tuple(s for s in selection.effects if s is not selected)
             least, imitation = explained, replace(selection, final=reduced, effects=others)
     return imitation
+
+
+def without_undetermined(context: SelectionContext, selection: Selection) -> Selection:
+    """The selection without one effect, not its only one, whose strength is not determined."""
+    final = selection.final
+    for selected in selection.effects:
+        if len(selection.effects) > 1 and not final.fit.determines(selected.candidate):
+            reduced = context.polish(context.without(final, selected.candidate))
+            others = tuple(s for s in selection.effects if s is not selected)
+            return replace(selection, final=reduced, effects=others)
+    return selection
 
 
 def _finding(

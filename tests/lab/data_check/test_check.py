@@ -596,6 +596,17 @@ def test_degrees_named_radians_are_told_of_the_drive_and_of_what_was_measured(
         assert repr(column.replace("rad", "deg")) in warning.way_out
 
 
+def test_a_drive_in_the_place_of_what_it_moves_is_told() -> None:
+    model = build("reel").compile()
+    recording = wrist("reel", model)
+    motor, wrist_angle = recording.columns["motor_rad"], recording.columns["wrist_rad"]
+    exchanged = changed(recording, motor_rad=wrist_angle, wrist_rad=motor)
+    (warning,) = check_recording(exchanged, model).warnings
+    assert warning.identifier == "exchanged"
+    assert warning.blocks
+    assert "'wrist_rad'" in warning.value
+
+
 def test_radians_of_many_turns_are_not_taken_for_degrees() -> None:
     model = build("reel").compile()
     recording = wrist("reel", model)

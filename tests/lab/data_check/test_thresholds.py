@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_mj.lab.data_check import DataWarning, columns, timing_warnings
+from tendon_mj.lab.data_check import DataWarning, columns, names, timing_warnings
 from tendon_mj.lab.data_check.column import Column, stands, usual_range
 from tendon_mj.lab.data_check.jumps import jump_warnings
 from tests.lab.recorded import recorded
@@ -80,14 +80,29 @@ def in_degrees(span: float) -> list[DataWarning]:
     drive = {"reel_rad": ("reel", angle)}
     made = recorded(0.01 * ROWS, drive, {"in_N": ("input_tension", None, WAVE)}, name="made")
     far = replace(made, columns={**made.columns, "in_N": 9.0 * WAVE})
-    return columns.degree_warnings(made, far, lambda recording: made)
+    return names.degree_warnings(made, far, lambda recording: made)
 
 
-def against(correlation: float) -> DataWarning | None:
-    wave, noise = (y - y.mean() for y in (WAVE, NOISE))
-    noise -= wave * (noise @ wave) / (wave @ wave)
-    noise *= np.linalg.norm(wave) / np.linalg.norm(noise)
-    return columns._sign(column(math.sqrt(1.0 - correlation**2) * noise - correlation * wave))
+def exchanged(away: float, noise: float = 0.0) -> list[DataWarning]:
+    """Two columns of a model so far apart, of their range, recorded in each other's place."""
+    models = WAVE, WAVE + away * np.ptp(WAVE)
+    read = [model + noise * np.ptp(WAVE) * (-1.0) ** ROWS for model in models]
+    drive = {"reel_m": ("reel", 1e-3 * np.sin(0.01 * ROWS))}
+    measured = {
+        "in_N": ("input_tension", None, read[1]),
+        "out_N": ("output_tension", None, read[0]),
+    }
+    made = recorded(0.01 * ROWS, drive, measured, name="made")
+    shown = dict(zip(measured, models, strict=True))
+    simulated = replace(made, columns={**made.columns, **shown})
+    return list(names.exchange_warnings(made, simulated, lambda recording: None))
+
+
+def with_correlation(correlation: float) -> Column:
+    wave, other = (y - y.mean() for y in (WAVE, np.sin(0.03 * ROWS)))
+    other -= wave * (other @ wave) / (wave @ wave)
+    other *= np.linalg.norm(wave) / np.linalg.norm(other)
+    return column(math.sqrt(1.0 - correlation**2) * other + correlation * wave)
 
 
 def rounded(share: float) -> DataWarning | None:
@@ -169,7 +184,24 @@ EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
     "thousandths": (lambda times: columns._unit(column(times * WAVE)), 90.0, 110.0),
     "degrees": (lambda times: columns._unit(column(times * WAVE)), DEGREES / 1.6, DEGREES / 1.4),
     "a drive in degrees": (in_degrees, 2.5, 3.5),
-    "a reversed sign": (against, 0.6, 0.8),
+    "a reversed sign": (lambda against: columns._sign(with_correlation(-against)), 0.6, 0.8),
+    "another motion": (lambda shared: columns._unlike(with_correlation(shared)), 0.8, 0.6),
+    "another motion beyond noises": (
+        lambda noises: columns._unlike(column(WAVE[::-1], noise=np.ptp(WAVE) / noises)),
+        7.0,
+        9.0,
+    ),
+    "exchanged columns": (exchanged, 0.08, 0.12),
+    "exchanged columns that are far from the model": (
+        lambda noise: exchanged(1.0, noise),
+        0.25,
+        0.12,
+    ),
+    "exchanged columns that come little nearer": (
+        lambda noise: exchanged(0.3, noise),
+        0.2,
+        0.14,
+    ),
     "another start": (lambda share: columns._start(column(WAVE + share * 10.0)), 0.12, 0.18),
     "another start beyond noises": (
         lambda noises: columns._start(column(WAVE + 2.0 * noises, noise=2.0)),

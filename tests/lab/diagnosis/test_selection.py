@@ -8,7 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tendon_mj.lab.diagnosis import Selection
+from tendon_mj.lab.diagnosis.proof import without_undetermined
 from tendon_mj.lab.diagnosis.selection import CONVERGED, eliminate_backward
+from tendon_mj.lab.diagnosis.statistics import SelectedEffect
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.typing import FloatArray
 from tests.lab.diagnosis.linear_rig import (
@@ -146,6 +149,22 @@ def test_a_strength_at_the_end_of_its_range_is_not_selected() -> None:
     shapes = {"a": {"a": 1.0}, "b": {"a": 1.0, "b": 0.1}}
     assert selected(shapes, {"a": 5.0}, [A, B]) == {"a"}
     assert selected(shapes, {"a": 5.0}, [effect("a", most=4.9), B]) == {"b"}
+
+
+def test_an_effect_that_ended_at_an_end_is_taken_out_beside_another() -> None:
+    """Of 5 a and 3 b, b is held at 1; without it a leaves 9, and a alone stays."""
+    selection_context = context(imitator(1.0, 1.0, 0.1), {"a": 5.0, "b": 3.0}, [])
+    held = effect("b", most=1.0)
+    calibrated = selection_context.fit_model((), ())
+    final = selection_context.fit_model((A, held), (4.0, 0.5), evaluations=CONVERGED)
+    both = tuple(SelectedEffect(e, (), 1.0) for e in (A, held))
+    selection = Selection(calibrated, final, both, None)
+    assert not final.fit.determines(held)
+    fewer = without_undetermined(selection_context, selection)
+    assert fewer.effects == both[:1]
+    assert fewer.final.excess == pytest.approx(9.0)
+    alone = replace(selection, effects=both[1:])
+    assert without_undetermined(selection_context, alone) is alone
 
 
 def test_at_most_three_effects_are_selected_the_largest_first() -> None:
