@@ -29,6 +29,7 @@ from tendon_mj.warp.tendons import (
     Sheath,
     Tendons,
     capstan,
+    follow_speed,
     held,
     reset_sheath,
     set_alone,
@@ -39,7 +40,8 @@ from tendon_mj.warp.tendons import (
 wp.set_module_options({"enable_backward": False})
 
 _ZERO = wp.constant(wp.float64(0.0))
-_ONE = wp.constant(wp.float64(1.0))
+_HALF, _ONE = wp.constant(wp.float64(0.5)), wp.constant(wp.float64(1.0))
+_RIGIDITY = wp.constant(wp.float64(0.25))  # of a drum's flank: see the plugin's `drive`
 _ELASTIC, _INEXTENSIBLE = wp.constant(ELASTIC), wp.constant(INEXTENSIBLE)
 _FOLLOWS = wp.constant(wp.float64(0.2))  # see the plugin's `input_force`
 _ROUNDED_LENGTH = wp.constant(wp.float64(1e-7))  # relative, rounding of single precision
@@ -54,7 +56,9 @@ def _has_ended(t: Tendons, k: int, w: int, now: wp.float32) -> bool:
 
 
 @wp.kernel
-def commit(time: wp.array[wp.float32], t: Tendons, kind: int) -> None:
+def commit(
+    time: wp.array[wp.float32], timestep: wp.array[wp.float32], t: Tendons, kind: int
+) -> None:
     """Make what ended steps left in segments the committed state; threads (segments, worlds)."""
     row, w = wp.tid()
     k = t.sheath[row]
@@ -76,6 +80,8 @@ def commit(time: wp.array[wp.float32], t: Tendons, kind: int) -> None:
         flow = wp.float64(t.flow[guide, w])
         stored += flow + t.shift[guide, w]
         t.previous_slip[guide, w] = wp.where(flow != _ZERO, t.slip[guide, w], 0)
+        h = wp.float64(timestep[w % timestep.shape[0]])
+        follow_speed(t, k, guide, flow / h, h, w)
     if j == 0 and kind == _ELASTIC:  # the input's tension sets its length
         stored, _, _ = held(t, sheath_at(t, k, w), 0, tension)
     t.stored[row, w] = stored
@@ -248,6 +254,30 @@ def _hold_none(t: Tendons, s: Sheath, now: wp.float32) -> None:
     _pull_nothing(t, s, now)
 
 
+@wp.func
+def _on_drum(b: Dynamics, t: Tendons, s: Sheath, ea: wp.float64) -> wp.float64:
+    """Tendon on the drum behind its play, and what its drive bears: see the plugin's `drive`."""
+    k, w = s.index, s.world
+    joint, radius, play = t.reel_joint[k], t.reel_radius[k], wp.float64(t.backlash[w, k])
+    drive = wound(b, joint, radius, w) + reeled(b, t.reel[k], t.reel_output[k], w)
+    t.drive_bears[k, w] = wp.float64(wp.inf)
+    if play == _ZERO or not wp.isfinite(drive):
+        return drive
+    softness = wp.float64(0.0)  # of the flank [m/N]
+    if joint >= 0:
+        mobility = b.dof_invweight0[w % b.dof_invweight0.shape[0], b.jnt_dofadr[joint]]
+        reach = wp.float64(b.timestep[w % b.timestep.shape[0]]) * radius
+        softness = wp.float64(mobility) * reach * reach / _RIGIDITY
+    strain = wp.max(_ZERO, t.before[s.segment, w])
+    pull = ea * strain * (_ONE + _HALF * strain)
+    least, most = drive - _HALF * play - pull * softness, drive + _HALF * play
+    on_drum = wp.min(wp.max(t.wound_in[k, w], least), most)
+    if joint >= 0:
+        pressed = wp.max(_ZERO, drive - on_drum - _HALF * play)
+        t.drive_bears[k, w] = wp.abs(radius) * pressed / softness
+    return on_drum
+
+
 @wp.kernel
 def trace(m: Scene, b: Dynamics, t: Tendons, kind: int) -> None:
     """Paths of the sheaths of a kind; threads (sheaths, worlds)."""
@@ -283,8 +313,7 @@ def trace(m: Scene, b: Dynamics, t: Tendons, kind: int) -> None:
     if not pulls:
         _hold_none(t, s, now)
         return
-    wound_in = wound(b, t.reel_joint[k], t.reel_radius[k], w)
-    wound_in += reeled(b, t.reel[k], t.reel_output[k], w)
+    wound_in = _on_drum(b, t, s, ea)
     wound_out = wound(b, t.output_joint[k], t.output_radius[k], w)
     if not wp.isfinite(wound_in + wound_out):
         t.unsolved[w, k] += 1
@@ -344,9 +373,9 @@ def _publish(t: Tendons, s: Sheath, ea: wp.float64, counted: wp.float64) -> bool
     first, final = t.tension[s.segment, w], t.tension[s.segment + s.guides, w]
     t.input_tension[w, k] = wp.float32(ea * first)
     t.output_tension[w, k] = wp.float32(ea * final)
-    half = wp.float64(0.5)
-    t.reel_torque[k, w] = t.reel_radius[k] * ea * first * (_ONE + half * first)
-    t.output_torque[k, w] = t.output_radius[k] * ea * final * (_ONE + half * final)
+    torque, most = t.reel_radius[k] * ea * first * (_ONE + _HALF * first), t.drive_bears[k, w]
+    t.reel_torque[k, w] = wp.min(wp.max(torque, -most), most)
+    t.output_torque[k, w] = t.output_radius[k] * ea * final * (_ONE + _HALF * final)
     return bounded
 
 

@@ -14,7 +14,7 @@ from tendon_mj.warp.groups import Groups
 from tendon_mj.warp.motion import Dynamics, input_force, span_jacobian
 from tendon_mj.warp.path import Scene, trace_path
 from tendon_mj.warp.response import Motion, damping_of, respond, step_of, tendon_damping
-from tendon_mj.warp.tendons import Tendons, capstan, reset_sheath, sheath_at
+from tendon_mj.warp.tendons import Tendons, capstan, follow_speed, reset_sheath, sheath_at
 
 wp.set_module_options({"enable_backward": False})
 
@@ -46,14 +46,24 @@ def _speed(y: Groups, c: int, qvel: wp.array2d[wp.float32], w: int) -> wp.float6
 
 
 @wp.func
-def commit_member(t: Tendons, y: Groups, qvel: wp.array2d[wp.float32], i: int, w: int) -> None:
+def commit_member(
+    t: Tendons,
+    y: Groups,
+    qvel: wp.array2d[wp.float32],
+    timestep: wp.array[wp.float32],
+    i: int,
+    w: int,
+) -> None:
     """Make the step on trial the committed state."""
-    k = y.sheath[i]
+    k, h = y.sheath[i], wp.float64(timestep[w % timestep.shape[0]])
     y.input_before[i, w] = y.input[i, w]
     for c in range(y.first_cell[i], y.first_cell[i + 1]):
         y.before[c, w] = y.tension[c, w]
         y.slid[c, w] = wp.int8(wp.where(y.flows[c, w], int(y.slides[c, w]), 0))
         y.way_before[c, w] = y.way[c, w]
+        speed = wp.where(y.flows[c, w], wp.float64(y.speed[y.head[c, w], w]), _ZERO)
+        for guide in range(y.begin[c], y.end[c]):
+            follow_speed(t, k, guide, speed, h, w)
         y.speed_before[c, w] = wp.float32(_speed(y, y.head[c, w], qvel, w))
     t.previous_constraint[k, w] = t.constraint_force[k, w]
     t.constraint_force[k, w] = t.solved_force[k, w]
@@ -79,13 +89,17 @@ def keep_unknown(
 
 @wp.kernel
 def commit_groups(
-    time: wp.array[wp.float32], qvel: wp.array2d[wp.float32], t: Tendons, y: Groups
+    time: wp.array[wp.float32],
+    timestep: wp.array[wp.float32],
+    qvel: wp.array2d[wp.float32],
+    t: Tendons,
+    y: Groups,
 ) -> None:
     """Commit ended steps; threads (members, worlds)."""
     i, w = wp.tid()
     k = y.sheath[i]
     if t.has_trial[k, w] and time[w] > t.trial_time[k, w]:
-        commit_member(t, y, qvel, i, w)
+        commit_member(t, y, qvel, timestep, i, w)
 
 
 @wp.func
@@ -184,7 +198,7 @@ def set_up(m: Scene, b: Dynamics, q: Motion, t: Tendons, y: Groups) -> None:
     if now < t.trial_time[k, w]:
         reset_sheath(t, k, w)
     elif t.has_trial[k, w] and now > t.trial_time[k, w]:
-        commit_member(t, y, q.qvel, i, w)
+        commit_member(t, y, q.qvel, q.timestep, i, w)
     t.trial_time[k, w] = now
     trace_path(m, t, sheath_at(t, k, w))
     _gather(t, y, i, w)

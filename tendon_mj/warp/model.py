@@ -148,7 +148,7 @@ def _evaluate(m: Any, d: Any, layout: SheathLayouts, moved: Any, kind: int) -> N
     _launch(
         d,
         (
-            (commit, segments, [d.time, t, kind]),
+            (commit, segments, [d.time, m.opt.timestep, t, kind]),
             (trace, sheaths, [_filled(Scene, m, d), motion, t, kind]),
             (prepare, segments, [t, kind]),
             (solve, sheaths, [motion, t, kind]),
@@ -435,17 +435,18 @@ def get_data_into(
         return
     sheaths = sheaths_laid_out(data, layout_of(simulated))
     t, y, rows = sheaths.tendons, sheaths.groups, (sheaths.tendons.stored.shape[0],)
+    step = wp.array([model.opt.timestep], dtype=wp.float32, device=data.qpos.device)
     _launch(
         data,
         (
-            *((commit, rows, [data.time, t, kind]) for kind in (WOUND, ELASTIC)),
+            *((commit, rows, [data.time, step, t, kind]) for kind in (WOUND, ELASTIC)),
             (finish, (len(sheaths.names),), [data.time, t]),
             (
                 keep_unknown,
                 y.unknown.shape[:1],
                 [data.time, data.qfrc_smooth, data.qfrc_constraint, t, y],
             ),
-            (commit_groups, y.sheath.shape, [data.time, data.qvel, t, y]),
+            (commit_groups, y.sheath.shape, [data.time, step, data.qvel, t, y]),
         ),
     )
     read_back(simulated, t, world_id, result.time - model.opt.timestep)

@@ -27,6 +27,9 @@ LIVE_PARAMETERS: Final = (
     "pretension",
     "extra_bend",
     "slack",
+    "backlash",
+    "stribeck_friction",
+    "stribeck_velocity",
 )
 _SCALES = {parameter.scale for parameter in LAW.values()}  # of no effect by themselves
 # parameters of effects that no world has

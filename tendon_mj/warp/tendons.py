@@ -20,6 +20,7 @@ wp.set_module_options({"enable_backward": False})
 WOUND, ELASTIC, INEXTENSIBLE = range(3)
 _ELASTIC = wp.constant(ELASTIC)
 _HOLDS_ANYTHING = wp.constant(wp.float64(37.0))  # see `plugin.sheath_plugin.friction`
+_MEMORY = wp.constant(wp.float64(0.02))  # the same [s]
 
 
 @wp.struct
@@ -56,11 +57,15 @@ class Tendons:
     pretension: wp.array2d[wp.float32]  # T_0 [N]
     extra_bend: wp.array2d[wp.float32]  # φ_x [rad]
     slack: wp.array2d[wp.float32]  # s [m]
+    backlash: wp.array2d[wp.float32]  # b [m]
+    stribeck_friction: wp.array2d[wp.float32]  # Δμ [-]
+    stribeck_velocity: wp.array2d[wp.float32]  # v_s [m/s]
     # committed state
     started: wp.array2d[wp.bool]  # (sheaths, worlds); INEXTENSIBLE: whether a step has ended
     stored: wp.array2d[wp.float64]  # s, unstretched length in a segment [m]
     before: wp.array2d[wp.float64]  # τ after the step before
     previous_slip: wp.array2d[wp.int32]  # of a guide: +1 to the input, −1, 0 at rest
+    sliding_speed: wp.array2d[wp.float64]  # of a guide, seen through the memory of friction [m/s]
     wound_in: wp.array2d[wp.float64]  # (sheaths, worlds) [m]
     wound_out: wp.array2d[wp.float64]
     spring_length: wp.array2d[wp.float64]  # rest length S of the tendon's own spring [m]
@@ -75,6 +80,7 @@ class Tendons:
     trial_time: wp.array2d[wp.float32]  # [s]
     trial_wound_in: wp.array2d[wp.float64]
     trial_wound_out: wp.array2d[wp.float64]
+    drive_bears: wp.array2d[wp.float64]  # torque on a reel's joint, at most [N m]
     trial_spring_length: wp.array2d[wp.float64]
     solved_force: wp.array2d[wp.float64]  # λ as it was solved in that step [N]
     trial_touches: wp.array2d[wp.bool]
@@ -154,6 +160,16 @@ def reset_sheath(t: Tendons, k: int, w: int) -> None:
     t.constraint_force[k, w] = wp.float64(0.0)
     t.previous_constraint[k, w] = wp.float64(0.0)
     t.solved_force[k, w] = wp.float64(0.0)
+    for guide in range(t.first_guide[k], t.first_guide[k] + t.guides[k]):
+        t.sliding_speed[guide, w] = wp.float64(0.0)
+
+
+@wp.func
+def follow_speed(t: Tendons, k: int, guide: int, speed: wp.float64, h: wp.float64, w: int) -> None:
+    """Let the speed that Stribeck friction sees follow that of an ended step, where there is any."""
+    seen = t.sliding_speed[guide, w]
+    seen += h / (_MEMORY + h) * (wp.abs(speed) - seen)
+    t.sliding_speed[guide, w] = wp.where(t.stribeck_friction[w, k] > 0.0, seen, wp.float64(0.0))
 
 
 @wp.func
@@ -182,6 +198,11 @@ def capstan(t: Tendons, guide: int, k: int, w: int) -> tuple[wp.float64, wp.floa
     """Largest ratio of tensions at a guide while it slides, and at rest; its F_c [N]."""
     sliding = wp.float64(t.friction[w, k])
     static = wp.max(sliding, wp.float64(t.static_friction[w, k]))
+    scale = wp.float64(t.stribeck_velocity[w, k])
+    if t.stribeck_friction[w, k] > 0.0 and scale > wp.float64(0.0):
+        more = wp.float64(t.stribeck_friction[w, k]) * wp.exp(-t.sliding_speed[guide, w] / scale)
+        sliding += more
+        static += more
     bend, constant = wp.float64(t.angle[guide, w]), wp.float64(0.0)
     if not t.is_on_arc[guide, w]:
         bend = wp.max(wp.float64(0.0), bend + wp.float64(t.extra_bend[w, k]) / t.sharing[k])

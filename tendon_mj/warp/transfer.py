@@ -36,14 +36,14 @@ _BY_WORLD = (
     ("sheaths", wp.bool, "started has_trial active yields"),
     ("sheaths", wp.float32, "trial_time"),
     ("sheaths", wp.float64, "wound_in wound_out trial_wound_in trial_wound_out"),
-    ("sheaths", wp.float64, "reel_torque output_torque spring_length spring_product"),
+    ("sheaths", wp.float64, "reel_torque output_torque drive_bears spring_length spring_product"),
     ("sheaths", wp.float64, "trial_spring_length given_tension"),
     ("sheaths", wp.float64, "constraint_force previous_constraint solved_force"),
     ("all segments", wp.float64, "length pull"),
     ("all segments", wp.vec3, "start along"),
     ("all segments", wp.int32, "near_body far_body"),
     ("segments", wp.float64, "stored before tension give kept alone prefix"),
-    ("all guides", wp.float64, "angle"),
+    ("all guides", wp.float64, "angle sliding_speed"),
     ("all guides", wp.bool, "is_on_arc"),
     ("guides", wp.float64, "shift flow constant dynamic_ratio"),
     ("guides", wp.float64, "input_ratio input_inverse output_ratio output_inverse"),
@@ -176,6 +176,10 @@ def _fill_state(tendons: Any, simulated: dict[str, Simulated], nworld: int) -> N
     for name, field in (("stored", "stored"), ("before", "previous_tension")):
         rows = [np.ravel(sheath.segments[field]) for sheath in elastic]
         put(name, wp.float64, np.concatenate([*rows, []]))
+    speeds = np.zeros(sum(len(sheath.guides) for sheath in simulated.values()))
+    for sheath, row in zip(simulated.values(), rows_of(simulated).guide, strict=True):
+        speeds[row : row + len(sheath.guides)] = sheath.guides["sliding_speed"]
+    put("sliding_speed", wp.float64, speeds)
     slips = [np.ravel(sheath.guides["previous_slip"]) for sheath in elastic]
     put("previous_slip", wp.int32, np.concatenate([*slips, []]))
     if any(len(sheath.arcs) for sheath in elastic):
@@ -203,7 +207,7 @@ def read_back(simulated: dict[str, Simulated], tendons: Any, world: int, last: f
         return getattr(tendons, name).numpy()[:, world]
 
     parameters = {name: getattr(tendons, name).numpy()[world] for name in LIVE_PARAMETERS}
-    segment, guide, arc = 0, 0, 0
+    segment, guide, arc, rows = 0, 0, 0, rows_of(simulated).guide
     for k, sheath in enumerate(simulated.values()):
         law = sheath.state["law"]
         for name, values in parameters.items():
@@ -216,6 +220,9 @@ def read_back(simulated: dict[str, Simulated], tendons: Any, world: int, last: f
             sheath.state[name] = column(name)[k]
         sheath.state["finished"] = sheath.state["started"]
         sheath.state["commit_time"], sheath.state["has_trial"] = last, 0.0
+        guides = slice(rows[k], rows[k] + len(sheath.guides))
+        sheath.guides["sliding_speed"] = column("sliding_speed")[guides]
+        sheath.state["speed_kept"] = law["stribeck_friction"] > 0.0
         sheath.state["unsolved"] = tendons.unsolved.numpy()[world, k]
         if sheath.state["inextensible"]:
             continue

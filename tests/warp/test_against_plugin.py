@@ -11,6 +11,10 @@ from tests.plugin.test_reactions import simulate
 from tests.rigs import GIVEN, sheathed
 from tests.warp.models import agrees, controls, fingers, fingers_xml, mjw, put, step, tensions, tw
 
+pytest.importorskip("warp")
+
+from tendon_mj.warp.support import simulated_sheaths  # noqa: E402
+
 STEPS = 80
 OF_RANGE = 1e-3  # largest difference of a tension over the range of all
 
@@ -53,6 +57,36 @@ def test_every_kind_of_sheath_has_the_plugin_s_tensions(all_kinds):
     agree(plugin, warp, apart)
     assert not tw.sheaths_of(d).unsolved.numpy().any()
     assert np.ptp(data.qpos) > 0.05
+
+
+@agrees
+def test_friction_that_fades_with_speed_is_the_plugin_s_there_and_back():
+    model = fingers(stribeck_friction=0.2, stribeck_velocity=0.01)
+    m, d = put(model)
+    data, back = mujoco.MjData(model), mujoco.MjData(model)
+    agree(*side_by_side(model, d, m, data, STEPS))
+    tw.get_data_into(back, model, d)
+    mujoco.mj_forward(model, data)  # commits the last step
+    for name, sheath in simulated_sheaths(model, data).items():
+        speeds = sheath.guides["sliding_speed"]
+        got = simulated_sheaths(model, back)[name].guides["sliding_speed"]
+        assert speeds.max() > 1e-3, name
+        np.testing.assert_allclose(got, speeds, atol=1e-3 * speeds.max())
+
+
+@agrees
+def test_a_drum_with_play_winds_and_turns_its_drive_as_the_plugin_s():
+    motor = '<actuator><motor joint="reel_joint" ctrlrange="-0.5 0.5"/></actuator>'
+    model = fingers(kinds=("reel", "spools"), rest=motor, backlash=4e-3)
+    m, d = put(model)
+    data = mujoco.MjData(model)
+    agree(*side_by_side(model, d, m, data, 300))
+    loose = fingers(kinds=("reel", "spools"), rest=motor)
+    other = mujoco.MjData(loose)
+    for control in controls(loose, 300, 0):
+        other.ctrl[:] = control
+        mujoco.mj_step(loose, other)
+    assert np.abs(other.qpos - data.qpos).max() > 1e-2, "the play makes a difference"
 
 
 @agrees

@@ -132,7 +132,14 @@ def test_every_kind_of_drive_has_the_plugin_s_tensions_and_sensors(integrator):
 
 
 @agrees
-@pytest.mark.parametrize("law", [{}, {"static_friction": 0.4, "constant_friction": 0.3}])
+@pytest.mark.parametrize(
+    "law",
+    [
+        {},
+        {"static_friction": 0.4, "constant_friction": 0.3},
+        {"stribeck_friction": 0.1, "stribeck_velocity": 0.05},
+    ],
+)
 @pytest.mark.parametrize("drive", ["motor", "position", "general", "two"])
 def test_an_arm_s_tensions_are_the_plugin_s(drive, law):
     model = arm(ACTUATORS[drive], 0.2, option='timestep=".001" integrator="implicitfast"', **law)

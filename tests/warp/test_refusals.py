@@ -69,7 +69,7 @@ REFUSED = {
     "integrator RK4": lambda: fingers(kinds=("reel",), integrator="RK4"),
     "sheath 'reel': viscous_friction = 2 ": lambda: reel(viscous_friction=2.0),
     "sheath 'reel': creep = 0.1 ": lambda: reel(creep=0.1, creep_time=1.0),
-    "sheath 'reel': backlash": lambda: reel(backlash=1e-3),
+    "sheath 'reel': direction_asymmetry": lambda: reel(direction_asymmetry=0.1),
     "sheath 'reel': axial_damping": lambda: reel(axial_damping=1.0),
     "sheath 's': an elastic tendon that branches at a pulley": lambda: arm(
         MOTOR, 0.1, path=PULLEY, axial_stiffness=1e4
@@ -100,7 +100,7 @@ def test_a_model_without_sheaths_goes_as_it_is():
     assert m.callback.passive is None
 
 
-@pytest.mark.parametrize("effect", ["backlash", "axial_damping", "viscous_friction"])
+@pytest.mark.parametrize("effect", ["direction_asymmetry", "axial_damping", "viscous_friction"])
 def test_so_is_a_live_parameter(effect):
     model = reel()
     data = mujoco.MjData(model)
