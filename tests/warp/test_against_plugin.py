@@ -13,7 +13,7 @@ from tests.warp.models import agrees, controls, fingers, fingers_xml, mjw, put, 
 
 pytest.importorskip("warp")
 
-from tendon_mj.warp.support import simulated_sheaths  # noqa: E402
+from tendon_mj.warp.support import simulated_sheaths
 
 STEPS = 80
 OF_RANGE = 1e-3  # largest difference of a tension over the range of all
