@@ -478,8 +478,10 @@ class _Names:
                 fault = "is of a log; for a table write { column = … }"
             elif not self.table.has(source.column):
                 fault = unknown("column", source.column, self.table.names)
+                fault += f", in {self.where}"
             else:
-                sources[column], fault = _in_its_unit(column, source)
+                unit = claimed_unit(proposed_name(source.column))
+                sources[column], fault = in_its_unit(column, source, unit)
             faults += [f"{self.toml}, [columns] {column!r}: {fault}"] if fault else []
         return sources, faults
 
@@ -551,9 +553,9 @@ def _grows(values: NDArray[Any]) -> bool:
     return bool(steps.size and (steps >= 0.0).all() and np.median(steps) > 0.0)
 
 
-def _in_its_unit(column: str, source: Source) -> tuple[Source, str]:
-    """A source with the unit in which its own name ends; or the contradiction to that."""
-    ours, theirs = claimed_unit(column), claimed_unit(source.column)
+def in_its_unit(column: str, source: Source, theirs: str) -> tuple[Source, str]:
+    """A source with the unit that its file says, such as ``_deg``; or the contradiction to that."""
+    ours = claimed_unit(column)
     if source.unit or theirs not in UNIT_FACTORS or theirs == ours:
         return source, ""
     alike = UNIT_FACTORS[ours][0] == UNIT_FACTORS[theirs][0]
@@ -561,7 +563,8 @@ def _in_its_unit(column: str, source: Source) -> tuple[Source, str]:
     if plain and alike:
         return replace(source, unit=theirs.removeprefix("_")), ""
     if alike or plain:
-        product = "factor × number + offset" if alike else f"a number of {source.column!r}"
+        name = source.column or source.field
+        product = "factor × number + offset" if alike else f"a number of {name!r}"
         return source, f"which unit {product} is in is unclear; say unit = {ours[1:]!r} or another"
     return source, ""
 
