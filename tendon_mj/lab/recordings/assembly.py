@@ -16,7 +16,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError, TendonWarning, unknown
-from tendon_mj.lab.recordings.description import Source, TableLayout
+from tendon_mj.lab.recordings.description import UNSAID, Source, TableLayout
 from tendon_mj.lab.recordings.units import (
     LARGEST,
     TIME,
@@ -506,17 +506,31 @@ class _Names:
         taken = {*described, *TIMES, *dict(entries).values(), *self._texts}
         rest = [name for name in names if name not in taken]
         there = {*names, *self.layout.columns, *TIMES}
-        near = {c: get_close_matches(c, rest, 1, 0.5) for c in described if c not in there}
-        if not entries and all(near.values()):
+        missing = [column for column in described if column not in there]
+        alike = {
+            c: [name for name in rest if _words(c) == _words(name)]
+            or [name for name in rest if _words(c) < _words(name)]
+            for c in missing
+        }
+        near = all(get_close_matches(c, rest, 1, 0.5) for c in missing)
+        if near and not entries and not any(alike.values()):
             return []  # misspelt, as the faults say
-        only = rest if len(rest) == len(near) == 1 else ["…"]
-        entries += [(column, (close or only)[0]) for column, close in near.items()]
+        lines = [f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries]
+        found = [name for of in alike.values() for name in of]
+        for column, of in alike.items():
+            name = of[0] if len(of) == 1 and found.count(of[0]) == 1 else "…"
+            text = json.dumps(name, ensure_ascii=False)
+            same = _words(column) == _words(name) and _quantity(column) == _quantity(name) != ""
+            sure = name == "…" or same
+            asked = f'{{ column = {text}, unit = "{UNSAID}" }}'
+            lines.append(f"{column} = {text if sure else asked}")
         return [
             f"add to {self.toml}; [drive] and [measured] use the names on the left, with a unit for"
-            " UNIT:",
+            f" UNIT and {UNSAID}, and a column for …:",
             "[columns]",
-            *(f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries),
-            f"where numbers have no unit, for example counts of 4096 a turn: {_factored(entries)}",
+            *lines,
+            f"# columns of the table: {', '.join(map(repr, rest))}",
+            '# of counts say their factor too: factor = 0.087890625, unit = "deg" for 4096 a turn',
         ]
 
     @property
@@ -539,12 +553,23 @@ class _Names:
         name = next(iter([*named, *dates, *(n for n in cells if _grows(cells[n]))]), "…")
         if (unit := claimed_unit(proposed_name(name))) in ("_s", "_ms", "_us", "_ns"):
             return f"time{unit}", name
+        text = sample.get(name, "")
         try:
-            size = float(sample.get(name, ""))
+            since_1970 = float(text) >= _SINCE_1970 * 1e9  # not even a counter of ns is so large
         except ValueError:
-            return TIME if sample.get(name) else "time_UNIT", name
-        since_1970 = {"time_ns": 1e17, "time_us": 1e14, "time_ms": 1e11, "time_s": _SINCE_1970}
-        return next((u for u, least in since_1970.items() if size >= least), "time_UNIT"), name
+            return TIME if text else "time_UNIT", name
+        return "time_ns" if since_1970 else "time_UNIT", name
+
+
+def _quantity(column: str) -> str:
+    """The SI unit of what a column's name says that it is in; empty if it says none."""
+    return UNIT_FACTORS.get(claimed_unit(proposed_name(column)), ("", 1.0))[0]
+
+
+def _words(column: str) -> set[str]:
+    """The words of a column's name, but for its unit."""
+    name = proposed_name(column)
+    return {*name.removesuffix(claimed_unit(name)).lower().split("_")}
 
 
 def _grows(values: NDArray[Any]) -> bool:
@@ -575,12 +600,3 @@ def _clock(columns: Collection[str]) -> str:
 
 def _refusal(faults: Sequence[str]) -> RecordingError:
     return RecordingError("\n".join(dict.fromkeys(faults)))
-
-
-def _factored(entries: Collection[tuple[str, str]]) -> str:
-    """An entry of [columns] with a factor, for an angle if there is one."""
-    others = [entry for entry in entries if entry[0] not in TIMES]
-    angles = [entry for entry in others if entry[0].endswith(("_deg", "_rad"))]
-    column, name = (*angles, *others, ("lever_deg", "counts"))[0]
-    factor = "…" if others and not angles else '0.087890625, unit = "deg"'
-    return f"{column} = {{ column = {json.dumps(name, ensure_ascii=False)}, factor = {factor} }}"

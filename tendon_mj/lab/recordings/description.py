@@ -27,6 +27,7 @@ from tendon_mj.typing import FloatArray
 _TABLES = ("drive", "measured", "known", "uncertain", "session")
 KEYS = ("model", "source", "settle", "timing", "header", *_TABLES, "columns", "mcap")
 
+UNSAID = "unit?"  # in [columns], for a unit that neither a file nor its user has said
 _OVER = 1.01  # of its period, that a counter with noise covers at most
 _LEAST_SPREAD = 1e-12  # of the value that it is about
 _SETTLING_TIME = 10.0  # [s] of rests if none is stated; a model that rests earlier is read then
@@ -385,6 +386,11 @@ def _source(name: str, entry: Any, here: str) -> Source:
     if source.unit:
         target = UNIT_FACTORS[claimed_unit(name)][0]
         kin = [u.removeprefix("_") for u, (si, _) in UNIT_FACTORS.items() if si == target]
+        if source.unit == UNSAID:
+            raise RecordingError(
+                f"{here}, unit: say in which unit the numbers of {source.column or source.field!r}"
+                f" are, in place of {UNSAID!r}: one of {', '.join(kin)}; counts also need a factor"
+            )
         if source.unit not in kin:
             raise RecordingError(f"{here}, unit: {unknown('unit', source.unit, kin)}")
     return source

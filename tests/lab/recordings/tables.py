@@ -58,11 +58,13 @@ def dataset(
     }
     features["timestamp"] = {"dtype": "float32", "shape": [1], "names": None}
     first = next(iter(next(iter(vectors.values())).values()))
-    episodes = []
+    episodes, vector = [], pa.list_(pa.float32())
     for k in range(len(first)):
         frames = np.arange(len(first[k]))
         columns = {
-            name: pa.array(np.transpose([v[k] for v in of.values()]).tolist(), pa.list_(pa.float32()))
+            name: pa.array(
+                np.transpose([v[k] for v in of.values()]).tolist(), pa.list_(pa.float32())
+            )
             for name, of in vectors.items()
         }
         columns["timestamp"] = pa.array((frames / rate).astype(np.float32))

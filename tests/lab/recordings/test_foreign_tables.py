@@ -48,6 +48,10 @@ def read(
 
 def is_plain(recording: Recording, within: float = 1e-12) -> None:
     assert list(recording.columns) == ["reel_m", "pull_N"]
+    has_the_columns(recording, within)
+
+
+def has_the_columns(recording: Recording, within: float = 1e-12) -> None:
     assert_allclose(recording.time - recording.time[0], TIME, atol=max(within, 1e-12))
     assert_allclose(recording.columns["reel_m"], REEL, atol=1e-12)
     assert_allclose(recording.columns["pull_N"], PULL, atol=1e-9)
@@ -525,6 +529,60 @@ def test_a_name_that_is_in_columns_already_is_not_advised_to_be_put_there(tmp_pa
     assert "\n" not in str(caught.value)
 
 
+UNSAID = {"reel": ("reel.pos", "Reel", "reel_2"), "pull": ("pull", "cell.pull"), "t": ("t", "Time")}
+SAID = {
+    "reel": (("reel [mm]", 1e-3), ("Reel (um)", 1e-6), ("reel_m", 1.0), ("REEL_inch", 0.0254)),
+    "pull": (("Pull [mN]", 1e-3), ("pull (N)", 1.0), ("pull_kgf", 9.80665)),
+    "t": (("Time [ms]", 1e-3), ("time_s", 1.0), ("t (us)", 1e-6)),
+}
+DECOYS = ("reel_ref", "reel [deg]", "pull_zero [N]", "reel 2 (mm)", "Pull", "time_of_day", "note")
+
+
+def test_what_is_proposed_for_columns_is_what_the_file_says_or_is_refused_when_pasted(
+    tmp_path: Path,
+) -> None:
+    """A guess is asked for: of tables with and without units and with decoys, none is misread."""
+    rng, outcomes = np.random.default_rng(3), {"read": 0, "refused": 0}
+    truth = {"t": TIME, "reel": REEL, "pull": PULL}
+    for _ in range(100):
+        columns: dict[str, object] = {}
+        for name, values in truth.items():
+            if rng.random() < 0.3:
+                column, unit = str(rng.choice(UNSAID[name])), float(rng.choice([1.0, 1e-3, 1e-6]))
+            else:
+                column, unit = SAID[name][rng.integers(len(SAID[name]))]
+            columns[column] = values / unit
+        for decoy in rng.choice(DECOYS, rng.integers(3), replace=False).tolist():
+            columns.setdefault(decoy, 7.0 * PULL)
+        shuffled = rng.permutation(list(columns)).tolist()
+        table = csv({name: columns[name] for name in shuffled})
+        try:
+            recording = read(tmp_path, table)
+        except RecordingError as refused:
+            _, _, lines = str(refused).partition("[columns]\n")
+            assert lines
+            try:
+                recording = read(tmp_path, table, f"[columns]\n{lines}\n")
+            except RecordingError:
+                outcomes["refused"] += 1
+                continue
+        outcomes["read"] += 1
+        has_the_columns(recording)
+    assert min(outcomes.values()) > 20
+
+
+def test_a_unit_that_nobody_said_is_asked_for_with_the_column_and_what_would_do(
+    tmp_path: Path,
+) -> None:
+    table = csv({"time_s": TIME, "reel.pos": REEL / 1e-5, "pull_N": PULL})
+    with refusing(RecordingError, 'reel_m = { column = "reel.pos", unit = "unit?" }'):
+        read(tmp_path, table)
+    entry = '[columns]\nreel_m = { column = "reel.pos", factor = 0.01, unit = "UNIT" }\n'
+    with refusing(RecordingError, "[columns] 'reel_m'", "'reel.pos'", "in place of 'unit?'", "mm"):
+        read(tmp_path, table, entry.replace("UNIT", "unit?"))
+    has_the_columns(read(tmp_path, table, entry.replace("UNIT", "mm")))
+
+
 def test_check_reads_the_recordings_of_a_folder(tmp_path: Path) -> None:
     folder = tmp_path / "session"
     folder.mkdir()
@@ -551,7 +609,7 @@ def test_a_file_of_another_format_is_named_as_that_and_not_opened(
     for described in (False, True):
         if described:
             (tmp_path / "rec.toml").write_text(TOML)
-        with pytest.raises(RecordingError, match="Parquet, MCAP, .* are read: ") as caught:
+        with pytest.raises(RecordingError, match=r"Parquet, MCAP, .* are read: ") as caught:
             read_recording(path, tmp_path / "rec.toml" if described else None)
         assert str(caught.value).startswith(f"{path}: ")
         assert "no such file" not in str(caught.value)

@@ -1,4 +1,4 @@
-"""Laws of the logs of robots: datasets of LeRobot and bags of ROS are the recordings that a CSV is."""
+"""Laws of the logs of robots: LeRobot's datasets and bags of ROS are what a CSV is."""
 
 from __future__ import annotations
 
