@@ -7,7 +7,7 @@ import re
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from typing import Any, NamedTuple
 
@@ -38,10 +38,13 @@ _OUTSIDE = 0.25  # share of the rows before and after the common time, above whi
 _COARSE = 0.05  # share of equal times from which the clock is coarse, and none a row that is double
 _SPARSE = 0.6  # share of complete rows below which a row is a message: half are, of 100 and 50 Hz
 _DAY = 86400.0  # [s]
+_WORD = 2**32  # after which a counter of milliseconds or microseconds begins again
 _SINCE_1970 = 1e8  # [s]: a date, not a stopwatch
 _DATE = re.compile(r"\d{4}-\d\d-\d\d")
 DATUM = re.compile(r"\s*(?:[+-]?\.?\d.*|nan)?\s*", re.IGNORECASE)  # a number, a time, or empty
-_CLOCK = re.compile(r"(.*[\W_])?(time|t|clock|stamp|timestamp|zeit)([\W_].*)?", re.IGNORECASE)
+_CLOCK = re.compile(
+    r"(.*[\W_])?(time|t|clock|stamp|timestamp|zeit|millis|micros)([\W_].*)?", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True)
@@ -266,6 +269,8 @@ class OpenTable:
     # Those that are not needed are left out where they hold no numbers
     read: Callable[[Mapping[str, bool], str], tuple[Columns, list[str]]]
     sample: Mapping[str, str]  # column → a value as text, of some columns
+    # name of a first header → the column, which has the unit of a second one
+    full: Mapping[str, str] = field(default_factory=dict)
 
 
 class Table(NamedTuple):
@@ -295,15 +300,23 @@ def assemble(
     value until the next one; ``elements``: as of `unit_fault`. A `RecordingError` has all that is
     wrong with the table, a line each.
     """
-    names = _Names(table, where, layout or TableLayout(), described or {}, described is None, toml)
+    layout = layout or TableLayout()
+    columns = {
+        c: replace(s, column=table.full.get(s.column, s.column)) for c, s in layout.columns.items()
+    }
+    layout = replace(layout, columns=columns)
+    names = _Names(table, where, layout, described or {}, described is None, toml)
     sources, faults = names.sources(elements)
-    named = sources if described is None else [*names.layout.columns, *described]
+    named = sources if described is None else [*columns, *described]
     needed = [c for c in dict.fromkeys(named) if c in sources.keys() - {*TIMES}]
     clock = _clock(sources)
     of_clock = sources[clock].column if clock else ""
     wanted = {s.column: c in needed or c == clock for c, s in sources.items()}
     cells, bad_cells = table.read(wanted, of_clock)
     faults += bad_cells
+    if layout.period and not clock:
+        clock, count = TIME, max((column.size for column in cells.values()), default=0)
+        sources[clock], cells[of_clock] = Source(factor=layout.period), np.arange(float(count))
     if of_clock not in cells:
         raise _refusal(faults)
     rows = table.first + np.arange(cells[of_clock].size)
@@ -314,7 +327,7 @@ def assemble(
     samples = _samples(where, sources, clock, time, rows, cells, needed, faults)
     if faults := [*faults, *samples.faults()]:
         raise _refusal(faults)
-    return samples.joined(held) if samples.sparse else samples.table(names.layout)
+    return samples.joined(held) if samples.sparse else samples.table(layout)
 
 
 def _samples(
@@ -341,6 +354,11 @@ def _samples(
         faults.append(too_few_rows(int(kept.sum()), where))
     numbers = {column: values[kept] for column, values in numbers.items()}
     stamps, rows, filled = time.stamps[kept], rows[kept], filled[:, kept]
+    if period := sources[clock].period:
+        if fault := sources[clock].period_fault(stamps):
+            faults.append(f"{where}, column {sources[clock].column!r}: {fault}")
+        begun = np.append(False, stamps[1:] < stamps[:-1] - 0.5 * period)
+        stamps = stamps + np.asarray(period * np.cumsum(begun), stamps.dtype)
     return _Samples(where, sources, clock, time, stamps, rows, numbers, needed, filled)
 
 
@@ -394,6 +412,12 @@ class _Samples:
                     " 2026-03-02T23:59:59, or add 24 h from that row on"
                 )
             column = self.sources[self.clock].column
+            if 0.5 * _WORD < float(first) - float(second) <= float(first) < _WORD:
+                name = json.dumps(column, ensure_ascii=False)
+                fault += (
+                    f"; if it is a counter of 32 bits, write into [columns] {self.clock} ="
+                    f" {{ column = {name}, period = {_WORD} }}"
+                )
             faults.append(at(self.where, self.rows[back + 1], column, fault))
         return faults
 
@@ -449,8 +473,16 @@ class _Names:
                 faults.append(f"{header}, column {place}: {fault}")
         faults += self._missing(used)
         clock = _clock(sources)
-        if not clock:
-            faults.append(f"{header}: no column is named {', '.join(map(repr, TIMES))}")
+        if not clock and not self.layout.period:
+            faults.append(
+                f"{header}: no column is named {', '.join(map(repr, TIMES))}; of a table without a"
+                " clock write, above the tables of the description, period = … [s]"
+            )
+        elif clock and self.layout.period:
+            faults.append(
+                f"{self.toml}, period = {self.layout.period:g}: is of a table without a clock, and"
+                f" {clock!r} is one; take period out"
+            )
         if faults and self.toml:
             faults += self._suggestion(sources, clock, used)
         return sources, faults
@@ -573,9 +605,10 @@ def _words(column: str) -> set[str]:
 
 
 def _grows(values: NDArray[Any]) -> bool:
-    """Return whether numbers never decrease and most increase, as a coarse clock's do."""
+    """True if numbers do not decrease and most increase, as a coarse clock's, or begin again."""
     steps = np.diff(values[~np.isnan(values)])
-    return bool(steps.size and (steps >= 0.0).all() and np.median(steps) > 0.0)
+    again = steps < -0.5 * _WORD
+    return bool(steps.size and ((steps >= 0.0) | again).all() and np.median(steps) > 0.0)
 
 
 def in_its_unit(column: str, source: Source, theirs: str) -> tuple[Source, str]:

@@ -25,7 +25,7 @@ from tendon_mj.lab.recordings.units import (
 from tendon_mj.typing import FloatArray
 
 _TABLES = ("drive", "measured", "known", "uncertain", "session")
-KEYS = ("model", "source", "settle", "timing", "header", *_TABLES, "columns", "mcap")
+KEYS = ("model", "source", "settle", "timing", "period", "header", *_TABLES, "columns", "mcap")
 
 UNSAID = "unit?"  # in [columns], for a unit that neither a file nor its user has said
 _OVER = 1.01  # of its period, that a counter with noise covers at most
@@ -169,6 +169,7 @@ class TableLayout:
     columns: Mapping[str, Source] = field(default_factory=dict)  # [columns]
     topics: Mapping[str, Source] = field(default_factory=dict)  # of a log: that, or [mcap]
     header: tuple[str, ...] = ()  # names of the columns of a table that has none
+    period: float = 0.0  # between rows of a table that has no clock [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -326,7 +327,10 @@ def parse_toml(text: str, where: str) -> tuple[Description, TableLayout]:
         for title in ("columns", "mcap")
     )
     names = tuple(_text(name, f"{where}, header") for name in header)
-    return description, TableLayout(columns, topics or columns, names)
+    period = read_number(toml.get("period", 0.0), f"{where}, period")
+    if fault := NOT_NEGATIVE.fault("period", period, "s"):
+        raise RecordingError(f"{where}, {fault}")
+    return description, TableLayout(columns, topics or columns, names, period)
 
 
 def format_description(description: Description, model: str) -> str:
@@ -378,7 +382,7 @@ def _source(name: str, entry: Any, here: str) -> Source:
     keys = [f.name for f in fields(Source)]
     needed = ["column"] if "column" in entry else ["topic", "field"]
     if name in TIMES:  # of a log it is its log time
-        keys, needed = ["column", "unit", "factor"], ["column"]
+        keys, needed = ["column", "unit", "factor", "period"], ["column"]
     check_keys(entry, keys, needed, here)
     source = read_entry(Source, entry, here)
     if name in TIMES and (fault := POSITIVE_NUMBER.fault("factor", source.factor)):

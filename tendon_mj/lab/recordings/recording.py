@@ -208,6 +208,8 @@ def read_columns(
     if path.suffix.lower() == ".mcap" or is_bag(path):
         if layout is None:
             raise RecordingError(f"{path}: a log needs a description, which names its columns")
+        if layout.period:
+            raise RecordingError(f"{toml}, period: messages of a log have times; take it out")
         return Table(read_log(path, layout.topics, held))
     if path.suffix.lower() == ".parquet" or episode_of(path) is not None:
         table = open_parquet(path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -28,7 +29,7 @@ from tendon_mj.lab.recordings.files import (
     read_info,
     read_text,
 )
-from tendon_mj.lab.recordings.units import TIME, UNIT_FACTORS, proposed_name
+from tendon_mj.lab.recordings.units import TIME, UNIT, proposed_name
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
@@ -51,6 +52,9 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
         lines.append(line)
     if lines[-1].startswith("#") or not lines[-1].strip():
         raise RecordingError(f"{path}, row 1: the file is empty")
+    if above := _preamble(lines[-1], rest):
+        *more_lines, rest = rest.split("\n", above)
+        lines += more_lines
     separator = _separator(lines[-1])
     first, below = _cells(lines[-1], separator), _cells(rest.partition("\n")[0], separator)
     no_names = all(map(DATUM.fullmatch, first))
@@ -59,7 +63,7 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
         raise RecordingError(
             f"{here}: holds names, {first[0]!r} and so on; take header = … out of the description"
         )
-    names = list(header) or first
+    names, full = list(header) or first, dict[str, str]()
     if no_names and not header:
         names = _cells(lines[-2].lstrip("# "), separator) if len(lines) > 1 else []
         if len(names) != len(first):
@@ -67,15 +71,21 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
                 f"{here}: holds numbers, not the names of the columns; write into the description,"
                 f' above its tables: header = ["time_s", …], names of all {len(first)} columns'
             )
-    elif not header:
-        _check_units_row(path, len(lines) + 1, first, below)
-    decimal = "," if separator == ";" and "," in rest[:_AHEAD] else "."
+    elif not header and (units := _units(first, below)):
+        names = [_with_unit(*pair) for pair in zip(first, units, strict=True)]
+        full = {short: name for short, name in zip(first, names, strict=True) if short != name}
+        line, _, rest = rest.partition("\n")
+        lines.append(line)
+        below = _cells(rest.partition("\n")[0], separator)
+    decimal = "." if separator == "," else _decimal(path, rest[:_AHEAD])
     sample = dict(zip(names, first if no_names else below, strict=False))
     rows, first_row = rest, len(lines) + 1
     if no_names:
         rows, first_row = f"{lines[-1]}\n{rest}", len(lines)
-    body = _Body(path, names, rows, first_row, separator, decimal, sample)
-    return OpenTable(names, set(names).__contains__, first_row, body.read, sample)
+    written = names if no_names else first
+    body = _Body(path, names, written, rows, first_row, separator, decimal, sample)
+    known = {*names, *full}
+    return OpenTable(names, known.__contains__, first_row, body.read, sample, full)
 
 
 def write_csv(table: Mapping[str, FloatArray], path: Path) -> None:
@@ -98,20 +108,50 @@ def _cells(line: str, separator: str) -> list[str]:
     return [cell.strip() for row in rows for cell in row]
 
 
-def _check_units_row(path: Path, row: int, names: Sequence[str], below: Sequence[str]) -> None:
-    """Refuse a row of units, or words of which one is a unit, below the names."""
+def _preamble(line: str, rest: str) -> int:
+    """How many lines below the first one the names are: they are as many as the last row's cells.
+
+    0 if the first line, or no line above the first row of numbers, has as many.
+    """
+    last = rest.rstrip().rpartition("\n")[2]
+    for k, text in enumerate((line, *rest.split("\n"))):
+        separator = _separator(text)
+        cells = _cells(text, separator)
+        if len(cells) < 2:
+            continue
+        if all(map(DATUM.fullmatch, cells)):
+            break
+        if len(cells) == len(_cells(last, separator)):
+            return k
+    return 0
+
+
+def _units(names: Sequence[str], below: Sequence[str]) -> list[str]:
+    """The units in a row below the names, of which one is known at least; empty if it has none."""
     units = [cell.strip("[]() ") for cell in below]
-    some = any(f"_{cell}" in UNIT_FACTORS for cell in units)
+    some = any(UNIT not in proposed_name(f"x {unit}") for unit in units)
     if len(below) != len(names) or not some or any(c and DATUM.fullmatch(c) for c in units):
-        return
-    named = ", ".join(
-        n if n.endswith(f"_{u}") else proposed_name(f"{n}_{u}")
-        for n, u in zip(names, units, strict=True)
-    )
-    raise RecordingError(
-        f"{path}, row {row}: holds units ({', '.join(below)}) and no values; delete the row and"
-        f" name the columns with their units, such as {named}"
-    )
+        return []
+    return units
+
+
+def _with_unit(name: str, unit: str) -> str:
+    """A column's name that ends in the unit of a second header."""
+    if not unit or name.endswith(f"_{unit}"):
+        return name
+    proposed = proposed_name(f"{name} {unit}")
+    return f"{name} [{unit}]" if UNIT in proposed else proposed
+
+
+def _decimal(path: Path, text: str) -> str:
+    """The decimal mark of numbers that are not between commas."""
+    numbers = re.findall(r"(?<![\w,.])[+-]?(\d*,\d+)(?![\w,.])", text)
+    if numbers and all(re.fullmatch(r"[1-9]\d{0,2},\d{3}", number) for number in numbers):
+        raise RecordingError(
+            f"{path}: {numbers[0]!r} has a comma for decimals or for thousands; write such numbers"
+            " with a point, or without commas"
+        )
+    return "," if numbers else "."
 
 
 @dataclass(frozen=True)
@@ -120,6 +160,7 @@ class _Body:
 
     path: Path
     names: Sequence[str]
+    written: Sequence[str]  # the names as the file has them
     rows: str
     first: int  # row of the file
     separator: str
@@ -139,6 +180,7 @@ class _Body:
         more = frame[_EXTRA].dropna()
         for name, label in labels.items():
             column = frame[label]
+            self._check_begun_once(column, name)
             if column.dtype.kind in "iuf":
                 integer_clock = name == clock and column.dtype.kind == "i"
                 cells[name] = column.to_numpy(np.int64 if integer_clock else np.float64)
@@ -154,6 +196,16 @@ class _Body:
                 f" cell too many; the names end with column {width}, {self.names[-1]!r}"
             )
         return cells, faults
+
+    def _check_begun_once(self, column: Any, name: str) -> None:
+        """Refuse a table in which the names stand again, as of a logger that was started twice."""
+        if column.dtype.kind not in "iuf":
+            again = np.flatnonzero(column == self.written[self.names.index(name)])
+            if again.size:
+                raise RecordingError(
+                    f"{self.path}, row {self._row(int(again[0]))}: the names stand there again;"
+                    " make it the first row of another recording"
+                )
 
     def _row(self, place: int) -> int:
         return self.first + place
@@ -171,6 +223,7 @@ class _Body:
                     usecols=[*labels, _EXTRA],
                     index_col=False,  # else rows that are too long have one, and are shifted
                     dtype={**kinds, _EXTRA: str},
+                    na_values=["-", "--"],
                     skipinitialspace=True,
                     skip_blank_lines=False,
                     float_precision="round_trip",  # to the last bit, also in older versions

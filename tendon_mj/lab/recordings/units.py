@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 from tendon_mj.errors import InvalidValueError, unknown
 
 UNITS = ("_s", "_m", "_N", "_rad", "_Nm", "_rad_per_s", "_m_per_s")  # of SI
+UNIT = "_UNIT"  # in a proposed name, for one that is not known
 TIME = "time_s"
 TIMES = (TIME, "time_ms", "time_us", "time_ns")  # names of the clock in a file
 
@@ -154,10 +155,10 @@ def unit_fault(column: str, *, si: bool, elements: Collection[str] = ()) -> str:
 
 def proposed_name(column: str) -> str:
     """A name for a column of another program: its unit as it is spelt here, or ``UNIT`` for it."""
-    stem = re.sub(r"[^0-9A-Za-z]+", "_", column).strip("_")
+    stem = re.sub(r"[^0-9A-Za-z]+", "_", column.replace("°", " deg ")).strip("_")
     ending = claimed_unit(stem)
     unit = _spelt(ending) if ending != stem else ""
-    return stem.removesuffix(ending) + unit if unit else f"{stem}_UNIT"
+    return stem.removesuffix(ending) + unit if unit else stem + UNIT
 
 
 def _spelt(ending: str) -> str:

@@ -62,9 +62,7 @@ def dataset(
     for k in range(len(first)):
         frames = np.arange(len(first[k]))
         columns = {
-            name: pa.array(
-                np.transpose([v[k] for v in of.values()]).tolist(), pa.list_(pa.float32())
-            )
+            name: pa.array(np.transpose([v[k] for v in of.values()]).tolist(), vector)
             for name, of in vectors.items()
         }
         columns["timestamp"] = pa.array((frames / rate).astype(np.float32))
