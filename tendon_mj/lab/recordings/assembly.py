@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 from tendon_mj.errors import RecordingError, TendonWarning, unknown
 from tendon_mj.lab.recordings.description import UNSAID, Source, TableLayout
 from tendon_mj.lab.recordings.units import (
+    CURRENT,
     LARGEST,
+    OF_CURRENT,
     TIME,
     TIMES,
     UNIT_FACTORS,
@@ -614,6 +616,8 @@ def _grows(values: NDArray[Any]) -> bool:
 def in_its_unit(column: str, source: Source, theirs: str) -> tuple[Source, str]:
     """A source with the unit that its file says, such as ``_deg``; or the contradiction to that."""
     ours = claimed_unit(column)
+    if CURRENT.search(source.column) and source.factor == 1.0:
+        return source, f"{source.column!r} is a current; {OF_CURRENT}"
     if source.unit or theirs not in UNIT_FACTORS or theirs == ours:
         return source, ""
     alike = UNIT_FACTORS[ours][0] == UNIT_FACTORS[theirs][0]

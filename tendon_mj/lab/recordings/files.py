@@ -142,7 +142,7 @@ def episode_files(path: Path, episode: int) -> list[Path]:
     return files
 
 
-def files_of(table: Path) -> list[Path]:
+def files_in(table: Path) -> list[Path]:
     """Files in which a recording is: those of a bag's folder, those of an episode, or one."""
     if (episode := episode_of(table)) is not None:
         return [_info(table.parent), *episode_files(table, episode)]

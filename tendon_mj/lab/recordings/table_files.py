@@ -288,6 +288,13 @@ def open_parquet(path: Path) -> OpenTable:
                 f"{path}: no frame of episode {episode} in its data; the dataset has episodes 0 to"
                 f" {total - 1}"
             )
+        if episode is None and "episode_index" in schema.names:
+            several = data.to_table(columns=["episode_index"]).column(0).unique().to_pylist()
+            if len(several) > 1:
+                raise RecordingError(
+                    f"{path}: holds episodes {several[0]} to {several[-1]} of a dataset of LeRobot;"
+                    f" give one, as <folder with meta and data>/episode_{several[0]}"
+                )
         cells, faults = Columns(), list[str]()
         for name, needed in wanted.items():
             rest = paths[name][len(roots[name]) + 1 :]

@@ -62,6 +62,11 @@ _WORDS = {
     **dict.fromkeys(("_meters", "_metres"), "_m"),
     **dict.fromkeys(("_millimeters", "_millimetres"), "_mm"),
 }
+CURRENT = re.compile(r"[\W_][mu]?A\W*$")  # end of a column's name, of which no unit is one
+OF_CURRENT = (
+    "write into [columns] the torque, or the pull of a cable, that one is:"
+    ' motor_Nm = { column = "…", factor = … }'
+)
 # compound units whole: `rate_deg_per_s` must not pass as seconds
 _CLAIMED = re.compile(r"(?:(?:^|_)[^_]+_per)?_[^_]+$")
 
@@ -173,4 +178,6 @@ def _nearest(ending: str, allowed: tuple[str, ...]) -> str:
     if (spelt := _spelt(ending)) in allowed:
         near = f"unknown unit {ending!r}; did you mean {spelt!r}?"
     offset = "; units with an offset are not read" if ending in ("_degC", "_degF", "_C") else ""
+    if CURRENT.search(ending):
+        near = f"{ending!r} is of a current; {OF_CURRENT}"
     return f"{near}{offset} (SI: {', '.join(map(repr, UNITS))})"

@@ -532,6 +532,19 @@ def test_tables_that_are_not_read_are_refused_with_a_way_out(
         read(tmp_path, table, above=above)
 
 
+@pytest.mark.parametrize("name", ["motor_mA", "Motor [mA]", "current_A"])
+def test_a_current_is_no_force_before_its_factor_is_said(tmp_path: Path, name: str) -> None:
+    table = csv({"time_s": TIME, "reel_m": REEL, name: PULL / 2.5})
+    with refusing(RecordingError, "pull_N", repr(name), "is a current", "factor = …"):
+        read(tmp_path, table, f'[columns]\npull_N = "{name}"\n')
+    entry = f'[columns]\npull_N = {{ column = "{name}", factor = 2.5 }}\n'
+    has_the_columns(read(tmp_path, table, entry))
+    (tmp_path / "r.toml").write_text(TOML.replace("pull_N", '"motor_mA"'))
+    if name == "motor_mA":
+        with refusing(RecordingError, "'motor_mA'", "is of a current", "motor_Nm = "):
+            read_recording(tmp_path / "r.csv")
+
+
 def test_a_clock_that_goes_back_is_no_counter_that_begins_again(tmp_path: Path) -> None:
     time = (TIME * 1e6).astype(int)
     time[30] = time[28]

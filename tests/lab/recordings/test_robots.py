@@ -187,6 +187,12 @@ def test_a_dataset_is_refused_with_what_is_wrong(
         read_recording(folder / name, tmp_path / "all.toml")
 
 
+def test_a_file_of_several_episodes_is_refused_as_that(tmp_path: Path) -> None:
+    file = next(write_dataset(tmp_path, 3).rglob("*.parquet"))
+    with refusing(RecordingError, "file-000.parquet: holds episodes 0 to 1", "episode_0"):
+        read_recording(file, tmp_path / "all.toml")
+
+
 def test_a_missing_reader_of_bags_is_told_with_how_to_install_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
