@@ -143,6 +143,8 @@ def unit_fault(column: str, *, si: bool, elements: Collection[str] = ()) -> str:
     """
     ending, allowed = claimed_unit(column), UNITS if si else tuple(UNIT_FACTORS)
     stem = f"_{column.removesuffix(ending)}"
+    if CURRENT.search(ending):
+        return f"is of a current; {OF_CURRENT}"
     if ending not in allowed or ending == column:
         converted = [unit for unit in allowed if unit not in UNITS and "_per_" not in unit]
         kind, also = "an SI unit", ""
@@ -178,6 +180,4 @@ def _nearest(ending: str, allowed: tuple[str, ...]) -> str:
     if (spelt := _spelt(ending)) in allowed:
         near = f"unknown unit {ending!r}; did you mean {spelt!r}?"
     offset = "; units with an offset are not read" if ending in ("_degC", "_degF", "_C") else ""
-    if CURRENT.search(ending):
-        near = f"{ending!r} is of a current; {OF_CURRENT}"
     return f"{near}{offset} (SI: {', '.join(map(repr, UNITS))})"

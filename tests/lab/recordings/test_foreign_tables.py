@@ -541,7 +541,7 @@ def test_a_current_is_no_force_before_its_factor_is_said(tmp_path: Path, name: s
     has_the_columns(read(tmp_path, table, entry))
     (tmp_path / "r.toml").write_text(TOML.replace("pull_N", '"motor_mA"'))
     if name == "motor_mA":
-        with refusing(RecordingError, "'motor_mA'", "is of a current", "motor_Nm = "):
+        with refusing(RecordingError, "'motor_mA' is of a current", "motor_Nm = "):
             read_recording(tmp_path / "r.csv")
 
 
