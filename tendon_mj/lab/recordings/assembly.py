@@ -476,10 +476,7 @@ class _Names:
         faults += self._missing(used)
         clock = _clock(sources)
         if not clock and not self.layout.period:
-            faults.append(
-                f"{header}: no column is named {', '.join(map(repr, TIMES))}; of a table without a"
-                " clock write, above the tables of the description, period = … [s]"
-            )
+            faults.append(f"{header}: no column is named {', '.join(map(repr, TIMES))}")
         elif clock and self.layout.period:
             faults.append(
                 f"{self.toml}, period = {self.layout.period:g}: is of a table without a clock, and"
@@ -558,13 +555,17 @@ class _Names:
             sure = name == "…" or same
             asked = f'{{ column = {text}, unit = "{UNSAID}" }}'
             lines.append(f"{column} = {text if sure else asked}")
+        hints = {
+            "…": f"# columns of the table: {', '.join(map(repr, rest))}",
+            'time_UNIT = "…"': "# without a clock write above the tables: period = … # [s]",
+            UNSAID: "# counts need a factor too: 0.087890625 [deg] if 4096 are a turn",
+        }
         return [
             f"add to {self.toml}; [drive] and [measured] use the names on the left, with a unit for"
             f" UNIT and {UNSAID}, and a column for …:",
             "[columns]",
             *lines,
-            f"# columns of the table: {', '.join(map(repr, rest))}",
-            '# of counts say their factor too: factor = 0.087890625, unit = "deg" for 4096 a turn',
+            *(hint for mark, hint in hints.items() if mark in "\n".join(lines)),
         ]
 
     @property
@@ -575,7 +576,7 @@ class _Names:
     def _clock_entry(self, used: Collection[str]) -> tuple[str, str]:
         """A name for the column of times, with the unit that its name or first value seems to have.
 
-        Numbers grow from row to row; of several such columns one named as a clock goes first.
+        Numbers grow from row to row; of several such columns it is one that is named as a clock.
         """
         sample = self.table.sample
         free = [n for n in self.table.names if n not in {*self.described, *used, *self._texts}]
@@ -584,7 +585,8 @@ class _Names:
             cells, _ = self.table.read(dict.fromkeys(free, False), "")
         named = [n for n in free if _CLOCK.fullmatch(n) and (n not in cells or _grows(cells[n]))]
         dates = [n for n in free if _DATE.match(sample.get(n, ""))]
-        name = next(iter([*named, *dates, *(n for n in cells if _grows(cells[n]))]), "…")
+        growing = [n for n in cells if _grows(cells[n])]
+        name = next(iter([*named, *dates, *(growing if len(growing) == 1 else [])]), "…")
         if (unit := claimed_unit(proposed_name(name))) in ("_s", "_ms", "_us", "_ns"):
             return f"time{unit}", name
         text = sample.get(name, "")
