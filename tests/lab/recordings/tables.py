@@ -27,15 +27,20 @@ def log(
     *messages: tuple[str, float, object],
     encoding: str = "json",
     compression: str = "ZSTD",
+    schema: tuple[str, str, str] = ("any", "jsonschema", "{}"),
 ) -> Path:
-    """A log of (topic, time since `START` [s] or since 1970 [ns, an int], message or its bytes)."""
+    """A log of (topic, time since `START` [s] or since 1970 [ns, an int], message or its bytes).
+
+    ``schema``: name of the messages' type, the language of its definition, and that.
+    """
     module = pytest.importorskip("mcap.writer")
     with path.open("wb") as file:
         writer = module.Writer(file, compression=getattr(module.CompressionType, compression))
-        writer.start()
-        schema = writer.register_schema(name="any", encoding="jsonschema", data=b"{}")
+        writer.start(profile="ros2" if encoding == "cdr" else "")
+        name, language, text = schema
+        kind = writer.register_schema(name=name, encoding=language, data=text.encode())
         topics = sorted({topic for topic, _, _ in messages})
-        ids = {topic: writer.register_channel(topic, encoding, schema) for topic in topics}
+        ids = {topic: writer.register_channel(topic, encoding, kind) for topic in topics}
         for topic, at, message in messages:
             stamp = at if isinstance(at, int) else START + round(at * 1e9)
             data = message if isinstance(message, bytes) else json.dumps(message).encode()
