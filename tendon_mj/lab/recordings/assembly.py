@@ -541,6 +541,7 @@ class _Names:
         alike = {
             c: [name for name in rest if _words(c) == _words(name)]
             or [name for name in rest if _words(c) < _words(name)]
+            or (rest if len(rest) == len(missing) == 1 else [])
             for c in missing
         }
         near = all(get_close_matches(c, rest, 1, 0.5) for c in missing)

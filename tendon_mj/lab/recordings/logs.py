@@ -7,7 +7,7 @@ from array import array
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,15 +20,8 @@ from tendon_mj.typing import FloatArray
 
 # types of ROS whose definitions say that they are in SI
 _IN_SI = ("geometry_msgs/", "sensor_msgs/msg/JointState", "sensor_msgs/msg/Imu")
-
-
-class _Message(NamedTuple):
-    """A message of a log, which is not decoded yet."""
-
-    topic: str
-    stamp: int  # time at which it was logged [ns]
-    kind: str  # its type
-    decoded: Callable[[], Any]
+# topic, time at which it was logged [ns], type, and what decodes it
+_Message = tuple[str, int, str, Callable[[], Any]]
 
 
 def read_log(
@@ -139,9 +132,8 @@ def _of_mcap(path: Path, wanted: Collection[str], there: set[str]) -> Iterator[_
                     f" {channel.message_encoding!r}; JSON and ROS 2's CDR are read, so convert the"
                     " log first"
                 )
-            yield _Message(
-                channel.topic, message.log_time, "JSON", partial(json.loads, message.data)
-            )
+            decoded = partial(json.loads, message.data)
+            yield channel.topic, message.log_time, "JSON", decoded
 
 
 def _of_bag(path: Path, wanted: Collection[str], there: set[str]) -> Iterator[_Message]:
@@ -158,7 +150,7 @@ def _of_bag(path: Path, wanted: Collection[str], there: set[str]) -> Iterator[_M
         named = [connection for connection in sent if connection.topic in wanted]
         for connection, stamp, data in reader.messages(named) if named else ():
             decoded = partial(reader.deserialize, data, connection.msgtype)
-            yield _Message(connection.topic, stamp, connection.msgtype, decoded)
+            yield connection.topic, stamp, connection.msgtype, decoded
 
 
 def _field(message: Any, field: str, here: str) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import re
 import warnings
 from collections.abc import Mapping, Sequence
@@ -33,7 +34,7 @@ from tendon_mj.lab.recordings.units import TIME, UNIT, proposed_name
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
-_AHEAD = 2**16  # characters that are searched for decimal commas
+_AHEAD = 2**16  # characters that are searched for decimal commas, or for the last row
 _EXACT = 15  # digits of an integer that a float holds; ns since 1970 have more
 _EXTRA = "extra"  # the cells behind the last column
 _FIRST = 2  # row of the first values in a CSV of the same table
@@ -113,8 +114,9 @@ def _preamble(line: str, rest: str) -> int:
 
     0 if the first line, or no line above the first row of numbers, has as many.
     """
-    last = rest.rstrip().rpartition("\n")[2]
-    for k, text in enumerate((line, *rest.split("\n"))):
+    last = rest[-_AHEAD:].rstrip().rpartition("\n")[2]
+    below = (match.group() for match in re.finditer(r".*\n", rest))
+    for k, text in enumerate(itertools.chain([line], below)):
         separator = _separator(text)
         cells = _cells(text, separator)
         if len(cells) < 2:

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 from tendon_mj.cli.recordings import check
 from tendon_mj.errors import MissingPackageError, RecordingError
 from tendon_mj.lab.diagnosis.audit import collect_provenance, files_of
-from tendon_mj.lab.recordings import Recording, read_recording
+from tendon_mj.lab.recordings import Recording, read_recording, tables_in
 from tests.lab.recordings.tables import bag, dataset
 from tests.refusals import refusing
 
@@ -224,6 +224,14 @@ def test_check_takes_every_episode_of_a_dataset(tmp_path: Path) -> None:
     result = check((folder,), out=tmp_path / "out", description=tmp_path / "all.toml")
     names = [one["name"] for one in result["recordings"]]  # type: ignore[attr-defined]
     assert names == ["episode_000000", "episode_000001"]
+
+
+def test_a_folder_holds_its_bags_and_tables(tmp_path: Path) -> None:
+    for name in ("a/metadata.yaml", "b/other.yaml", "c.csv"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    assert tables_in(tmp_path) == [tmp_path / "a", tmp_path / "c.csv"]
+    assert tables_in(tmp_path / "a") == [tmp_path / "a"]
 
 
 def test_the_files_of_an_episode_and_of_a_bag_are_those_that_are_hashed(tmp_path: Path) -> None:
