@@ -64,8 +64,8 @@ def diagnose(
     """Find the effect that a model lacks, name it, add it, and prove it on other data.
 
     Args:
-        recordings: CSV, Parquet or MCAP files of one rig. Each has its TOML file next to it, unless
-            --description gives one for all.
+        recordings: CSV, Parquet or MCAP files, bags of ROS or episodes of LeRobot of one rig. Each
+            has its TOML file next to it, unless --description gives one for all.
         out: Folder for result.json, report.html, model.xml, pictures and simulated recordings.
         hold_out: Recordings that only test the result. Without any, the result is tested on the
             last quarter of each recording. Three or more recordings of different states or

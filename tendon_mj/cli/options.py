@@ -13,7 +13,7 @@ from typing import Annotated, Any, Final, TypeVar, get_args, get_origin
 import tyro
 
 from tendon_mj.errors import TendonError
-from tendon_mj.lab.recordings import described_model, table_beside
+from tendon_mj.lab.recordings import described_model, files_in, table_beside
 from tendon_mj.models import model_path
 
 _Value = TypeVar("_Value")
@@ -118,7 +118,7 @@ def given_files(
     for path in recordings:
         with contextlib.suppress(TendonError):
             table, beside = table_beside(path)
-            files += [table, description or beside]
+            files += [*files_in(table), description or beside]
             if described:
                 names.append(described_model(description or beside))
     for name in dict.fromkeys(names):

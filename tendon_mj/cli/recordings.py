@@ -91,8 +91,9 @@ def check(
     """Draw recordings over their model before anything is fitted, and warn of faults.
 
     Args:
-        recordings: CSV, Parquet or MCAP files, or folders of them. Each has its TOML file next to
-            it, unless --description gives one for all.
+        recordings: CSV, Parquet or MCAP files, bags of ROS, episodes of LeRobot
+            (DATASET/episode_3), or folders of them. Each has its TOML file next to it, unless
+            --description gives one for all.
         out: Folder for result.json and a picture of each recording.
         description: TOML file that describes the columns of all recordings.
         model: Model to simulate in place of the recordings' own: a name or an MJCF file.
@@ -152,8 +153,8 @@ def replay(
     """Simulate a recording with and without friction, or on several models, and draw all with it.
 
     Args:
-        recording: CSV, Parquet or MCAP file with its TOML file next to it, unless --description
-            gives another.
+        recording: CSV, Parquet or MCAP file, bag of ROS or episode of LeRobot with its TOML file
+            next to it, unless --description gives another.
         out: Folder for result.json, the simulated recordings and the picture.
         description: TOML file that describes the columns of the recording.
         model: Models to simulate in place of the recording's own: names or MJCF files. Several are

@@ -44,6 +44,7 @@ for arguments in json.loads(sys.stdin.read()):
 open(sys.argv[1], "w").write(json.dumps(told))
 """
 CODE = "__import__('pathlib').Path('pwned').touch()"
+QUOTED = f'"); {CODE}#'  # ends the string that it is written into
 FORMULA = "=cmd|'/c calc'!A0"
 OUTSIDE = "../../pwned"
 KINDS = ("nothing", "cell", "header", "comment", "unit", "source", "model", "sensor", "parameter")
@@ -94,6 +95,8 @@ RUNS = {  # name → arguments, and exit statuses
     },
     "check Parquet": (["check", "pickle.parquet", *OUT], (2,)),
     "check MCAP": (["check", "log.mcap", *OUT], (2,)),
+    "check bag": (["check", "type.mcap", *OUT], (2,)),
+    "check bag of ROS 2": (["check", "field.mcap", *OUT], (2,)),
     "diagnose bounds": (["diagnose", "source.csv", "--next", "bounds.toml", *OUT], (2,)),
     "simulate motion": (["simulate", "finger", "--motion", "cell.csv", *OUT], (2,)),
     "render motion": (["render", "bench", "--motion", "cell.csv", *OUT], (2,)),
@@ -123,7 +126,7 @@ def write_models(folder):
 
 
 def write_tables(folder):
-    """A Parquet file whose column is a pickle by its type, and a log whose message is code."""
+    """A Parquet file whose column is a pickle by its type, and logs whose messages or types are."""
     pa = pytest.importorskip("pyarrow")
     described = example_recording().with_suffix(".toml").read_text()
     kind = {
@@ -138,6 +141,13 @@ def write_tables(folder):
     log(folder / "log.mcap", ("/cell", 0.0, {"f": CODE}), ("/cell", 1.0, {"f": 1.0}))
     topic = '[columns]\ninput_tension_N = { topic = "/cell", field = "f" }\n'
     (folder / "log.toml").write_text(described + topic)
+    number = b"\0\1\0\0" + bytes(8)
+    types = {"type": (f"a/msg/A{QUOTED}", "float64 f"), "field": ("a/msg/A", f"float64 f{QUOTED}")}
+    for name, (kind, text) in types.items():
+        schema = (kind, "ros2msg", text)
+        messages = (("/cell", 0.0, number), ("/cell", 1.0, number))
+        log(folder / f"{name}.mcap", *messages, encoding="cdr", schema=schema)
+        (folder / f"{name}.toml").write_text(described + topic)
 
 
 def write(kind, folder):

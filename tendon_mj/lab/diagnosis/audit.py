@@ -33,7 +33,7 @@ from tendon_mj.lab.diagnosis.verdict import (
     decide,
 )
 from tendon_mj.lab.diagnosis.wording import reason
-from tendon_mj.lab.recordings import Recording, table_beside
+from tendon_mj.lab.recordings import Recording, files_in, table_beside
 from tendon_mj.models import model_path
 from tendon_mj.typing import FloatArray
 
@@ -249,7 +249,7 @@ def files_of(
     files = list[Path]()
     for path in paths:
         table, toml = table_beside(path)
-        files += [table, description or toml]
+        files += [*files_in(table), description or toml]
     files += [model_path(model) for model in {r.model: None for r in recordings}]
     return list(dict.fromkeys(files))
 

@@ -8,6 +8,7 @@ from tendon_mj.lab.recordings.description import check_keys as check_keys
 from tendon_mj.lab.recordings.description import read_entries as read_entries
 from tendon_mj.lab.recordings.description import read_number as read_number
 from tendon_mj.lab.recordings.files import FORMATS as FORMATS
+from tendon_mj.lab.recordings.files import files_in as files_in
 from tendon_mj.lab.recordings.files import read_text as read_text
 from tendon_mj.lab.recordings.files import read_toml as read_toml
 from tendon_mj.lab.recordings.files import table_beside as table_beside

@@ -7,7 +7,7 @@ import re
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from typing import Any, NamedTuple
 
@@ -16,9 +16,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError, TendonWarning, unknown
-from tendon_mj.lab.recordings.description import Source, TableLayout
+from tendon_mj.lab.recordings.description import UNSAID, Source, TableLayout
 from tendon_mj.lab.recordings.units import (
+    CURRENT,
     LARGEST,
+    OF_CURRENT,
     TIME,
     TIMES,
     UNIT_FACTORS,
@@ -38,10 +40,13 @@ _OUTSIDE = 0.25  # share of the rows before and after the common time, above whi
 _COARSE = 0.05  # share of equal times from which the clock is coarse, and none a row that is double
 _SPARSE = 0.6  # share of complete rows below which a row is a message: half are, of 100 and 50 Hz
 _DAY = 86400.0  # [s]
+_WORD = 2**32  # after which a counter of milliseconds or microseconds begins again
 _SINCE_1970 = 1e8  # [s]: a date, not a stopwatch
 _DATE = re.compile(r"\d{4}-\d\d-\d\d")
 DATUM = re.compile(r"\s*(?:[+-]?\.?\d.*|nan)?\s*", re.IGNORECASE)  # a number, a time, or empty
-_CLOCK = re.compile(r"(.*[\W_])?(time|t|clock|stamp|timestamp|zeit)([\W_].*)?", re.IGNORECASE)
+_CLOCK = re.compile(
+    r"(.*[\W_])?(time|t|clock|stamp|timestamp|zeit|millis|micros)([\W_].*)?", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True)
@@ -266,6 +271,8 @@ class OpenTable:
     # Those that are not needed are left out where they hold no numbers
     read: Callable[[Mapping[str, bool], str], tuple[Columns, list[str]]]
     sample: Mapping[str, str]  # column → a value as text, of some columns
+    # name of a first header → the column, which has the unit of a second one
+    full: Mapping[str, str] = field(default_factory=dict)
 
 
 class Table(NamedTuple):
@@ -295,15 +302,23 @@ def assemble(
     value until the next one; ``elements``: as of `unit_fault`. A `RecordingError` has all that is
     wrong with the table, a line each.
     """
-    names = _Names(table, where, layout or TableLayout(), described or {}, described is None, toml)
+    layout = layout or TableLayout()
+    columns = {
+        c: replace(s, column=table.full.get(s.column, s.column)) for c, s in layout.columns.items()
+    }
+    layout = replace(layout, columns=columns)
+    names = _Names(table, where, layout, described or {}, described is None, toml)
     sources, faults = names.sources(elements)
-    named = sources if described is None else [*names.layout.columns, *described]
+    named = sources if described is None else [*columns, *described]
     needed = [c for c in dict.fromkeys(named) if c in sources.keys() - {*TIMES}]
     clock = _clock(sources)
     of_clock = sources[clock].column if clock else ""
     wanted = {s.column: c in needed or c == clock for c, s in sources.items()}
     cells, bad_cells = table.read(wanted, of_clock)
     faults += bad_cells
+    if layout.period and not clock:
+        clock, count = TIME, max((column.size for column in cells.values()), default=0)
+        sources[clock], cells[of_clock] = Source(factor=layout.period), np.arange(float(count))
     if of_clock not in cells:
         raise _refusal(faults)
     rows = table.first + np.arange(cells[of_clock].size)
@@ -314,7 +329,7 @@ def assemble(
     samples = _samples(where, sources, clock, time, rows, cells, needed, faults)
     if faults := [*faults, *samples.faults()]:
         raise _refusal(faults)
-    return samples.joined(held) if samples.sparse else samples.table(names.layout)
+    return samples.joined(held) if samples.sparse else samples.table(layout)
 
 
 def _samples(
@@ -341,6 +356,11 @@ def _samples(
         faults.append(too_few_rows(int(kept.sum()), where))
     numbers = {column: values[kept] for column, values in numbers.items()}
     stamps, rows, filled = time.stamps[kept], rows[kept], filled[:, kept]
+    if period := sources[clock].period:
+        if fault := sources[clock].period_fault(stamps):
+            faults.append(f"{where}, column {sources[clock].column!r}: {fault}")
+        begun = np.append(False, stamps[1:] < stamps[:-1] - 0.5 * period)
+        stamps = stamps + np.asarray(period * np.cumsum(begun), stamps.dtype)
     return _Samples(where, sources, clock, time, stamps, rows, numbers, needed, filled)
 
 
@@ -394,6 +414,12 @@ class _Samples:
                     " 2026-03-02T23:59:59, or add 24 h from that row on"
                 )
             column = self.sources[self.clock].column
+            if 0.5 * _WORD < float(first) - float(second) <= float(first) < _WORD:
+                name = json.dumps(column, ensure_ascii=False)
+                fault += (
+                    f"; if it is a counter of 32 bits, write into [columns] {self.clock} ="
+                    f" {{ column = {name}, period = {_WORD} }}"
+                )
             faults.append(at(self.where, self.rows[back + 1], column, fault))
         return faults
 
@@ -449,8 +475,13 @@ class _Names:
                 faults.append(f"{header}, column {place}: {fault}")
         faults += self._missing(used)
         clock = _clock(sources)
-        if not clock:
+        if not clock and not self.layout.period:
             faults.append(f"{header}: no column is named {', '.join(map(repr, TIMES))}")
+        elif clock and self.layout.period:
+            faults.append(
+                f"{self.toml}, period = {self.layout.period:g}: is of a table without a clock, and"
+                f" {clock!r} is one; take period out"
+            )
         if faults and self.toml:
             faults += self._suggestion(sources, clock, used)
         return sources, faults
@@ -478,8 +509,10 @@ class _Names:
                 fault = "is of a log; for a table write { column = … }"
             elif not self.table.has(source.column):
                 fault = unknown("column", source.column, self.table.names)
+                fault += f", in {self.where}"
             else:
-                sources[column], fault = _in_its_unit(column, source)
+                unit = claimed_unit(proposed_name(source.column))
+                sources[column], fault = in_its_unit(column, source, unit)
             faults += [f"{self.toml}, [columns] {column!r}: {fault}"] if fault else []
         return sources, faults
 
@@ -504,17 +537,36 @@ class _Names:
         taken = {*described, *TIMES, *dict(entries).values(), *self._texts}
         rest = [name for name in names if name not in taken]
         there = {*names, *self.layout.columns, *TIMES}
-        near = {c: get_close_matches(c, rest, 1, 0.5) for c in described if c not in there}
-        if not entries and all(near.values()):
+        missing = [column for column in described if column not in there]
+        alike = {
+            c: [name for name in rest if _words(c) == _words(name)]
+            or [name for name in rest if _words(c) < _words(name)]
+            or (rest if len(rest) == len(missing) == 1 else [])
+            for c in missing
+        }
+        near = all(get_close_matches(c, rest, 1, 0.5) for c in missing)
+        if near and not entries and not any(alike.values()):
             return []  # misspelt, as the faults say
-        only = rest if len(rest) == len(near) == 1 else ["…"]
-        entries += [(column, (close or only)[0]) for column, close in near.items()]
+        lines = [f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries]
+        found = [name for of in alike.values() for name in of]
+        for column, of in alike.items():
+            name = of[0] if len(of) == 1 and found.count(of[0]) == 1 else "…"
+            text = json.dumps(name, ensure_ascii=False)
+            same = _words(column) == _words(name) and _quantity(column) == _quantity(name) != ""
+            sure = name == "…" or same
+            asked = f'{{ column = {text}, unit = "{UNSAID}" }}'
+            lines.append(f"{column} = {text if sure else asked}")
+        hints = {
+            "…": f"# columns of the table: {', '.join(map(repr, rest))}",
+            'time_UNIT = "…"': "# without a clock write above the tables: period = … # [s]",
+            UNSAID: "# counts need a factor too: 0.087890625 [deg] if 4096 are a turn",
+        }
         return [
             f"add to {self.toml}; [drive] and [measured] use the names on the left, with a unit for"
-            " UNIT:",
+            f" UNIT and {UNSAID}, and a column for …:",
             "[columns]",
-            *(f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries),
-            f"where numbers have no unit, for example counts of 4096 a turn: {_factored(entries)}",
+            *lines,
+            *(hint for mark, hint in hints.items() if mark in "\n".join(lines)),
         ]
 
     @property
@@ -525,7 +577,7 @@ class _Names:
     def _clock_entry(self, used: Collection[str]) -> tuple[str, str]:
         """A name for the column of times, with the unit that its name or first value seems to have.
 
-        Numbers grow from row to row; of several such columns one named as a clock goes first.
+        Numbers grow from row to row; of several such columns it is one that is named as a clock.
         """
         sample = self.table.sample
         free = [n for n in self.table.names if n not in {*self.described, *used, *self._texts}]
@@ -534,26 +586,41 @@ class _Names:
             cells, _ = self.table.read(dict.fromkeys(free, False), "")
         named = [n for n in free if _CLOCK.fullmatch(n) and (n not in cells or _grows(cells[n]))]
         dates = [n for n in free if _DATE.match(sample.get(n, ""))]
-        name = next(iter([*named, *dates, *(n for n in cells if _grows(cells[n]))]), "…")
+        growing = [n for n in cells if _grows(cells[n])]
+        name = next(iter([*named, *dates, *(growing if len(growing) == 1 else [])]), "…")
         if (unit := claimed_unit(proposed_name(name))) in ("_s", "_ms", "_us", "_ns"):
             return f"time{unit}", name
+        text = sample.get(name, "")
         try:
-            size = float(sample.get(name, ""))
+            since_1970 = float(text) >= _SINCE_1970 * 1e9  # not even a counter of ns is so large
         except ValueError:
-            return TIME if sample.get(name) else "time_UNIT", name
-        since_1970 = {"time_ns": 1e17, "time_us": 1e14, "time_ms": 1e11, "time_s": _SINCE_1970}
-        return next((u for u, least in since_1970.items() if size >= least), "time_UNIT"), name
+            return TIME if text else "time_UNIT", name
+        return "time_ns" if since_1970 else "time_UNIT", name
+
+
+def _quantity(column: str) -> str:
+    """The SI unit of what a column's name says that it is in; empty if it says none."""
+    return UNIT_FACTORS.get(claimed_unit(proposed_name(column)), ("", 1.0))[0]
+
+
+def _words(column: str) -> set[str]:
+    """The words of a column's name, but for its unit."""
+    name = proposed_name(column)
+    return {*name.removesuffix(claimed_unit(name)).lower().split("_")}
 
 
 def _grows(values: NDArray[Any]) -> bool:
-    """Return whether numbers never decrease and most increase, as a coarse clock's do."""
+    """True if numbers do not decrease and most increase, as a coarse clock's, or begin again."""
     steps = np.diff(values[~np.isnan(values)])
-    return bool(steps.size and (steps >= 0.0).all() and np.median(steps) > 0.0)
+    again = steps < -0.5 * _WORD
+    return bool(steps.size and ((steps >= 0.0) | again).all() and np.median(steps) > 0.0)
 
 
-def _in_its_unit(column: str, source: Source) -> tuple[Source, str]:
-    """A source with the unit in which its own name ends; or the contradiction to that."""
-    ours, theirs = claimed_unit(column), claimed_unit(source.column)
+def in_its_unit(column: str, source: Source, theirs: str) -> tuple[Source, str]:
+    """A source with the unit that its file says, such as ``_deg``; or the contradiction to that."""
+    ours = claimed_unit(column)
+    if CURRENT.search(source.column) and source.factor == 1.0:
+        return source, f"{source.column!r} is a current; {OF_CURRENT}"
     if source.unit or theirs not in UNIT_FACTORS or theirs == ours:
         return source, ""
     alike = UNIT_FACTORS[ours][0] == UNIT_FACTORS[theirs][0]
@@ -561,7 +628,8 @@ def _in_its_unit(column: str, source: Source) -> tuple[Source, str]:
     if plain and alike:
         return replace(source, unit=theirs.removeprefix("_")), ""
     if alike or plain:
-        product = "factor × number + offset" if alike else f"a number of {source.column!r}"
+        name = source.column or source.field
+        product = "factor × number + offset" if alike else f"a number of {name!r}"
         return source, f"which unit {product} is in is unclear; say unit = {ours[1:]!r} or another"
     return source, ""
 
@@ -572,12 +640,3 @@ def _clock(columns: Collection[str]) -> str:
 
 def _refusal(faults: Sequence[str]) -> RecordingError:
     return RecordingError("\n".join(dict.fromkeys(faults)))
-
-
-def _factored(entries: Collection[tuple[str, str]]) -> str:
-    """An entry of [columns] with a factor, for an angle if there is one."""
-    others = [entry for entry in entries if entry[0] not in TIMES]
-    angles = [entry for entry in others if entry[0].endswith(("_deg", "_rad"))]
-    column, name = (*angles, *others, ("lever_deg", "counts"))[0]
-    factor = "…" if others and not angles else '0.087890625, unit = "deg"'
-    return f"{column} = {{ column = {json.dumps(name, ensure_ascii=False)}, factor = {factor} }}"

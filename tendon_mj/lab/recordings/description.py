@@ -25,8 +25,9 @@ from tendon_mj.lab.recordings.units import (
 from tendon_mj.typing import FloatArray
 
 _TABLES = ("drive", "measured", "known", "uncertain", "session")
-KEYS = ("model", "source", "settle", "timing", "header", *_TABLES, "columns", "mcap")
+KEYS = ("model", "source", "settle", "timing", "period", "header", *_TABLES, "columns", "mcap")
 
+UNSAID = "unit?"  # in [columns], for a unit that neither a file nor its user has said
 _OVER = 1.01  # of its period, that a counter with noise covers at most
 _LEAST_SPREAD = 1e-12  # of the value that it is about
 _SETTLING_TIME = 10.0  # [s] of rests if none is stated; a model that rests earlier is read then
@@ -168,6 +169,7 @@ class TableLayout:
     columns: Mapping[str, Source] = field(default_factory=dict)  # [columns]
     topics: Mapping[str, Source] = field(default_factory=dict)  # of a log: that, or [mcap]
     header: tuple[str, ...] = ()  # names of the columns of a table that has none
+    period: float = 0.0  # between rows of a table that has no clock [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -325,7 +327,10 @@ def parse_toml(text: str, where: str) -> tuple[Description, TableLayout]:
         for title in ("columns", "mcap")
     )
     names = tuple(_text(name, f"{where}, header") for name in header)
-    return description, TableLayout(columns, topics or columns, names)
+    period = read_number(toml.get("period", 0.0), f"{where}, period")
+    if fault := NOT_NEGATIVE.fault("period", period, "s"):
+        raise RecordingError(f"{where}, {fault}")
+    return description, TableLayout(columns, topics or columns, names, period)
 
 
 def format_description(description: Description, model: str) -> str:
@@ -377,7 +382,7 @@ def _source(name: str, entry: Any, here: str) -> Source:
     keys = [f.name for f in fields(Source)]
     needed = ["column"] if "column" in entry else ["topic", "field"]
     if name in TIMES:  # of a log it is its log time
-        keys, needed = ["column", "unit", "factor"], ["column"]
+        keys, needed = ["column", "unit", "factor", "period"], ["column"]
     check_keys(entry, keys, needed, here)
     source = read_entry(Source, entry, here)
     if name in TIMES and (fault := POSITIVE_NUMBER.fault("factor", source.factor)):
@@ -385,6 +390,11 @@ def _source(name: str, entry: Any, here: str) -> Source:
     if source.unit:
         target = UNIT_FACTORS[claimed_unit(name)][0]
         kin = [u.removeprefix("_") for u, (si, _) in UNIT_FACTORS.items() if si == target]
+        if source.unit == UNSAID:
+            raise RecordingError(
+                f"{here}, unit: say in which unit the numbers of {source.column or source.field!r}"
+                f" are, in place of {UNSAID!r}: one of {', '.join(kin)}; counts also need a factor"
+            )
         if source.unit not in kin:
             raise RecordingError(f"{here}, unit: {unknown('unit', source.unit, kin)}")
     return source

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import json
+import re
 import tomllib
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from tendon_mj.errors import RecordingError, suggestion
+from tendon_mj.errors import MissingPackageError, RecordingError, suggestion
 
-FORMATS = (".csv", ".parquet", ".mcap")  # in the order in which a stem is sought
+# in the order in which a stem is sought
+FORMATS = (".csv", ".parquet", ".mcap", ".db3", ".bag")
+_READ = "CSV, Parquet, MCAP, bags of ROS and datasets of LeRobot are read"
+_EPISODE = re.compile(r"episode_(\d+)")
 _AS_CSV = (".txt", ".tsv", ".dat", ".log")  # read as CSV where a path names them
 _PANDAS = 'in Python: import pandas; pandas.{read}.to_csv("{stem}.csv", index=False)'
 _OTHERS = {  # suffix → format, and how to convert it
@@ -24,15 +29,6 @@ _OTHERS = {  # suffix → format, and how to convert it
         "an HDF5 file",
         'in Python: import h5py, pandas; log = h5py.File("{name}"); pandas.DataFrame({{k: log[k][:]'
         ' for k in ["time_s", …]}}).to_csv("{stem}.csv", index=False)',
-    ),
-    ".db3": (
-        "an SQLite file, as of rosbag2",
-        "open its folder in PlotJuggler and save the topics as CSV; or, for each topic, ros2 topic"
-        " echo --csv /topic > {stem}.csv while ros2 bag play plays it",
-    ),
-    ".bag": (
-        "a bag of ROS 1",
-        "rostopic echo -b {name} -p /topic > {stem}.csv; or save the topics as CSV in PlotJuggler",
     ),
     ".npz": (
         "an archive of NumPy",
@@ -78,8 +74,8 @@ _OTHERS = {  # suffix → format, and how to convert it
     ".zip": ("compressed", "unpack it"),
 }
 _ALIKE = {
-    ".hdf5": ".h5", ".hdf": ".h5", ".nc": ".h5", ".sqlite": ".db3", ".db": ".db3", ".p": ".pkl",
-    ".pickle": ".pkl", ".joblib": ".pkl", ".xls": ".xlsx", ".ods": ".xlsx", ".arrow": ".feather",
+    ".hdf5": ".h5", ".hdf": ".h5", ".nc": ".h5", ".p": ".pkl", ".pickle": ".pkl",
+    ".joblib": ".pkl", ".xls": ".xlsx", ".ods": ".xlsx", ".arrow": ".feather",
     ".ndjson": ".jsonl", ".mdf": ".mf4", ".mot": ".sto",
 }  # fmt: skip
 _FIRST_BYTES = {  # of a file that may be named as a CSV → its suffix
@@ -91,6 +87,8 @@ _FIRST_BYTES = {  # of a file that may be named as a CSV → its suffix
 
 def check_format(path: Path) -> None:
     """Refuse a file of a format that is not read, and say how to convert it."""
+    if is_bag(path) or episode_of(path) is not None:
+        return
     suffix = path.suffix.lower()
     if suffix in (".csv", *_AS_CSV) and path.is_file():
         with suppress(OSError), path.open("rb") as file:
@@ -104,17 +102,75 @@ def check_format(path: Path) -> None:
         return
     name, way_out = _OTHERS.get(_ALIKE.get(suffix, suffix), (f"{suffix or 'no'} file", ""))
     way_out = way_out.format(name=path.name, stem=path.stem) or "convert it"
-    raise RecordingError(f"{path}: {name}; CSV, Parquet and MCAP are read: {way_out}")
+    raise RecordingError(f"{path}: {name}; {_READ}: {way_out}")
+
+
+def is_bag(path: Path) -> bool:
+    """True for a bag of ROS: the folder of one, or a file of it."""
+    return path.suffix in (".db3", ".bag") or (path / "metadata.yaml").is_file()
+
+
+def episode_of(path: Path) -> int | None:
+    """The number of an episode of a dataset of LeRobot: ``<its folder>/episode_3``; or None."""
+    name = _EPISODE.fullmatch(path.name)
+    return int(name[1]) if name and _info(path.parent).is_file() else None
+
+
+def read_info(folder: Path) -> dict[str, Any]:
+    """What the dataset of LeRobot in a folder says of itself: its episodes and its features."""
+    path = _info(folder)
+    try:
+        info = json.loads(read_text(path))
+        return {"total_episodes": int(info["total_episodes"]), "features": dict(info["features"])}
+    except (ValueError, KeyError, TypeError) as error:
+        raise RecordingError(
+            f"{path}: not a dataset of LeRobot, of version 2 or 3: {error!r}"
+        ) from None
+
+
+def _info(folder: Path) -> Path:
+    return folder / "meta" / "info.json"
+
+
+def episode_files(path: Path, episode: int) -> list[Path]:
+    """Files of a dataset that may hold an episode: its own (version 2), or all (version 3)."""
+    data = path.parent / "data"
+    own = data.rglob(f"episode_{episode:06d}.parquet")
+    files = sorted(own) or sorted(data.rglob("*.parquet"))
+    if not files:
+        raise RecordingError(f"{data}: holds no Parquet file; download the dataset with its data")
+    return files
+
+
+def files_in(table: Path) -> list[Path]:
+    """Files in which a recording is: those of a bag's folder, those of an episode, or one."""
+    if (episode := episode_of(table)) is not None:
+        return [_info(table.parent), *episode_files(table, episode)]
+    return sorted(filter(Path.is_file, table.iterdir())) if table.is_dir() else [table]
 
 
 def tables_in(path: Path) -> list[Path]:
-    """The tables in a folder; of a file, or the stem of a recording, the path itself."""
-    if not path.is_dir() or (path.name not in ("", "..") and table_beside(path)[0].is_file()):
+    """The tables, bags or episodes in a folder; of a file, or a recording's stem, the path."""
+    if _info(path).is_file():
+        total = read_info(path)["total_episodes"]
+        return [path / f"episode_{k:06d}" for k in range(total)]
+    is_table = path.name not in ("", "..") and table_beside(path)[0].is_file()
+    if not path.is_dir() or is_bag(path) or is_table:
         return [path]
-    tables = sorted(p for p in path.iterdir() if p.suffix.lower() in FORMATS and p.is_file())
+    tables = sorted(
+        p for p in path.iterdir() if (p.suffix.lower() in FORMATS and p.is_file()) or is_bag(p)
+    )
     if not tables:
         raise RecordingError(f"{path}: a folder without a table ({', '.join(FORMATS)})")
     return tables
+
+
+def missing_reader(path: Path, kind: str, package: str, extra: str) -> MissingPackageError:
+    """The error that a format is read through a package which is not installed."""
+    return MissingPackageError(
+        f"{path}: {kind} is read through {package}, which is not installed;"
+        f" pip install 'tendon-mj[{extra}]'"
+    )
 
 
 def table_beside(path: Path, formats: Sequence[str] = FORMATS) -> tuple[Path, Path]:
@@ -133,6 +189,9 @@ def table_beside(path: Path, formats: Sequence[str] = FORMATS) -> tuple[Path, Pa
     known = path.suffix.lower() in (*_OTHERS, *_ALIKE, *_AS_CSV)
     other = known or (path.suffix != ".toml" and path.exists())
     usual = path if other and formats is FORMATS else tables[0]
+    bare = path.with_name(stem)
+    if formats is FORMATS and (episode_of(bare) is not None or (bare.is_dir() and is_bag(bare))):
+        usual = bare
     table = next((table for table in tables if table.is_file()), usual)
     return table, path.with_name(stem + ".toml")
 
@@ -140,8 +199,16 @@ def table_beside(path: Path, formats: Sequence[str] = FORMATS) -> tuple[Path, Pa
 def check_file(path: Path, hint: str = "") -> None:
     """Raise `RecordingError` unless there is a file that can be opened.
 
-    ``hint`` is appended to the message of a missing file, which names the nearest of the same kind.
+    So is a bag's folder and an episode of a dataset. ``hint`` is appended to the message of a
+    missing file, which names the nearest of the same kind.
     """
+    if (path.is_dir() and is_bag(path)) or episode_of(path) is not None:
+        return
+    if _info(path).is_file():
+        raise RecordingError(
+            f"{path}: a dataset of LeRobot; give one of its episodes, such as"
+            f" {path / 'episode_000000'}"
+        )
     try:
         path.open("rb").close()
     except FileNotFoundError:

@@ -19,8 +19,16 @@ from tendon_mj.lab.recordings.description import (
     format_description,
     parse_toml,
 )
-from tendon_mj.lab.recordings.files import check_file, check_format, read_text, table_beside
-from tendon_mj.lab.recordings.table_files import open_csv, open_parquet, read_mcap, write_csv
+from tendon_mj.lab.recordings.files import (
+    check_file,
+    check_format,
+    episode_of,
+    is_bag,
+    read_text,
+    table_beside,
+)
+from tendon_mj.lab.recordings.logs import read_log
+from tendon_mj.lab.recordings.table_files import open_csv, open_parquet, write_csv
 from tendon_mj.lab.recordings.units import TIME, si_name
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
@@ -141,8 +149,9 @@ def read_recording(
 ) -> Recording:
     """Read a recording from its table and TOML; ``path`` is either of them or their common stem.
 
-    The table is a CSV, a Parquet file (``.parquet``) or a log (``.mcap``). Columns in mm, deg and
-    the like become columns in SI: ``x_mm`` is ``x_m`` of the recording, and its ``noise`` too.
+    The table is a CSV, a Parquet file (``.parquet``), a log (``.mcap``), the folder or file of a
+    bag of ROS, or an episode of a dataset of LeRobot (``<folder>/episode_3``). Columns in mm, deg
+    and the like become columns in SI: ``x_mm`` is ``x_m`` of the recording, and its ``noise`` too.
 
     ``description`` is the TOML's path if it does not lie beside the table. Nothing in the files
     is evaluated. Raises `RecordingError`, naming file, row (the header is row 1), column and the
@@ -196,11 +205,13 @@ def read_columns(
     Arguments as of `assemble`; without a layout every column of a table is needed.
     """
     check_format(path)
-    if path.suffix.lower() == ".mcap":
+    if path.suffix.lower() == ".mcap" or is_bag(path):
         if layout is None:
             raise RecordingError(f"{path}: a log needs a description, which names its columns")
-        return Table(read_mcap(path, layout.topics, held))
-    if path.suffix.lower() == ".parquet":
+        if layout.period:
+            raise RecordingError(f"{toml}, period: messages of a log have times; take it out")
+        return Table(read_log(path, layout.topics, held))
+    if path.suffix.lower() == ".parquet" or episode_of(path) is not None:
         table = open_parquet(path)
     else:
         table = open_csv(path, layout.header if layout else ())

@@ -1,40 +1,40 @@
-"""Tables in files, through their readers: CSV (pandas), Parquet (pyarrow), logs of MCAP (mcap)."""
+"""Tables in files, through their readers: CSV (pandas), Parquet and LeRobot's (pyarrow)."""
 
 from __future__ import annotations
 
 import csv
-import json
+import itertools
+import re
 import warnings
-from array import array
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from tendon_mj.errors import MissingPackageError, RecordingError, unknown
+from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings.assembly import (
     DATUM,
     Columns,
     OpenTable,
-    Samples,
     and_more,
-    at_common_times,
-    check_table,
 )
-from tendon_mj.lab.recordings.description import Source
-from tendon_mj.lab.recordings.files import check_file, read_text
-from tendon_mj.lab.recordings.units import TIME, TIMES, UNIT_FACTORS, proposed_name
+from tendon_mj.lab.recordings.files import (
+    check_file,
+    episode_files,
+    episode_of,
+    missing_reader,
+    read_info,
+    read_text,
+)
+from tendon_mj.lab.recordings.units import TIME, UNIT, proposed_name
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
-if TYPE_CHECKING:
-    from mcap.records import Channel, Message
-
-_AHEAD = 2**16  # characters that are searched for decimal commas
+_AHEAD = 2**16  # characters that are searched for decimal commas, or for the last row
 _EXACT = 15  # digits of an integer that a float holds; ns since 1970 have more
 _EXTRA = "extra"  # the cells behind the last column
 _FIRST = 2  # row of the first values in a CSV of the same table
@@ -53,6 +53,9 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
         lines.append(line)
     if lines[-1].startswith("#") or not lines[-1].strip():
         raise RecordingError(f"{path}, row 1: the file is empty")
+    if above := _preamble(lines[-1], rest):
+        *more_lines, rest = rest.split("\n", above)
+        lines += more_lines
     separator = _separator(lines[-1])
     first, below = _cells(lines[-1], separator), _cells(rest.partition("\n")[0], separator)
     no_names = all(map(DATUM.fullmatch, first))
@@ -61,7 +64,7 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
         raise RecordingError(
             f"{here}: holds names, {first[0]!r} and so on; take header = … out of the description"
         )
-    names = list(header) or first
+    names, full = list(header) or first, dict[str, str]()
     if no_names and not header:
         names = _cells(lines[-2].lstrip("# "), separator) if len(lines) > 1 else []
         if len(names) != len(first):
@@ -69,15 +72,21 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
                 f"{here}: holds numbers, not the names of the columns; write into the description,"
                 f' above its tables: header = ["time_s", …], names of all {len(first)} columns'
             )
-    elif not header:
-        _check_units_row(path, len(lines) + 1, first, below)
-    decimal = "," if separator == ";" and "," in rest[:_AHEAD] else "."
+    elif not header and (units := _units(first, below)):
+        names = [_with_unit(*pair) for pair in zip(first, units, strict=True)]
+        full = {short: name for short, name in zip(first, names, strict=True) if short != name}
+        line, _, rest = rest.partition("\n")
+        lines.append(line)
+        below = _cells(rest.partition("\n")[0], separator)
+    decimal = "." if separator == "," else _decimal(path, rest[:_AHEAD])
     sample = dict(zip(names, first if no_names else below, strict=False))
     rows, first_row = rest, len(lines) + 1
     if no_names:
         rows, first_row = f"{lines[-1]}\n{rest}", len(lines)
-    body = _Body(path, names, rows, first_row, separator, decimal, sample)
-    return OpenTable(names, set(names).__contains__, first_row, body.read, sample)
+    written = names if no_names else first
+    body = _Body(path, names, written, rows, first_row, separator, decimal, sample)
+    known = {*names, *full}
+    return OpenTable(names, known.__contains__, first_row, body.read, sample, full)
 
 
 def write_csv(table: Mapping[str, FloatArray], path: Path) -> None:
@@ -100,20 +109,51 @@ def _cells(line: str, separator: str) -> list[str]:
     return [cell.strip() for row in rows for cell in row]
 
 
-def _check_units_row(path: Path, row: int, names: Sequence[str], below: Sequence[str]) -> None:
-    """Refuse a row of units, or words of which one is a unit, below the names."""
+def _preamble(line: str, rest: str) -> int:
+    """How many lines below the first one the names are: they are as many as the last row's cells.
+
+    0 if the first line, or no line above the first row of numbers, has as many.
+    """
+    last = rest[-_AHEAD:].rstrip().rpartition("\n")[2]
+    below = (match.group() for match in re.finditer(r".*\n", rest))
+    for k, text in enumerate(itertools.chain([line], below)):
+        separator = _separator(text)
+        cells = _cells(text, separator)
+        if len(cells) < 2:
+            continue
+        if all(map(DATUM.fullmatch, cells)):
+            break
+        if len(cells) == len(_cells(last, separator)):
+            return k
+    return 0
+
+
+def _units(names: Sequence[str], below: Sequence[str]) -> list[str]:
+    """The units in a row below the names, of which one is known at least; empty if it has none."""
     units = [cell.strip("[]() ") for cell in below]
-    some = any(f"_{cell}" in UNIT_FACTORS for cell in units)
+    some = any(UNIT not in proposed_name(f"x {unit}") for unit in units)
     if len(below) != len(names) or not some or any(c and DATUM.fullmatch(c) for c in units):
-        return
-    named = ", ".join(
-        n if n.endswith(f"_{u}") else proposed_name(f"{n}_{u}")
-        for n, u in zip(names, units, strict=True)
-    )
-    raise RecordingError(
-        f"{path}, row {row}: holds units ({', '.join(below)}) and no values; delete the row and"
-        f" name the columns with their units, such as {named}"
-    )
+        return []
+    return units
+
+
+def _with_unit(name: str, unit: str) -> str:
+    """A column's name that ends in the unit of a second header."""
+    if not unit or name.endswith(f"_{unit}"):
+        return name
+    proposed = proposed_name(f"{name} {unit}")
+    return f"{name} [{unit}]" if UNIT in proposed else proposed
+
+
+def _decimal(path: Path, text: str) -> str:
+    """The decimal mark of numbers that are not between commas."""
+    numbers = re.findall(r"(?<![\w,.])[+-]?(\d*,\d+)(?![\w,.])", text)
+    if numbers and all(re.fullmatch(r"[1-9]\d{0,2},\d{3}", number) for number in numbers):
+        raise RecordingError(
+            f"{path}: {numbers[0]!r} has a comma for decimals or for thousands; write such numbers"
+            " with a point, or without commas"
+        )
+    return "," if numbers else "."
 
 
 @dataclass(frozen=True)
@@ -122,6 +162,7 @@ class _Body:
 
     path: Path
     names: Sequence[str]
+    written: Sequence[str]  # the names as the file has them
     rows: str
     first: int  # row of the file
     separator: str
@@ -141,6 +182,7 @@ class _Body:
         more = frame[_EXTRA].dropna()
         for name, label in labels.items():
             column = frame[label]
+            self._check_begun_once(column, name)
             if column.dtype.kind in "iuf":
                 integer_clock = name == clock and column.dtype.kind == "i"
                 cells[name] = column.to_numpy(np.int64 if integer_clock else np.float64)
@@ -156,6 +198,16 @@ class _Body:
                 f" cell too many; the names end with column {width}, {self.names[-1]!r}"
             )
         return cells, faults
+
+    def _check_begun_once(self, column: Any, name: str) -> None:
+        """Refuse a table in which the names stand again, as of a logger that was started twice."""
+        if column.dtype.kind not in "iuf":
+            again = np.flatnonzero(column == self.written[self.names.index(name)])
+            if again.size:
+                raise RecordingError(
+                    f"{self.path}, row {self._row(int(again[0]))}: the names stand there again;"
+                    " make it the first row of another recording"
+                )
 
     def _row(self, place: int) -> int:
         return self.first + place
@@ -173,6 +225,7 @@ class _Body:
                     usecols=[*labels, _EXTRA],
                     index_col=False,  # else rows that are too long have one, and are shifted
                     dtype={**kinds, _EXTRA: str},
+                    na_values=["-", "--"],
                     skipinitialspace=True,
                     skip_blank_lines=False,
                     float_precision="round_trip",  # to the last bit, also in older versions
@@ -196,38 +249,57 @@ class _Body:
 
 
 def open_parquet(path: Path) -> OpenTable:
-    """The names of a Parquet file's columns, and how to read them.
+    """The names of a Parquet file's columns, or of an episode's, and how to read them.
 
     Dots lead into lists and structs: ``position.0``. Rows in messages are those that a CSV of the
     same table would have.
     """
     check_file(path)
+    episode = episode_of(path)
+    files = [path] if episode is None else episode_files(path, episode)
     try:
         import pyarrow as pa
-        import pyarrow.parquet as pq
+        import pyarrow.dataset as datasets
     except ImportError:
-        raise _missing(path, "Parquet", "pyarrow", "parquet") from None
+        raise missing_reader(path, "Parquet", "pyarrow", "parquet") from None
     broken = (pa.ArrowException, OSError, ValueError)  # ValueError: a name that is not UTF-8
     try:
-        file = pq.ParquetFile(path)
-        schema = file.schema_arrow
+        data = datasets.dataset(list(map(str, files)), format="parquet")
+        schema = data.schema
         names = list(schema.names)
     except broken as error:
         raise RecordingError(f"{path}: not a Parquet file: {error}") from None
     if not names:
         raise RecordingError(f"{path}: holds no column")
-    empty = schema.empty_table()
+    empty, place, rows = schema.empty_table(), dict[str, str](), None
+    if episode is not None:
+        place, rows = _places(path.parent), datasets.field("episode_index") == episode
+        names = [*place, *(name for name in names if name not in place)]
 
     def read(wanted: Mapping[str, bool], clock: str) -> tuple[Columns, list[str]]:
-        roots = {name: _root(schema, name) for name in wanted}
+        paths = {name: place.get(name, name) for name in wanted}
+        roots = {name: _root(schema, at) for name, at in paths.items()}
         try:
-            table = file.read(columns=list(dict.fromkeys(roots.values())))
+            table = data.to_table(columns=list(dict.fromkeys(roots.values())), filter=rows)
             whole = {root: table.column(root) for root in roots.values()}
         except broken as error:
             raise RecordingError(f"{path}: not a Parquet file: {error}") from None
+        if episode is not None and not table.num_rows:
+            total = read_info(path.parent)["total_episodes"]
+            raise RecordingError(
+                f"{path}: no frame of episode {episode} in its data; the dataset has episodes 0 to"
+                f" {total - 1}"
+            )
+        if episode is None and "episode_index" in schema.names:
+            several = data.to_table(columns=["episode_index"]).column(0).unique().to_pylist()
+            if len(several) > 1:
+                raise RecordingError(
+                    f"{path}: holds episodes {several[0]} to {several[-1]} of a dataset of LeRobot;"
+                    f" give one, as <folder with meta and data>/episode_{several[0]}"
+                )
         cells, faults = Columns(), list[str]()
         for name, needed in wanted.items():
-            rest = name[len(roots[name]) + 1 :]
+            rest = paths[name][len(roots[name]) + 1 :]
             try:
                 cells[name] = _arrow_cells(_part(whole[roots[name]], rest), name == clock)
             except (pa.ArrowException, TypeError) as error:
@@ -235,15 +307,30 @@ def open_parquet(path: Path) -> OpenTable:
         return cells, faults
 
     def has(name: str) -> bool:
-        root = _root(schema, name)
+        at = place.get(name, name)
+        root = _root(schema, at)
         try:
-            return bool(root) and _part(empty.column(root), name[len(root) + 1 :]) is not None
+            return bool(root) and _part(empty.column(root), at[len(root) + 1 :]) is not None
         except (pa.ArrowException, TypeError):
             return False
 
-    kinds = ((name, schema.field(k).type) for k, name in enumerate(names))
+    kinds = ((name, schema.field(name).type) for name in names if name in schema.names)
     sample = {name: "1970-01-01" for name, kind in kinds if pa.types.is_timestamp(kind)}
     return OpenTable(names, has, _FIRST, read, sample)
+
+
+def _places(folder: Path) -> dict[str, str]:
+    """Name of a column of a dataset of LeRobot → its place in the files.
+
+    The clock, in seconds, and the elements of vectors that have names: ``action.elbow.pos``.
+    """
+    places = {TIME: "timestamp"}
+    for feature, entry in read_info(folder)["features"].items():
+        names = entry.get("names") if isinstance(entry, dict) else None
+        names = next(iter(names.values()), []) if isinstance(names, dict) else names
+        if isinstance(names, list) and len(set(map(str, names))) == len(names):
+            places |= {f"{feature}.{name}": f"{feature}.{k}" for k, name in enumerate(names)}
+    return places
 
 
 def _root(schema: Any, name: str) -> str:
@@ -278,116 +365,3 @@ def _arrow_cells(column: Any, is_clock: bool) -> Any:
     if is_clock and (pa.types.is_string(kind) or pa.types.is_large_string(kind)):
         return np.array([np.nan if cell is None else cell for cell in column.to_pylist()], object)
     raise TypeError(f"holds {kind}; a column holds numbers")
-
-
-def read_mcap(
-    path: Path, topics: Mapping[str, Source], held: Collection[str] = ()
-) -> dict[str, FloatArray]:
-    """Read the columns that a description names, at the times of the first one's messages.
-
-    ``time_s`` is their log time, from the first row on; other columns are as in `at_common_times`.
-    """
-    check_file(path)
-    topics = {column: source for column, source in topics.items() if column not in TIMES}
-    if not topics:
-        raise RecordingError(
-            f"{path}: the description has no [columns], which says where the columns are, such as"
-            ' tension_N = { topic = "/load_cell", field = "force" }'
-        )
-    for column, source in topics.items():
-        if not source.topic:
-            raise RecordingError(
-                f"{path}: [columns] {column!r} names a column of a table; of a log write"
-                " { topic = …, field = … }"
-            )
-    series = _read_series(path, topics)
-    faults = {c: topics[c].period_fault(values) for c, (_, values) in series.items()}
-    if any(faults.values()):
-        lines = (f"{path}, [columns] {c!r}: {fault}" for c, fault in faults.items() if fault)
-        raise RecordingError("\n".join(lines))
-    converted = {c: (t, topics[c].converted(values, c)) for c, (t, values) in series.items()}
-    table, _ = at_common_times(converted, TIME, 1e-9, str(path), held)
-    check_table(table, str(path))
-    return table
-
-
-def _read_series(path: Path, topics: Mapping[str, Source]) -> dict[str, Samples]:
-    """Column → (m,) log times [ns] and values; the first fault of each column in one message."""
-    columns: dict[str, list[str]] = {}
-    for column, source in topics.items():
-        columns.setdefault(source.topic, []).append(column)
-    times = {topic: array("q") for topic in columns}
-    values = {column: array("d") for column in topics}
-    there, faults = set[str](), dict[str, str]()
-    for channel, message in _messages(path):
-        topic = channel.topic
-        there.add(topic)
-        if topic not in columns:
-            continue
-        here = f"{path}, topic {topic!r}, message {len(times[topic]) + 1}"
-        if channel.message_encoding != "json":
-            raise RecordingError(
-                f"{here}: it is encoded as {channel.message_encoding!r}; JSON is read, so convert"
-                " the log first"
-            )
-        try:
-            decoded = json.loads(message.data)
-        except ValueError as error:
-            raise RecordingError(f"{here}: not JSON: {error}") from None
-        times[topic].append(message.log_time)
-        for column in columns[topic]:
-            try:
-                field = topics[column].field
-                values[column].append(_field(decoded, field, f"{here}, for {column!r}"))
-            except RecordingError as error:
-                faults.setdefault(column, str(error))
-    missing = [name for name in sorted(columns) if name not in there]
-    lines = [f"{path}, [columns]: {unknown('topic', name, there)}" for name in missing]
-    if faults or lines:
-        raise RecordingError("\n".join([*lines, *faults.values()]))
-    return {
-        column: (np.array(times[source.topic]), np.array(values[column]))
-        for column, source in topics.items()
-    }
-
-
-def _messages(path: Path) -> Iterator[tuple[Channel, Message]]:
-    try:
-        from mcap.reader import NonSeekingReader
-    except ImportError:
-        raise _missing(path, "MCAP", "mcap", "mcap") from None
-    with path.open("rb") as file:
-        reader = NonSeekingReader(file, validate_crcs=True)
-        messages = reader.iter_messages(log_time_order=False)
-        while True:
-            try:
-                _, channel, message = next(messages)
-            except StopIteration:
-                return
-            # whatever its parts raise: struct.error, KeyError, ZstdError, OverflowError, …
-            except Exception as error:
-                reason = str(error) or type(error).__name__
-                raise RecordingError(f"{path}: not an MCAP: {reason}") from error
-            yield channel, message
-
-
-def _field(message: Any, field: str, here: str) -> float:
-    """A number in a message: names, and places in lists, with dots between."""
-    for part in field.split("."):
-        if isinstance(message, dict) and part in message:
-            message = message[part]
-        elif isinstance(message, list) and part.isdecimal() and int(part) < len(message):
-            message = message[int(part)]
-        else:
-            there = message if isinstance(message, dict) else ()
-            raise RecordingError(f"{here}: {unknown('field', part, map(str, there))} in {field!r}")
-    if isinstance(message, bool) or not isinstance(message, int | float):
-        raise RecordingError(f"{here}: field {field!r} is {message!r}, not a number")
-    return float(message)
-
-
-def _missing(path: Path, kind: str, package: str, extra: str) -> MissingPackageError:
-    return MissingPackageError(
-        f"{path}: {kind} is read through {package}, which is not installed;"
-        f" pip install 'tendon-mj[{extra}]'"
-    )

@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 from tendon_mj.errors import InvalidValueError, unknown
 
 UNITS = ("_s", "_m", "_N", "_rad", "_Nm", "_rad_per_s", "_m_per_s")  # of SI
+UNIT = "_UNIT"  # in a proposed name, for one that is not known
 TIME = "time_s"
 TIMES = (TIME, "time_ms", "time_us", "time_ns")  # names of the clock in a file
 
@@ -61,6 +62,11 @@ _WORDS = {
     **dict.fromkeys(("_meters", "_metres"), "_m"),
     **dict.fromkeys(("_millimeters", "_millimetres"), "_mm"),
 }
+CURRENT = re.compile(r"[\W_][mu]?A\W*$")  # end of a column's name, of which no unit is one
+OF_CURRENT = (
+    "write into [columns] the torque, or the pull of a cable, that one is:"
+    ' motor_Nm = { column = "…", factor = … }'
+)
 # compound units whole: `rate_deg_per_s` must not pass as seconds
 _CLAIMED = re.compile(r"(?:(?:^|_)[^_]+_per)?_[^_]+$")
 
@@ -137,6 +143,8 @@ def unit_fault(column: str, *, si: bool, elements: Collection[str] = ()) -> str:
     """
     ending, allowed = claimed_unit(column), UNITS if si else tuple(UNIT_FACTORS)
     stem = f"_{column.removesuffix(ending)}"
+    if CURRENT.search(ending):
+        return f"is of a current; {OF_CURRENT}"
     if ending not in allowed or ending == column:
         converted = [unit for unit in allowed if unit not in UNITS and "_per_" not in unit]
         kind, also = "an SI unit", ""
@@ -154,10 +162,10 @@ def unit_fault(column: str, *, si: bool, elements: Collection[str] = ()) -> str:
 
 def proposed_name(column: str) -> str:
     """A name for a column of another program: its unit as it is spelt here, or ``UNIT`` for it."""
-    stem = re.sub(r"[^0-9A-Za-z]+", "_", column).strip("_")
+    stem = re.sub(r"[^0-9A-Za-z]+", "_", column.replace("°", " deg ")).strip("_")
     ending = claimed_unit(stem)
     unit = _spelt(ending) if ending != stem else ""
-    return stem.removesuffix(ending) + unit if unit else f"{stem}_UNIT"
+    return stem.removesuffix(ending) + unit if unit else stem + UNIT
 
 
 def _spelt(ending: str) -> str:

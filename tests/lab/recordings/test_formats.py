@@ -215,8 +215,8 @@ def test_a_log_is_refused_with_topic_and_field(
 
 def test_other_encodings_and_other_files_are_refused(tmp_path: Path) -> None:
     path = rig_log(tmp_path)
-    log(path, ("/reel", 0.0, {"data": 1.0}), ("/cell", 0.0, {}), encoding="cdr")
-    with refusing(RecordingError, "encoded as 'cdr'; JSON is read"):
+    log(path, ("/reel", 0.0, {"data": 1.0}), ("/cell", 0.0, {}), encoding="protobuf")
+    with refusing(RecordingError, "encoded as 'protobuf'; JSON and ROS 2's CDR are read"):
         read_recording(path)
     for name, kind in (("r.mcap", "an MCAP"), ("r.parquet", "a Parquet")):
         (tmp_path / name).write_bytes(b"no such thing")
