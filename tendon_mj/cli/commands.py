@@ -48,6 +48,7 @@ _GROUPS = {  # group → name → module, which is loaded when the command is ca
         "replay": "recordings",
         "diagnose": "diagnose",
         "rehearse": "rehearse",
+        "changes": "many",
         "fleet": "many",
     },
     "study": {"sweep": "many", "compare": "bench", "bench": "bench", "demo": "demo"},

@@ -1,4 +1,4 @@
-"""`tendon-mj sweep` and `fleet`: rollouts over parameters, and recordings of many rigs."""
+"""`tendon-mj sweep`, `changes`, `fleet`: rollouts over parameters; recordings of rigs over time."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Annotated
 import mujoco
 import tyro
 
+from tendon_mj.cli.diagnose import read_one
 from tendon_mj.cli.options import Repeated, Required, flat, given_files
 from tendon_mj.cli.output import (
     Output,
@@ -18,12 +19,12 @@ from tendon_mj.cli.output import (
     progress_bar,
     typed_command,
 )
-from tendon_mj.errors import InvalidValueError, TendonError
+from tendon_mj.errors import InvalidValueError, RecordingError, TendonError
 from tendon_mj.lab.data_check import timing_warnings
 from tendon_mj.lab.diagnosis import collect_provenance
-from tendon_mj.lab.fleet import RESULT_TABLE, find_rigs, run_fleet
-from tendon_mj.lab.recordings import Recording, read_recording
-from tendon_mj.lab.replay import UNKNOWN
+from tendon_mj.lab.fleet import REPRODUCIBILITY, RESULT_TABLE, compare_states, find_rigs, run_fleet
+from tendon_mj.lab.recordings import Recording, read_recording, tables_in
+from tendon_mj.lab.replay import UNKNOWN, load_recorded
 from tendon_mj.lab.sweep import (
     CSV,
     PLAN,
@@ -244,6 +245,39 @@ def _range_text(summary: Mapping[str, float], between: str, output: SensorSummar
     ends = (summary["min"], summary["max"])
     numbers = between.join(f"{end:.4g}" for end in dict.fromkeys(ends))
     return numbers if output.unit == UNKNOWN else f"{numbers} {output.unit}"
+
+
+def changes(
+    old: Annotated[Path, tyro.conf.Positional],
+    new: Annotated[Path, tyro.conf.Positional],
+    out: Path = Path("out/changes"),
+    description: Path | None = None,
+    model: str | None = None,
+    reproducibility: float = REPRODUCIBILITY,
+) -> dict[str, object]:
+    """Find what changed on a rig between two recordings, or how small a change would be found.
+
+    Args:
+        old: Recording of the rig as it was, or a folder of recordings.
+        new: The same of the rig as it is; best with the same motion.
+        out: Folder for result.json.
+        description: TOML file that describes the columns of all recordings.
+        model: Model in place of the recordings' own: a name or an MJCF file.
+        reproducibility: Share of itself by which a number comes back if nothing changed. It counts
+            if a state has one recording; several tell by their scatter.
+
+    Example:
+        tendon-mj changes march.csv june.csv
+    """
+    states = [tables_in(path) for path in (old, new)]
+    output = Output(out, given=given_files([*states[0], *states[1]], description, [model]))
+    before, after = ([read_one(p, description, model, None) for p in paths] for paths in states)
+    if not (before and after):
+        raise RecordingError(f"changes needs recordings in both {old} and {new}")
+    compared = compare_states(before, after, load_recorded(before[0]), reproducibility)
+    output.result(compared.result())
+    output.close(compared.sentence)
+    return compared.result()
 
 
 def fleet(

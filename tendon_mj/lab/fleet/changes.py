@@ -132,7 +132,7 @@ def _standing_out(
 ) -> list[Suspect]:
     best = dict[int, Suspect]()
     for template in courses:
-        change, gain = _explained(observation, template.weights)
+        change, gain = explained(observation, template.weights)
         lever = float(np.sqrt(((template.weights - template.weights.mean()) ** 2).sum()))
         for k, number in enumerate(observation.numbers):
             if k not in best or gain[k] > best[k].gain:
@@ -141,14 +141,21 @@ def _standing_out(
     ranked = sorted(best.values(), key=lambda s: -s.gain)
     if not ranked or ranked[0].significance < SIGNIFICANT:
         return []
-    by_name = dict[tuple[str, str], Suspect]()  # the first shape of each effect
-    for suspect in (s for s in ranked if s.gain >= _NEAR * ranked[0].gain):
-        number = observation.numbers[suspect.index]
-        by_name.setdefault((number.identifier, number.name), suspect)
+    gains = np.array([best[k].gain for k in range(len(best))])
+    return [best[k] for k in most_promising(observation, gains)]
+
+
+def most_promising(observation: Observation, gains: FloatArray) -> list[int]:
+    """Numbers of which a change explains most, (w,) ``gains``; the first shape of each effect."""
+    by_name = dict[tuple[str, str], int]()
+    for k in np.argsort(-gains, kind="stable"):
+        if gains[k] >= _NEAR * gains.max():
+            number = observation.numbers[k]
+            by_name.setdefault((number.identifier, number.name), int(k))
     return list(by_name.values())[:_MOST]
 
 
-def _explained(observation: Observation, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+def explained(observation: Observation, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(w,) best changes [probes] and their gains [noise²] for a course (n,)."""
     normal, gradient, count = observation.normal, observation.gradient, observation.shared
     shared = slice(0, count)

@@ -50,6 +50,7 @@ Label = tuple[str, str, tuple[float, ...]]  # identifier, name, shape
 _CONVERGED, _AGAIN = 25, 2  # evaluations, from anywhere and from where a fit ended
 _INVISIBLE = 1e-8  # mean square of a derivative [noise per probe] that counts as 0
 SINGULAR = 1e-10  # relative eigenvalue below which a direction is left alone
+_PARTS = 8  # of a recording
 _DAILY = 6  # evaluations, from near the best values
 _NOTABLE = 0.01  # of the residual of the better one, likewise
 _RESOLVED = 2.0  # standard errors of the mean, by which two explanations differ
@@ -276,6 +277,8 @@ class NumberSeries:
     probe: float  # change of the parameter for a probe of the number [unit]
     values: FloatArray  # (n,) of that parameter [unit]
     errors: FloatArray  # (n,) standard errors from noise [unit]
+    # (n,) likewise, and no less than the parts of a recording say by themselves [unit]
+    errors_of_parts: FloatArray
     square: FloatArray  # (n,) mean square residual of each recording [noise²]
     range: FloatArray  # (2,) within which the parameter is fitted [unit]
     others: dict[str, float]  # parameter → value, of those fitted to all recordings with it
@@ -325,12 +328,14 @@ def _series(
     square = mean_squares(fitted.residual, rig.problem)
     slopes = fitted.jacobian[:, -count:]
     information = np.einsum("mk,mk->k", slopes, slopes)
+    parts = np.array([_sum_of_parts(slopes[:, k] * fitted.residual) for k in range(count)])
     written = {**rig.base, **fitted.parameters(rig.base)}
     numbers, parameter = fitted.values[-count:], term.targets[0]
     middle = float(np.mean(numbers))
     probe = abs(_parameter(term, middle + term.probe, written) - _parameter(term, middle, written))
     with np.errstate(divide="ignore"):
         errors = probe * np.sqrt(np.maximum(square, 1.0) / information)
+        of_parts = np.maximum(errors, probe * parts / information)
     return NumberSeries(
         number=watched.number,
         parameter=parameter,
@@ -338,10 +343,20 @@ def _series(
         probe=probe,
         values=np.array([_parameter(term, float(x), written) for x in numbers]),
         errors=errors,
+        errors_of_parts=of_parts,
         square=square,
         range=np.sort([_parameter(term, end, written) for end in (term.low, term.high)]),
         others={t: written[t] for other, _ in kept if not other.spread for t in other.targets},
     )
+
+
+def _sum_of_parts(products: FloatArray) -> float:
+    """Root of the sum of squares of what the parts of a recording have of a gradient.
+
+    Over the information it is the standard error that these parts give, whatever is in them.
+    """
+    parts = np.array_split(products[products != 0.0], _PARTS)
+    return float(np.sqrt(sum(part.sum() ** 2 for part in parts) * _PARTS / (_PARTS - 1)))
 
 
 def _parameter(term: Term, number: float, values: Mapping[str, float]) -> float:

@@ -43,7 +43,7 @@ _RigVerdict = Literal[
     "changed", "differs", "consistent with the fleet", "unchanged", "not judged", "failed"
 ]
 
-_ILL = 3.0  # misfit of the median rig [noise], above which the model does not describe the data
+ILL = 3.0  # misfit of the median rig [noise], above which the model does not describe the data
 _GAP = 2.0  # times the usual time between two recordings, above which the day is not known
 _SHARE = 0.5  # of the sum of squares, above which one recording is odd
 _ABOVE = 2.0  # times the median residual of the rigs, above which a residual is reported
@@ -169,7 +169,7 @@ class RigResult:
             parts.append(change_sentence(self.change, self.series, self.rivals, self.dates))
         for d in self.differences:
             unit, middle = units.get(d.name, "noise"), d.spread.median
-            value, _ = _in_one_unit([d.value, middle], unit)
+            value, _ = in_one_unit([d.value, middle], unit)
             parts.append(f"{d.name} is {value}, the fleet's median {quantity(middle, unit)}")
         if not parts:
             parts = [self.verdict]
@@ -292,7 +292,7 @@ class FleetResult:
         """Warning that the model does not describe the recordings; empty if it does."""
         residuals = [rig.left for rig in self.rigs if not rig.error]
         usual = median(residuals) if residuals else 0.0
-        if usual <= _ILL:
+        if usual <= ILL:
             return ""
         return (
             f"The model does not describe the recordings: the residual of the median rig is"
@@ -322,27 +322,30 @@ def change_sentence(
     change: Change, series: NumberSeries, rivals: Sequence[NumberSeries], dates: Sequence[datetime]
 ) -> str:
     """A change in words, with values and dates; ``rivals``: series that explain it as well."""
-    names = [
-        f"{n.name} ({CATALOGUE[n.identifier].name})" if n.identifier else n.name
-        for n in (one.number for one in (series, *rivals))
-    ]
+    names = [label(one) for one in (series, *rivals)]
     apart = f", except {stamp(change.apart)}" if change.apart is not None else ""
     also = f", or as well {', or '.join(names[1:])}" if rivals else ""
     return f"{names[0]} {_course(change, series, dates)}{apart}{also}"
+
+
+def label(series: NumberSeries) -> str:
+    """A number by its name, and by that of its effect."""
+    number = series.number
+    return number.name + (f" ({CATALOGUE[number.identifier].name})" if number.identifier else "")
 
 
 def _course(change: Change, series: NumberSeries, dates: Sequence[datetime]) -> str:
     """Values before and after, and since when; both days, where the gap between them is long."""
     if change.course == "varying":
         ends = [float(series.values.min()), float(series.values.max())]
-        low, high = _in_one_unit(ends, series.unit)
+        low, high = in_one_unit(ends, series.unit)
         return f"varies from {low} to {high}, with no single change"
     if change.between is not None and change.until is not None:
         values = [change.after, change.before, change.between]
-        after, before, between = _in_one_unit(values, series.unit)
+        after, before, between = in_one_unit(values, series.unit)
         during = f"from {stamp(change.since)} to {stamp(change.until)}"
         return f"{before} → {between} {during}, {after} since"
-    before, after = _in_one_unit([change.before, change.after], series.unit)
+    before, after = in_one_unit([change.before, change.after], series.unit)
     growing = change.course == "ramp"
     usual = float(np.median([(b - a).total_seconds() for a, b in pairwise(dates)]))
     days = f"since {stamp(change.since)}"
@@ -352,7 +355,7 @@ def _course(change: Change, series: NumberSeries, dates: Sequence[datetime]) -> 
     return f"{before} → {after} {'growing ' if growing else ''}{days}"
 
 
-def _in_one_unit(values: Sequence[float], unit: str) -> list[str]:
+def in_one_unit(values: Sequence[float], unit: str) -> list[str]:
     """Values in one unit, the last with its symbol."""
     chosen = engineering_unit(unit, values)
     symbol = f" {chosen.symbol}" if chosen.symbol and chosen.symbol != "°" else chosen.symbol

@@ -1,0 +1,171 @@
+"""What changed on one rig between two states of it, each with recordings of its own.
+
+Every number that may change is watched as on a rig of a fleet (`observation`): the uncertain
+parameters, and the effects of the catalogue. Those of which a change between the states explains
+most, to first order, are fitted to each recording by itself, everything else to all of them. With x
+and s of each recording a state has
+
+    x̄ = Σ x/s² / Σ 1/s²,   s̄² = 1 / Σ 1/s² + Σ (x − x̄)² / (n (n−1)),
+
+with r x in the place of the second sum's root if there is one recording, and the change is
+significant where |x̄_new − x̄_old| is 5 times √(s̄_old² + s̄_new²) or more. An s is at least what the
+parts of its recording say by themselves, since what a model lacks is no noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+
+from tendon_mj.errors import InvalidValueError, RecordingError
+from tendon_mj.lab.fleet.changes import SIGNIFICANT, explained, most_promising
+from tendon_mj.lab.fleet.observation import (
+    NumberSeries,
+    explanation,
+    fit_series,
+    observe,
+    usable,
+)
+from tendon_mj.lab.fleet.result import ILL, in_one_unit, label
+from tendon_mj.lab.fleet.rigs import RigData
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.typing import BoolArray
+
+REPRODUCIBILITY = 0.01  # share of itself by which a number comes back, unless several tell
+
+
+@dataclass(frozen=True)
+class StatesCompared:
+    """Two states of a rig: the number that changed, or how small a change would have been found."""
+
+    changed: NumberSeries | None  # recording by recording, the old ones first; None without one
+    rivals: Sequence[NumberSeries]  # others of which a change explains the recordings as well
+    before: float  # of the number that changed [its unit]
+    after: float
+    significance: float  # the change over its standard error
+    # name and unit of each uncertain parameter → the least change that would have been found
+    least: dict[tuple[str, str], float]
+    misfit: float  # rms residual of the calibrated model, without the change [noise]
+    left: float  # with it
+
+    @property
+    def sentence(self) -> str:
+        """The result in a sentence."""
+        warning = ""
+        if self.left > ILL:
+            warning = (
+                f" The model leaves {self.left:.2g} times the noise in both states; run tendon-mj"
+                " diagnose on one of them."
+            )
+        if self.changed is None:
+            seen = (
+                f"{name} by {in_one_unit([size], unit)[0]}"
+                for (name, unit), size in self.least.items()
+            )
+            return f"No change was found. One of {', or of '.join(seen)} would have been.{warning}"
+        before, after = in_one_unit([self.before, self.after], self.changed.unit)
+        also = f", or as well {', or '.join(map(label, self.rivals))}" if self.rivals else ""
+        return (
+            f"Changed: {label(self.changed)} {before} → {after},"
+            f" {self.significance:.2g} standard errors{also}.{warning}"
+        )
+
+    def result(self) -> dict[str, object]:
+        """Plain numbers and words, as in `result.json`."""
+        series = self.changed
+        return {
+            "sentence": self.sentence,
+            "changed": None
+            if series is None
+            else {
+                "parameter": series.parameter,
+                "effect": series.number.identifier,
+                "unit": series.unit,
+                "before": self.before,
+                "after": self.after,
+                "significance": self.significance,
+                "values": series.values.tolist(),
+                "errors": series.errors.tolist(),
+                "rivals": [
+                    {"parameter": r.parameter, "effect": r.number.identifier} for r in self.rivals
+                ],
+            },
+            "least": {name: size for (name, _), size in self.least.items()},
+            "misfit": self.misfit,
+            "left": self.left,
+        }
+
+
+def compare_states(
+    old: Sequence[Recording],
+    new: Sequence[Recording],
+    model: mujoco.MjModel,
+    reproducibility: float = REPRODUCIBILITY,
+) -> StatesCompared:
+    """Find the number that changed on a rig between old and new recordings.
+
+    Args:
+        old: recordings of the rig as it was.
+        new: of the rig as it is.
+        model: of both.
+        reproducibility: r, share of itself by which a number comes back if nothing changed; it
+            counts for a state of one recording, since several tell by their scatter.
+
+    Raises:
+        InvalidValueError: a reproducibility that is negative or not finite.
+        RecordingError: a recording cannot be calibrated with the others.
+    """
+    if not 0.0 <= reproducibility < np.inf:
+        raise InvalidValueError(f"reproducibility = {reproducibility:g} must be 0 or more")
+    named = [
+        replace(recording, name=f"{state} {k + 1}")
+        for state, recordings in (("old", old), ("new", new))
+        for k, recording in enumerate(recordings)
+    ]
+    if faults := list(filter(None, usable(RigData([*named], [""] * len(named), model)))):
+        raise RecordingError("\n".join(faults))
+    observation = observe(named, model)
+    is_new = np.arange(len(named)) >= len(old)
+    changes, gains = explained(observation, is_new.astype(float))
+    suspected = {
+        observation.numbers[k]: changes[k] * is_new
+        for k in {*most_promising(observation, gains), *range(observation.shared)}
+    }
+    series = fit_series(named, model, observation.terms.tolist(), suspected)
+    misfit = float(np.sqrt(observation.square.mean()))
+    first, rivals = explanation(series)
+    ends = {
+        one.parameter: [_mean(one, state, reproducibility) for state in (~is_new, is_new)]
+        for one in series
+    }
+    errors = {name: float(np.hypot(old[1], new[1])) for name, (old, new) in ends.items()}
+    (before, _), (after, _) = ends[first.parameter]
+    significance = abs(after - before) / errors[first.parameter]
+    found = significance >= SIGNIFICANT
+    return StatesCompared(
+        changed=first if found else None,
+        rivals=rivals if found else (),
+        before=before,
+        after=after,
+        significance=significance,
+        least={
+            (one.parameter, one.unit): SIGNIFICANT * errors[one.parameter]
+            for one in series
+            if not one.number.identifier
+        },
+        misfit=misfit,
+        left=float(np.sqrt(first.square.mean())) if found else misfit,
+    )
+
+
+def _mean(series: NumberSeries, state: BoolArray, reproducibility: float) -> tuple[float, float]:
+    """Mean of a number over the recordings of a state, and its standard error."""
+    values, weights = series.values[state], 1.0 / series.errors_of_parts[state] ** 2
+    mean, count = float(np.average(values, weights=weights)), values.size
+    scatter = reproducibility * abs(mean)
+    if count > 1:
+        scatter = np.sqrt(np.sum((values - mean) ** 2) / (count * (count - 1)))
+    return mean, float(np.hypot(1.0 / np.sqrt(weights.sum()), scatter))
