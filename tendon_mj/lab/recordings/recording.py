@@ -222,9 +222,11 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
     return csv
 
 
-def described_model(toml: Path) -> str:
-    """The model that a description names, as `Recording.model`."""
-    return _model_beside(toml, parse_toml(read_text(toml), str(toml))[0].model)
+def read_description(toml: Path) -> Description:
+    """The description of columns in SI, without their table; its model as `Recording.model`."""
+    described, _ = parse_toml(read_text(toml), str(toml))
+    in_si_units = described.in_si(str(toml))
+    return replace(in_si_units, model=_model_beside(toml, described.model))
 
 
 def is_same_model(one: str, other: str) -> bool:

@@ -1,0 +1,382 @@
+"""Identifiability: what measured columns and a motion can tell of a rig, before a recording.
+
+The rig is simulated as described, and again with one effect of the catalogue. The model is fitted
+to each simulation in its uncertain numbers; what it leaves then is the trace of the effect. The
+effect is noticed from the strength at which the mean square of its trace is the detection limit of
+a diagnosis. Of twice that strength, and of that at which it leaves as much as no proven model
+does, the least counts at which every other effect of the catalogue, fitted in its place, leaves
+more than the detection limit: from there it is named, and below it may be taken for the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from tendon_mj.errors import RecordingError, UnknownNameError
+from tendon_mj.lab.diagnosis.alternatives import MATTERS
+from tendon_mj.lab.diagnosis.check import check_simulation
+from tendon_mj.lab.diagnosis.data import (
+    Problem,
+    all_samples,
+    describe_system,
+    make_problem,
+    search_step,
+    session_terms,
+    step_error,
+    uncertain_terms,
+    with_more_guides,
+    with_step,
+)
+from tendon_mj.lab.diagnosis.effects import DISCRIMINATING_EXPERIMENTS, candidates
+from tendon_mj.lab.diagnosis.effects.effect import Candidate
+from tendon_mj.lab.diagnosis.fitting import Fit, bounded_least_squares, written
+from tendon_mj.lab.diagnosis.proof import is_narrower
+from tendon_mj.lab.diagnosis.rehearsal import rehearse
+from tendon_mj.lab.diagnosis.search import SWITCHED_OFF, ScreeningScore, Slopes, screen
+from tendon_mj.lab.diagnosis.selection import SelectionContext
+from tendon_mj.lab.diagnosis.statistics import FittedCandidate, half_widths, intervals
+from tendon_mj.lab.diagnosis.verdict import LARGEST_EXCESS, detection_limit
+from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.lab.recordings import Recording, si_name, unit_fault
+from tendon_mj.lab.replay import Simulator, parameter_of, suppress_unsolved_warnings
+from tendon_mj.typing import BoolArray, FloatArray
+
+_SECANTS = 2  # simulations of an effect, and then fits, each at the strength before it promises
+_TWICE = 2.0  # times the strength from which an effect is noticed
+
+
+@dataclass(frozen=True)
+class Number:
+    """An uncertain number, and how well the columns determine it."""
+
+    name: str
+    unit: str  # of all that follows
+    value: float  # as described
+    half: float  # of its 95 % interval, at most its range
+    determined: bool  # whether that excludes a part of the range
+    unless: str  # effect with which it trades places most; empty if none matters
+    half_then: float  # of the interval if the rig may have that effect
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two effects that the columns cannot tell apart."""
+
+    effects: tuple[str, str]  # at their places
+    below: float | None  # strength of the first [its unit]; None if none that was tried decides
+    decided_by: str  # a further column, or an experiment
+
+
+@dataclass(frozen=True)
+class Tellable:
+    """An effect of the catalogue, and the strengths that the columns can tell.
+
+    Strengths are changes of its first parameter from the value in the model.
+    """
+
+    identifier: str
+    where: str
+    parameter: str
+    unit: str
+    noticed: float | None  # least strength that is noticed; None if there is none
+    named: float | None  # least strength, of those tried, at which it is no other effect
+
+    @property
+    def label(self) -> str:
+        """Identifier and place."""
+        return f"{self.identifier} ({self.where})"
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """What columns can tell: numbers, effects, and pairs that they cannot tell apart."""
+
+    signals: tuple[str, ...]
+    numbers: tuple[Number, ...]
+    effects: tuple[Tellable, ...]
+    pairs: tuple[Pair, ...]
+
+    @property
+    def sentence(self) -> str:
+        """Summary, with what would decide most pairs."""
+        named = sum(effect.named is not None for effect in self.effects)
+        noticed = sum(effect.noticed is not None for effect in self.effects)
+        sure = sum(number.determined and not number.unless for number in self.numbers)
+        text = (
+            f"{', '.join(self.signals)}: of {len(self.effects)} effects {noticed} are noticed and"
+            f" {named} named; of {len(self.numbers)} uncertain numbers {sure} are determined"
+            " whatever the rig has."
+        )
+        open_pairs = [pair for pair in self.pairs if pair.below is None]
+        decided = [pair.decided_by for pair in open_pairs]
+        if not decided:
+            return text
+        most = max(dict.fromkeys(decided), key=decided.count)
+        return f"{text} {len(decided)} pairs are not told apart; to decide most, {most}."
+
+    def result(self) -> dict[str, Any]:
+        """Plain numbers and words, as in `result.json`."""
+        kinds = ("numbers", "effects", "pairs")
+        rows = {kind: [vars(row) for row in getattr(self, kind)] for kind in kinds}
+        return {"sentence": self.sentence, "signals": self.signals, **rows}
+
+
+def identify(
+    recordings: Sequence[Recording], signals: Collection[str] = (), *, progress: Progress = silent
+) -> Identifiability:
+    """State what measured columns can tell of a rig in the motions of recordings.
+
+    Only the driven columns of the recordings count, and the noise that they state.
+
+    Args:
+        recordings: of one model.
+        signals: measured columns that would be recorded; by default all. The others are proposed
+            where they decide between effects that these cannot tell apart.
+        progress: called with a label, how much is done, and of how much.
+
+    Raises:
+        RecordingError: nothing is measured, or a noise is neither stated nor can be estimated.
+        UnknownNameError: a signal is not a measured column.
+    """
+    made, _ = rehearse(recordings, {})
+    columns = dict.fromkeys(column for recording in made for column in recording.measured)
+    if not columns:
+        raise RecordingError(f"recording {made[0].name!r}: nothing is [measured]")
+    names = {c: made[0].written(c) for c in columns}
+    chosen = {n if unit_fault(n, si=False) else si_name(n)[0]: n for n in signals} or names
+    for column, name in chosen.items():
+        if column not in columns:
+            raise UnknownNameError("measured column", name, names.values(), "--signals")
+    own = [replace(r, measured={c: m for c, m in r.measured.items() if c in chosen}) for r in made]
+    narrow = make_problem(own, Simulator(own), all_samples(own))
+    check_simulation(narrow)
+    stepped = with_step(narrow, search_step(narrow))
+    residual = stepped.residuals([{}])[0]
+    error = step_error(stepped.extrapolate({}, residual) - residual)
+    system = describe_system(narrow)
+    whole = make_problem(made, Simulator(made), all_samples(made))
+    by_noise = -whole.residuals([{}])[0]  # with which the residual of the rig is 0
+    whole = replace(whole, unused=frozenset(columns) - chosen.keys(), by_guides=by_noise)
+    context = SelectionContext(
+        problem=whole,
+        base=system.values,
+        calibrated=(*uncertain_terms(narrow), *session_terms(own, narrow.simulate)),
+        candidates=tuple(
+            c for c in candidates(system) if not (narrow.at_rest and c.effect.in_motion)
+        ),
+        step_error=error,
+        initial_excess=0.0,
+        progress=progress,
+    )
+    limit = detection_limit(with_more_guides(narrow, {}), error)
+    return _Identifying(context, limit).run(tuple(chosen.values()))
+
+
+class _Identifying:
+    def __init__(self, context: SelectionContext, limit: float) -> None:
+        self.context, self.limit, problem = context, limit, context.problem
+        self.used = problem.in_train
+        start = [term.inert for term in context.calibrated]
+        self.model: FittedCandidate = context.fit_model((), start, evaluations=1)
+        self.candidates = context.further(self.model)
+        self.slopes: Slopes = context.slopes_at(self.model, self.candidates)
+        self.absent = dict[str, FloatArray]()  # effect → (m,) residual with next to nothing of it
+
+    @suppress_unsolved_warnings()
+    def run(self, signals: tuple[str, ...]) -> Identifiability:
+        """Judge all numbers and effects."""
+        noticed, effects, pairs = self._noticed(), list[Tellable](), list[Pair]()
+        progress, units = self.context.progress, self.context.problem.simulate.parameters
+        for k, candidate in enumerate(self.candidates):
+            progress("compare effects", k, len(self.candidates))
+            scaled, target = noticed.get(candidate.label), candidate.terms[0].targets[0]
+            named, rivals = None, list[Pair]()
+            if scaled is not None:
+                named, rivals = self._named(candidate, scaled)
+            effects.append(
+                Tellable(
+                    candidate.identifier,
+                    candidate.where,
+                    target,
+                    units[parameter_of(target)].unit,
+                    None if scaled is None else self._change(candidate, scaled),
+                    None if named is None else self._change(candidate, named),
+                )
+            )
+            known = {frozenset(pair.effects) for pair in pairs}
+            pairs += [pair for pair in rivals if frozenset(pair.effects) not in known]
+        progress("compare effects", len(self.candidates), len(self.candidates))
+        return Identifiability(signals, tuple(self._numbers(noticed)), tuple(effects), tuple(pairs))
+
+    def _numbers(self, noticed: Collection[str]) -> Iterator[Number]:
+        """The uncertain numbers, with the effect of those noticed that widens each most."""
+        fit, problem = self.model.fit, self.context.problem
+        alone = intervals(problem, fit)
+        wider = {
+            label: half_widths(
+                problem,
+                replace(fit, jacobian=np.column_stack([fit.jacobian, slope])),
+                np.append(fit.free, True),
+            )[:-1]
+            for (label, _), slope in self.slopes.items()
+            if label in noticed
+        }
+        for place, k in enumerate(np.flatnonzero(fit.free)):
+            term, value = fit.terms[k], float(fit.values[k])
+            half, most = 0.5 * float(np.ptp(alone[k])), 0.5 * (term.high - term.low)
+            other = max(wider, key=lambda label: wider[label][place], default="")
+            then = min(float(wider[other][place]) * term.probe, most) if other else half
+            matters = then - half > MATTERS * abs(value)
+            for name in term.targets:
+                determined = is_narrower(alone[k], term)
+                unless = other if determined and matters else ""
+                yield Number(name, term.unit, value, half, determined, unless, then)
+        for k in np.flatnonzero(~fit.free):
+            term = fit.terms[k]
+            most = 0.5 * (term.high - term.low)
+            for name in term.targets:
+                yield Number(name, term.unit, float(fit.values[k]), most, False, "", most)
+
+    def _parameters(self, candidate: Candidate, scaled: float) -> dict[str, float]:
+        """Parameters of the rig with an effect of that scaled strength, in its first shape."""
+        fit, (strength, *shape) = self.model.fit, candidate.terms
+        own = [strength.natural(scaled), *(t.starts[0] if t.starts else t.inert for t in shape)]
+        terms = (*fit.terms, *candidate.terms)
+        return written(terms, np.array([*fit.values, *own]), self.context.base)
+
+    def _change(self, candidate: Candidate, scaled: float) -> float:
+        """Change of the first parameter of an effect by that strength [its unit]."""
+        target = candidate.terms[0].targets[0]
+        ends = [self._parameters(candidate, z)[target] for z in (scaled, 0.0)]
+        return abs(ends[0] - ends[1])
+
+    def _noticed(self) -> dict[str, float]:
+        """Effect → least scaled strength that is noticed, of those that are within their range."""
+        strengths = dict[str, float]()
+        for candidate in self.candidates:
+            if (candidate.label, 0) in self.slopes:
+                left = self._trace(self.slopes[candidate.label, 0])
+                side = 1.0 if candidate.terms[0].high > candidate.terms[0].inert else -1.0
+                strengths[candidate.label] = side * self._times(left)
+        for _ in range(_SECANTS):
+            strengths = {c.label: _inside(c, strengths[c.label]) for c in self._of(strengths)}
+            rows = self._rows(strengths)
+            for label, row in rows.items():
+                strengths[label] *= self._times(self._trace(row)) if np.isfinite(row).all() else 0.5
+        for candidate in self._of(strengths):
+            for _ in range(_SECANTS):
+                strength = _inside(candidate, strengths[candidate.label])
+                left = self._fitted(candidate, strength)[1].residual[self.used]
+                strengths[candidate.label] = strength * self._times(float(np.mean(left**2)))
+        return {
+            c.label: strengths[c.label]
+            for c in self._of(strengths)
+            if _inside(c, strengths[c.label]) == strengths[c.label]
+        }
+
+    def _fitted(self, candidate: Candidate, scaled: float) -> tuple[Problem, Fit]:
+        """A rig with an effect of that strength in place of the data, and the model fitted to it."""
+        fit, context = self.model.fit, self.context
+        (trace,) = self._rows({candidate.label: scaled}).values()
+        problem = replace(context.problem, by_guides=context.problem.by_guides - trace)
+        model = replace(context, problem=problem).fit_model(
+            (), fit.values, near=fit, jacobian=fit.jacobian, seen=fit.residual - trace
+        )
+        return problem, model.fit
+
+    def _of(self, labels: Collection[str]) -> list[Candidate]:
+        return [candidate for candidate in self.candidates if candidate.label in labels]
+
+    def _rows(self, strengths: Mapping[str, float]) -> dict[str, FloatArray]:
+        """Effect → (m,) change of the readings by it [noise].
+
+        From those with next to nothing of it: a play in the model, closed, changes them already.
+        """
+        new = self._of(strengths.keys() - self.absent.keys())
+        sets = [self._parameters(c, SWITCHED_OFF) for c in new]
+        sets += [self._parameters(c, strengths[c.label]) for c in self._of(strengths)]
+        rows = [*self.context.problem.residuals(sets)]
+        self.absent |= {c.label: rows.pop(0) for c in new}
+        return {
+            c.label: row - self.absent[c.label]
+            for c, row in zip(self._of(strengths), rows, strict=True)
+        }
+
+    def _times(self, trace: float) -> float:
+        """Factor of a strength by which a trace of that mean square comes to the limit."""
+        return float(np.sqrt(self.limit / max(trace, np.finfo(float).tiny)))
+
+    def _trace(self, row: FloatArray) -> float:
+        """Mean square of what a fit of the numbers leaves of a change of the readings (m,)."""
+        return _left(self.model.fit, row, self.used)
+
+    def _named(self, candidate: Candidate, noticed: float) -> tuple[float | None, list[Pair]]:
+        """Least scaled strength of those tried at which no other effect is as good; the pairs."""
+        largest, pairs = noticed * float(np.sqrt(LARGEST_EXCESS / self.limit)), dict[str, Pair]()
+        for scaled in dict.fromkeys(_inside(candidate, z) for z in (_TWICE * noticed, largest)):
+            rivals = self._rivals(candidate, scaled)
+            for label in pairs.keys() - rivals.keys():
+                pairs[label] = replace(pairs[label], below=self._change(candidate, scaled))
+            for label, decided_by in rivals.items():
+                pairs[label] = Pair((candidate.label, label), None, decided_by)
+            if not rivals:
+                return scaled, [*pairs.values()]
+        return None, [*pairs.values()]
+
+    def _rivals(self, candidate: Candidate, scaled: float) -> dict[str, str]:
+        """Other effects that explain one of that strength, and what would decide between them."""
+        problem, fit = self._fitted(candidate, scaled)
+        excess = float(np.mean(fit.residual[self.used] ** 2))
+        share = max(0.0, 1.0 - self.limit / excess)
+        others = [other for other in self.candidates if other.label != candidate.label]
+        known = problem, self.context.base, fit, others, silent, dict(self.slopes)
+        rivals = dict[str, str]()
+        for score in screen(*known, (0.5 * share, share)):  # a slope may promise half
+            if excess - score.explained < self.limit and score.candidate.label not in rivals:
+                rivals[score.candidate.label] = self._decide(candidate, fit, score)
+        return rivals
+
+    def _decide(self, candidate: Candidate, fit: Fit, score: ScreeningScore) -> str:
+        """What decides between an effect, to whose readings the model was fitted, and another."""
+        left, problem = dict[str, float](), self.context.problem
+        for column in problem.unused:
+            rows = replace(problem, unused=problem.unused - {column}).in_train
+            left[column] = _left(fit, fit.residual, rows, score)
+        best = max(left, key=lambda column: left[column], default="")
+        if best and left[best] > self.limit:
+            return f"measure {problem.recordings[0].written(best)} too"
+        one, other = candidate.effect, score.candidate.effect
+        sentence = DISCRIMINATING_EXPERIMENTS.get(frozenset({one.identifier, other.identifier}))
+        record = one.next_experiment or other.next_experiment
+        if sentence:
+            return sentence[:1].lower() + sentence[1:].rstrip(".")
+        return f"record {record}" if record else "measure one of them and state it in [known]"
+
+
+def _inside(candidate: Candidate, scaled: float) -> float:
+    """The scaled strength within its range."""
+    term = candidate.terms[0]
+    return min(max(scaled, term.scaled(term.low)), term.scaled(term.high))
+
+
+def _left(
+    fit: Fit, residual: FloatArray, rows: BoolArray, score: ScreeningScore | None = None
+) -> float:
+    """Mean square of what the terms of a fit, and an effect with a score, leave of a residual.
+
+    ``residual`` and ``rows`` (m,), of which those count.
+    """
+    matrix, bounds = fit.jacobian, fit.bounds - fit.scaled
+    if score is not None:
+        term = score.candidate.terms[0]
+        ends = [term.scaled(term.low), term.scaled(term.high)]
+        matrix = np.column_stack([matrix, score.slope(fit)])
+        bounds = np.column_stack([bounds, ends])
+    left = residual[rows]
+    if matrix.shape[1]:
+        left = left + matrix[rows] @ bounded_least_squares(matrix[rows], left, bounds)
+    return float(np.mean(left**2))
