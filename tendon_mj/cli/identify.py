@@ -86,18 +86,17 @@ def _print(found: Identifiability) -> None:
         )
     print_table(["uncertain number", "value", "95 % within", ""], rows)
     place = {effect.label: str(k) for k, effect in enumerate(found.effects, 1)}
-    alike = [pair for pair in found.pairs if pair.below is None]
     rows = []
     for effect in found.effects:
-        others = [place[n] for p in alike if effect.label in p.effects for n in p.effects]
+        open_ones = [p.effects for p in found.pairs if p.below is None]
+        others = [place[other] for one, other in open_ones if one == effect.label]
         strengths = [
             _NONE if value is None else quantity(value, effect.unit)
             for value in (effect.noticed, effect.named)
         ]
-        untold = ", ".join(n for n in others if n != place[effect.label]) or _NONE
-        rows.append([f"{place[effect.label]} {effect.label}", *strengths, untold])
-    print_table(["effect", "noticed from", "named from", "not told from"], rows)
-    for text in dict.fromkeys(pair.decided_by for pair in alike):
-        pairs = [p.effects for p in alike if p.decided_by == text]
+        rows.append([f"{place[effect.label]} {effect.label}", *strengths, ", ".join(others)])
+    print_table(["effect", "noticed from", "named from", "taken for"], rows)
+    for text in dict.fromkeys(pair.decided_by for pair in found.untold):
+        pairs = [p.effects for p in found.untold if p.decided_by == text]
         listed = ", ".join(f"{place[one]} and {place[other]}" for one, other in pairs)
         console.print(f"To decide between {listed}: {text}.")

@@ -31,9 +31,15 @@ from tendon_mj.lab.diagnosis.data import (
     with_more_guides,
     with_step,
 )
-from tendon_mj.lab.diagnosis.effects import DISCRIMINATING_EXPERIMENTS, candidates
+from tendon_mj.lab.diagnosis.effects import (
+    CATALOGUE,
+    DISCRIMINATING_EXPERIMENTS,
+    Effects,
+    by_identifier,
+    candidates,
+)
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
-from tendon_mj.lab.diagnosis.fitting import Fit, bounded_least_squares, written
+from tendon_mj.lab.diagnosis.fitting import Fit, bounded_least_squares, fit, written
 from tendon_mj.lab.diagnosis.proof import is_narrower
 from tendon_mj.lab.diagnosis.rehearsal import rehearse
 from tendon_mj.lab.diagnosis.search import SWITCHED_OFF, ScreeningScore, Slopes, screen
@@ -64,10 +70,10 @@ class Number:
 
 @dataclass(frozen=True)
 class Pair:
-    """Two effects that the columns cannot tell apart."""
+    """An effect, and another for which it may be taken."""
 
     effects: tuple[str, str]  # at their places
-    below: float | None  # strength of the first [its unit]; None if none that was tried decides
+    below: float | None  # which strength of the first [its unit]; None: at all that were tried
     decided_by: str  # a further column, or an experiment
 
 
@@ -101,22 +107,27 @@ class Identifiability:
     pairs: tuple[Pair, ...]
 
     @property
+    def untold(self) -> list[Pair]:
+        """Each pair that is not told apart, once."""
+        open_ones = (pair for pair in reversed(self.pairs) if pair.below is None)
+        return [*reversed({frozenset(pair.effects): pair for pair in open_ones}.values())]
+
+    @property
     def sentence(self) -> str:
         """Summary, with what would decide most pairs."""
-        named = sum(effect.named is not None for effect in self.effects)
-        noticed = sum(effect.noticed is not None for effect in self.effects)
-        sure = sum(number.determined and not number.unless for number in self.numbers)
-        text = (
-            f"{', '.join(self.signals)}: of {len(self.effects)} effects {noticed} are noticed and"
-            f" {named} named; of {len(self.numbers)} uncertain numbers {sure} are determined"
-            " whatever the rig has."
+        noticed, named = (
+            sum(getattr(effect, kind) is not None for effect in self.effects)
+            for kind in ("noticed", "named")
         )
-        open_pairs = [pair for pair in self.pairs if pair.below is None]
-        decided = [pair.decided_by for pair in open_pairs]
-        if not decided:
-            return text
-        most = max(dict.fromkeys(decided), key=decided.count)
-        return f"{text} {len(decided)} pairs are not told apart; to decide most, {most}."
+        sure = sum(number.determined and not number.unless for number in self.numbers)
+        alike = [pair.decided_by for pair in self.untold]
+        text = (
+            f"{', '.join(self.signals)}: effects noticed {noticed} of {len(self.effects)}, named"
+            f" {named}; uncertain numbers determined whatever effect there is {sure} of"
+            f" {len(self.numbers)}; pairs not told apart {len(alike)}."
+        )
+        most = max(dict.fromkeys(alike), key=alike.count, default="")
+        return f"{text} To decide most of these pairs, {most}." if most else text
 
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as in `result.json`."""
@@ -126,7 +137,11 @@ class Identifiability:
 
 
 def identify(
-    recordings: Sequence[Recording], signals: Collection[str] = (), *, progress: Progress = silent
+    recordings: Sequence[Recording],
+    signals: Collection[str] = (),
+    *,
+    catalogue: Effects = CATALOGUE,
+    progress: Progress = silent,
 ) -> Identifiability:
     """State what measured columns can tell of a rig in the motions of recordings.
 
@@ -136,6 +151,7 @@ def identify(
         recordings: of one model.
         signals: measured columns that would be recorded; by default all. The others are proposed
             where they decide between effects that these cannot tell apart.
+        catalogue: effects to judge, and to compare them with.
         progress: called with a label, how much is done, and of how much.
 
     Raises:
@@ -158,6 +174,7 @@ def identify(
     residual = stepped.residuals([{}])[0]
     error = step_error(stepped.extrapolate({}, residual) - residual)
     system = describe_system(narrow)
+    effects = candidates(system, catalogue=by_identifier(catalogue))
     whole = make_problem(made, Simulator(made), all_samples(made))
     by_noise = -whole.residuals([{}])[0]  # with which the residual of the rig is 0
     whole = replace(whole, unused=frozenset(columns) - chosen.keys(), by_guides=by_noise)
@@ -165,9 +182,7 @@ def identify(
         problem=whole,
         base=system.values,
         calibrated=(*uncertain_terms(narrow), *session_terms(own, narrow.simulate)),
-        candidates=tuple(
-            c for c in candidates(system) if not (narrow.at_rest and c.effect.in_motion)
-        ),
+        candidates=tuple(c for c in effects if not (narrow.at_rest and c.effect.in_motion)),
         step_error=error,
         initial_excess=0.0,
         progress=progress,
@@ -207,52 +222,48 @@ class _Identifying:
                     None if named is None else self._change(candidate, named),
                 )
             )
-            known = {frozenset(pair.effects) for pair in pairs}
-            pairs += [pair for pair in rivals if frozenset(pair.effects) not in known]
+            pairs += rivals
         progress("compare effects", len(self.candidates), len(self.candidates))
         return Identifiability(signals, tuple(self._numbers(noticed)), tuple(effects), tuple(pairs))
 
     def _numbers(self, noticed: Collection[str]) -> Iterator[Number]:
         """The uncertain numbers, with the effect of those noticed that widens each most."""
-        fit, problem = self.model.fit, self.context.problem
-        alone = intervals(problem, fit)
+        fitted, problem = self.model.fit, self.context.problem
+        alone = intervals(problem, fitted)
         wider = {
             label: half_widths(
                 problem,
-                replace(fit, jacobian=np.column_stack([fit.jacobian, slope])),
-                np.append(fit.free, True),
+                replace(fitted, jacobian=np.column_stack([fitted.jacobian, slope])),
+                np.append(fitted.free, True),
             )[:-1]
             for (label, _), slope in self.slopes.items()
             if label in noticed
         }
-        for place, k in enumerate(np.flatnonzero(fit.free)):
-            term, value = fit.terms[k], float(fit.values[k])
-            half, most = 0.5 * float(np.ptp(alone[k])), 0.5 * (term.high - term.low)
-            other = max(wider, key=lambda label: wider[label][place], default="")
-            then = min(float(wider[other][place]) * term.probe, most) if other else half
-            matters = then - half > MATTERS * abs(value)
+        places = np.cumsum(fitted.free) - 1  # of the free terms among themselves
+        for k, term in enumerate(fitted.terms):
+            value, half = float(fitted.values[k]), 0.5 * float(np.ptp(alone[k]))
+            other, then = "", half
+            if fitted.free[k] and wider:
+                other = max(wider, key=lambda label: wider[label][places[k]])
+                most = 0.5 * (term.high - term.low)
+                then = min(float(wider[other][places[k]]) * term.probe, most)
+            determined = bool(fitted.free[k]) and is_narrower(alone[k], term)
+            unless = other if determined and then - half > MATTERS * abs(value) else ""
             for name in term.targets:
-                determined = is_narrower(alone[k], term)
-                unless = other if determined and matters else ""
                 yield Number(name, term.unit, value, half, determined, unless, then)
-        for k in np.flatnonzero(~fit.free):
-            term = fit.terms[k]
-            most = 0.5 * (term.high - term.low)
-            for name in term.targets:
-                yield Number(name, term.unit, float(fit.values[k]), most, False, "", most)
 
     def _parameters(self, candidate: Candidate, scaled: float) -> dict[str, float]:
         """Parameters of the rig with an effect of that scaled strength, in its first shape."""
-        fit, (strength, *shape) = self.model.fit, candidate.terms
+        fitted, (strength, *shape) = self.model.fit, candidate.terms
         own = [strength.natural(scaled), *(t.starts[0] if t.starts else t.inert for t in shape)]
-        terms = (*fit.terms, *candidate.terms)
-        return written(terms, np.array([*fit.values, *own]), self.context.base)
+        terms = (*fitted.terms, *candidate.terms)
+        return written(terms, np.array([*fitted.values, *own]), self.context.base)
 
     def _change(self, candidate: Candidate, scaled: float) -> float:
         """Change of the first parameter of an effect by that strength [its unit]."""
         target = candidate.terms[0].targets[0]
         ends = [self._parameters(candidate, z)[target] for z in (scaled, 0.0)]
-        return abs(ends[0] - ends[1])
+        return float(ends[0] - ends[1])
 
     def _noticed(self) -> dict[str, float]:
         """Effect → least scaled strength that is noticed, of those that are within their range."""
@@ -270,8 +281,8 @@ class _Identifying:
         for candidate in self._of(strengths):
             for _ in range(_SECANTS):
                 strength = _inside(candidate, strengths[candidate.label])
-                left = self._fitted(candidate, strength)[1].residual[self.used]
-                strengths[candidate.label] = strength * self._times(float(np.mean(left**2)))
+                excess = self._excess(self._fitted(candidate, strength)[1])
+                strengths[candidate.label] = strength * self._times(excess)
         return {
             c.label: strengths[c.label]
             for c in self._of(strengths)
@@ -279,14 +290,23 @@ class _Identifying:
         }
 
     def _fitted(self, candidate: Candidate, scaled: float) -> tuple[Problem, Fit]:
-        """A rig with an effect of that strength in place of the data, and the model fitted to it."""
-        fit, context = self.model.fit, self.context
+        """The problem with a rig that has an effect as data, and the fit of the model to it."""
+        near, context = self.model.fit, self.context
         (trace,) = self._rows({candidate.label: scaled}).values()
         problem = replace(context.problem, by_guides=context.problem.by_guides - trace)
-        model = replace(context, problem=problem).fit_model(
-            (), fit.values, near=fit, jacobian=fit.jacobian, seen=fit.residual - trace
+        return problem, fit(
+            problem,
+            context.base,
+            near.calibrated,
+            (),
+            near.values,
+            jacobian=near.jacobian,
+            seen=near.residual - trace,
         )
-        return problem, model.fit
+
+    def _excess(self, fitted: Fit) -> float:
+        """Mean square that a fit to data without noise leaves."""
+        return float(np.mean(fitted.residual[self.used] ** 2))
 
     def _of(self, labels: Collection[str]) -> list[Candidate]:
         return [candidate for candidate in self.candidates if candidate.label in labels]
@@ -328,24 +348,38 @@ class _Identifying:
         return None, [*pairs.values()]
 
     def _rivals(self, candidate: Candidate, scaled: float) -> dict[str, str]:
-        """Other effects that explain one of that strength, and what would decide between them."""
-        problem, fit = self._fitted(candidate, scaled)
-        excess = float(np.mean(fit.residual[self.used] ** 2))
+        """Other effects that explain one of that strength, and what would decide between them.
+
+        If screening finds none, those that it finds to explain half are fitted.
+        """
+        problem, own = self._fitted(candidate, scaled)
+        excess, base = self._excess(own), self.context.base
         share = max(0.0, 1.0 - self.limit / excess)
         others = [other for other in self.candidates if other.label != candidate.label]
-        known = problem, self.context.base, fit, others, silent, dict(self.slopes)
-        rivals = dict[str, str]()
-        for score in screen(*known, (0.5 * share, share)):  # a slope may promise half
-            if excess - score.explained < self.limit and score.candidate.label not in rivals:
-                rivals[score.candidate.label] = self._decide(candidate, fit, score)
-        return rivals
+        kept = (0.5 * share, 0.5 * share)
+        scores = screen(problem, base, own, others, silent, dict(self.slopes), kept)
+        left = {score.key: excess - score.explained for score in scores}
+        if not any(rest < self.limit for rest in left.values()):
+            for score in (s for s in scores if s.explained >= kept[0] * excess):
+                other = fit(
+                    problem,
+                    base,
+                    own.calibrated,
+                    (score.candidate,),
+                    score.start,
+                    jacobian=score.jacobian(own),
+                    seen=score.seen,
+                )
+                left[score.key] = self._excess(other)
+        rivals = {s.candidate.label: s for s in reversed(scores) if left[s.key] < self.limit}
+        return {label: self._decide(candidate, own, score) for label, score in rivals.items()}
 
-    def _decide(self, candidate: Candidate, fit: Fit, score: ScreeningScore) -> str:
+    def _decide(self, candidate: Candidate, own: Fit, score: ScreeningScore) -> str:
         """What decides between an effect, to whose readings the model was fitted, and another."""
         left, problem = dict[str, float](), self.context.problem
         for column in problem.unused:
             rows = replace(problem, unused=problem.unused - {column}).in_train
-            left[column] = _left(fit, fit.residual, rows, score)
+            left[column] = _left(own, own.residual, rows, score)
         best = max(left, key=lambda column: left[column], default="")
         if best and left[best] > self.limit:
             return f"measure {problem.recordings[0].written(best)} too"
@@ -364,17 +398,17 @@ def _inside(candidate: Candidate, scaled: float) -> float:
 
 
 def _left(
-    fit: Fit, residual: FloatArray, rows: BoolArray, score: ScreeningScore | None = None
+    fitted: Fit, residual: FloatArray, rows: BoolArray, score: ScreeningScore | None = None
 ) -> float:
     """Mean square of what the terms of a fit, and an effect with a score, leave of a residual.
 
     ``residual`` and ``rows`` (m,), of which those count.
     """
-    matrix, bounds = fit.jacobian, fit.bounds - fit.scaled
+    matrix, bounds = fitted.jacobian, fitted.bounds - fitted.scaled
     if score is not None:
         term = score.candidate.terms[0]
         ends = [term.scaled(term.low), term.scaled(term.high)]
-        matrix = np.column_stack([matrix, score.slope(fit)])
+        matrix = np.column_stack([matrix, score.slope(fitted)])
         bounds = np.column_stack([bounds, ends])
     left = residual[rows]
     if matrix.shape[1]:
