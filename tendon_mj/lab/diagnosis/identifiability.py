@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -49,7 +49,7 @@ from tendon_mj.lab.diagnosis.verdict import LARGEST_EXCESS, detection_limit
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording, si_name, unit_fault
 from tendon_mj.lab.replay import Simulator, parameter_of, suppress_unsolved_warnings
-from tendon_mj.typing import BoolArray, FloatArray
+from tendon_mj.typing import FloatArray
 
 _SECANTS = 2  # simulations of an effect, and then fits, each at the strength before it promises
 _TWICE = 2.0  # times the strength from which an effect is noticed
@@ -74,7 +74,7 @@ class Pair:
 
     effects: tuple[str, str]  # at their places
     below: float | None  # which strength of the first [its unit]; None: at all that were tried
-    decided_by: str  # a further column, or an experiment
+    decided_by: str  # a further column, or an experiment, if it is at all
 
 
 @dataclass(frozen=True)
@@ -199,6 +199,7 @@ class _Identifying:
         self.model: FittedCandidate = context.fit_model((), start, evaluations=1)
         self.candidates = context.further(self.model)
         self.slopes: Slopes = context.slopes_at(self.model, self.candidates)
+        self.decided = dict[frozenset[str], str]()  # two effects → what decides between them
         self.absent = dict[str, FloatArray]()  # effect → (m,) residual with next to nothing of it
 
     @suppress_unsolved_warnings()
@@ -332,58 +333,57 @@ class _Identifying:
 
     def _trace(self, row: FloatArray) -> float:
         """Mean square of what a fit of the numbers leaves of a change of the readings (m,)."""
-        return _left(self.model.fit, row, self.used)
+        fitted, left = self.model.fit, row[self.used]
+        if fitted.terms:
+            slopes, bounds = fitted.jacobian[self.used], fitted.bounds - fitted.scaled
+            left = left + slopes @ bounded_least_squares(slopes, left, bounds)
+        return float(np.mean(left**2))
 
     def _named(self, candidate: Candidate, noticed: float) -> tuple[float | None, list[Pair]]:
         """Least scaled strength of those tried at which no other effect is as good; the pairs."""
-        largest, pairs = noticed * float(np.sqrt(LARGEST_EXCESS / self.limit)), dict[str, Pair]()
+        largest = noticed * float(np.sqrt(LARGEST_EXCESS / self.limit))
+        told, rivals = dict[str, float](), dict[str, _Rival]()
         for scaled in dict.fromkeys(_inside(candidate, z) for z in (_TWICE * noticed, largest)):
-            rivals = self._rivals(candidate, scaled)
-            for label in pairs.keys() - rivals.keys():
-                pairs[label] = replace(pairs[label], below=self._change(candidate, scaled))
-            for label, decided_by in rivals.items():
-                pairs[label] = Pair((candidate.label, label), None, decided_by)
+            before, rivals = rivals, self._rivals(candidate, scaled)
+            told |= {n: self._change(candidate, scaled) for n in before.keys() - rivals.keys()}
             if not rivals:
-                return scaled, [*pairs.values()]
-        return None, [*pairs.values()]
+                break
+        pairs = [Pair((candidate.label, name), below, "") for name, below in told.items()]
+        for name, rival in rivals.items():
+            labels = candidate.label, name
+            if frozenset(labels) not in self.decided:
+                self.decided[frozenset(labels)] = self._decide(candidate, rival)
+            pairs.append(Pair(labels, None, self.decided[frozenset(labels)]))
+        return None if rivals else scaled, pairs
 
-    def _rivals(self, candidate: Candidate, scaled: float) -> dict[str, str]:
-        """Other effects that explain one of that strength, and what would decide between them.
+    def _rivals(self, candidate: Candidate, scaled: float) -> dict[str, _Rival]:
+        """Other effects that explain one of that strength.
 
         If screening finds none, those that it finds to explain half are fitted.
         """
         problem, own = self._fitted(candidate, scaled)
-        excess, base = self._excess(own), self.context.base
-        share = max(0.0, 1.0 - self.limit / excess)
+        excess = self._excess(own)
+        share = 0.5 * max(0.0, 1.0 - self.limit / excess)
         others = [other for other in self.candidates if other.label != candidate.label]
-        kept = (0.5 * share, 0.5 * share)
-        scores = screen(problem, base, own, others, silent, dict(self.slopes), kept)
-        left = {score.key: excess - score.explained for score in scores}
-        if not any(rest < self.limit for rest in left.values()):
-            for score in (s for s in scores if s.explained >= kept[0] * excess):
-                other = fit(
-                    problem,
-                    base,
-                    own.calibrated,
-                    (score.candidate,),
-                    score.start,
-                    jacobian=score.jacobian(own),
-                    seen=score.seen,
-                )
-                left[score.key] = self._excess(other)
-        rivals = {s.candidate.label: s for s in reversed(scores) if left[s.key] < self.limit}
-        return {label: self._decide(candidate, own, score) for label, score in rivals.items()}
+        known = problem, self.context.base, own, others, silent, dict(self.slopes)
+        rivals = [_Rival(problem, own, score) for score in screen(*known, (share, share))]
+        left = [excess - rival.score.explained for rival in rivals]
+        if not any(rest < self.limit for rest in left):
+            rivals = [rival for rival in rivals if rival.score.explained >= share * excess]
+            left = [rival.left(problem, self.context.base) for rival in rivals]
+        found = [rival for rival, rest in zip(rivals, left, strict=True) if rest < self.limit]
+        return {rival.score.candidate.label: rival for rival in reversed(found)}
 
-    def _decide(self, candidate: Candidate, own: Fit, score: ScreeningScore) -> str:
+    def _decide(self, candidate: Candidate, rival: _Rival) -> str:
         """What decides between an effect, to whose readings the model was fitted, and another."""
-        left, problem = dict[str, float](), self.context.problem
+        left, problem = dict[str, float](), rival.problem
         for column in problem.unused:
-            rows = replace(problem, unused=problem.unused - {column}).in_train
-            left[column] = _left(own, own.residual, rows, score)
+            more = replace(problem, unused=problem.unused - {column})
+            left[column] = rival.left(more, self.context.base)
         best = max(left, key=lambda column: left[column], default="")
         if best and left[best] > self.limit:
             return f"measure {problem.recordings[0].written(best)} too"
-        one, other = candidate.effect, score.candidate.effect
+        one, other = candidate.effect, rival.score.candidate.effect
         sentence = DISCRIMINATING_EXPERIMENTS.get(frozenset({one.identifier, other.identifier}))
         record = one.next_experiment or other.next_experiment
         if sentence:
@@ -391,26 +391,29 @@ class _Identifying:
         return f"record {record}" if record else "measure one of them and state it in [known]"
 
 
+class _Rival(NamedTuple):
+    """An effect that may explain another one."""
+
+    problem: Problem  # with the readings of the other one
+    own: Fit  # of the uncertain numbers to these
+    score: ScreeningScore
+
+    def left(self, problem: Problem, base: Mapping[str, float]) -> float:
+        """Mean square that it leaves, fitted to the same readings or to more of them."""
+        own, score = self.own, self.score
+        fitted = fit(
+            problem,
+            base,
+            own.calibrated,
+            (score.candidate,),
+            score.start,
+            jacobian=score.jacobian(own),
+            seen=score.seen,
+        )
+        return float(np.mean(fitted.residual[problem.in_train] ** 2))
+
+
 def _inside(candidate: Candidate, scaled: float) -> float:
     """The scaled strength within its range."""
     term = candidate.terms[0]
     return min(max(scaled, term.scaled(term.low)), term.scaled(term.high))
-
-
-def _left(
-    fitted: Fit, residual: FloatArray, rows: BoolArray, score: ScreeningScore | None = None
-) -> float:
-    """Mean square of what the terms of a fit, and an effect with a score, leave of a residual.
-
-    ``residual`` and ``rows`` (m,), of which those count.
-    """
-    matrix, bounds = fitted.jacobian, fitted.bounds - fitted.scaled
-    if score is not None:
-        term = score.candidate.terms[0]
-        ends = [term.scaled(term.low), term.scaled(term.high)]
-        matrix = np.column_stack([matrix, score.slope(fitted)])
-        bounds = np.column_stack([bounds, ends])
-    left = residual[rows]
-    if matrix.shape[1]:
-        left = left + matrix[rows] @ bounded_least_squares(matrix[rows], left, bounds)
-    return float(np.mean(left**2))

@@ -413,7 +413,8 @@ def planned_recording(
     Raises:
         InvalidValueError: bounds without a duration, or of a column that is not driven.
     """
-    described = read_description(description)
+    as_written = read_description(description)
+    described = as_written.in_si(str(description))
     if not bounds.duration:
         raise InvalidValueError("bounds: duration is missing; state how long to record [s]")
     time = np.arange(round(bounds.duration * _RATE) + 1) / _RATE
@@ -425,7 +426,8 @@ def planned_recording(
     point = np.full(family.dimensions, 0.5)
     for k in family.shapes:  # shape, span, place, speed, rest
         point[k : k + NUMBERS] = (SHAPES.index("growing") + 0.5) / len(SHAPES), 1.0, 0.5, 1.0, 1.0
-    return family.at(point, description.stem).recording
+    in_file = {si_name(c)[0]: c for c in (*as_written.drive, *as_written.measured)}
+    return replace(family.at(point, description.stem).recording, in_file=in_file)
 
 
 def draw_experiment(

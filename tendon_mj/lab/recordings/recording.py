@@ -223,10 +223,9 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
 
 
 def read_description(toml: Path) -> Description:
-    """The description of columns in SI, without their table; its model as `Recording.model`."""
+    """The description of columns as the file has them; its model as `Recording.model`."""
     described, _ = parse_toml(read_text(toml), str(toml))
-    in_si_units = described.in_si(str(toml))
-    return replace(in_si_units, model=_model_beside(toml, described.model))
+    return replace(described, model=_model_beside(toml, described.model))
 
 
 def is_same_model(one: str, other: str) -> bool:

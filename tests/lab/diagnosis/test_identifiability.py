@@ -11,7 +11,7 @@ import pytest
 from tendon_mj.errors import RecordingError, UnknownNameError
 from tendon_mj.lab.diagnosis import CATALOGUE, SMALLEST_EXCESS, Identifiability, identify
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain
-from tendon_mj.lab.replay import replay_error, replay_recording
+from tendon_mj.lab.replay import Simulator, replay_error, replay_recording
 from tests.lab.replay.rigs import TENSION, bench
 from tests.refusals import refusing
 
@@ -57,9 +57,9 @@ def test_twins_are_not_told_apart_and_change_the_readings_alike():
     assert "posture" in pair.decided_by
     assert all(effect.named is None for effect in found.effects)
     friction, bend = found.effects
-    own = replay_recording(planned()).known
+    own = Simulator([planned()]).parameters
     readings = [
-        replay_recording(planned(), parameters={e.parameter: own[e.parameter] + 2.0 * e.noticed})
+        replay_recording(planned(), parameters={e.parameter: own[e.parameter].value + e.noticed})
         for e in (friction, bend)
         if e.noticed is not None
     ]
@@ -77,9 +77,10 @@ def test_a_column_that_decides_is_proposed_and_decides():
 
 
 def test_what_changes_no_reading_is_not_noticed():
-    """A sensor that is not among the signals has no effects; gravity pulls at nothing here."""
-    assert not judged([TENSION], "joint_damping", "sensor_gain").effects[1:]
-    assert all(e.noticed is None for e in judged([TENSION], "gravity_load").effects)
+    found = judged([TENSION], "gravity_load", "sensor_gain")
+    noticed = {effect.label for effect in found.effects if effect.noticed is not None}
+    assert noticed == {"sensor_gain (output_tension)", "gravity_load (gravity.x)"}
+    assert len(found.effects) == 4  # two axes across the slide, and no sensor that is not recorded
 
 
 def test_a_number_is_determined_or_not_and_by_how_much():
