@@ -5,8 +5,8 @@ with a servo on the spool, which logs its position and its torque (current times
 an encoder on the lever or a load cell at the output is added. After the four sets are identified,
 effects that are called named are drawn, with a set each: a rehearsal at twice the stated strength
 is diagnosed. Of pairs that are called not told apart, drawn likewise, the first effect is rehearsed
-at the largest strength that was tried, and only the second is offered to the diagnosis: the error
-that it leaves is stated.
+at twice the strength from which it is noticed, and only the second is offered to the diagnosis: the
+rms error that it leaves is stated, in noises.
 """
 
 from __future__ import annotations
@@ -179,13 +179,19 @@ def _rehearse(
         (train, held_out), planted = rehearse(plans, {effect.parameter: value})
     catalogue = {name: CATALOGUE[name] for name in only or CATALOGUE}
     result = diagnose([train], [held_out], catalogue=catalogue)
+    left = [result.train.after]
+    if only and result.search and not result.findings:  # of the effect, which was not called one
+        context, selection = result.search
+        others = context.extend(selection.calibrated)
+        fits = (model.fit for model in (*others.fitted, *others.at_end))
+        left += [float(np.sqrt(np.mean(f.residual[context.problem.in_train] ** 2))) for f in fits]
     return {
         "set": label,
         "planted": planted,
         "verdict": result.verdict,
         "effects": [f.identifier for f in result.findings],
         "rivals": [list(f.rivals) for f in result.findings],
-        "left": [result.train.after, result.held_out.after],
+        "left": min(left),
     }
 
 

@@ -18,18 +18,13 @@ import numpy as np
 
 from tendon_mj.errors import RecordingError, UnknownNameError
 from tendon_mj.lab.diagnosis.alternatives import MATTERS
-from tendon_mj.lab.diagnosis.check import check_simulation
 from tendon_mj.lab.diagnosis.data import (
     Problem,
     all_samples,
     describe_system,
     make_problem,
-    search_step,
     session_terms,
-    step_error,
     uncertain_terms,
-    with_more_guides,
-    with_step,
 )
 from tendon_mj.lab.diagnosis.effects import (
     CATALOGUE,
@@ -39,24 +34,23 @@ from tendon_mj.lab.diagnosis.effects import (
     candidates,
 )
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
-from tendon_mj.lab.diagnosis.fitting import Fit, bounded_least_squares, fit, written
+from tendon_mj.lab.diagnosis.fitting import Fit, fit, written
 from tendon_mj.lab.diagnosis.proof import is_narrower
 from tendon_mj.lab.diagnosis.rehearsal import rehearse
-from tendon_mj.lab.diagnosis.search import SWITCHED_OFF, ScreeningScore, Slopes, screen
+from tendon_mj.lab.diagnosis.search import SWITCHED_OFF, ScreeningScore, screen
 from tendon_mj.lab.diagnosis.selection import SelectionContext
-from tendon_mj.lab.diagnosis.statistics import FittedCandidate, half_widths, intervals
-from tendon_mj.lab.diagnosis.verdict import LARGEST_EXCESS, detection_limit
+from tendon_mj.lab.diagnosis.statistics import half_widths, intervals
+from tendon_mj.lab.diagnosis.verdict import LARGEST_EXCESS, SMALLEST_EXCESS, chance_excess
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording, si_name, unit_fault
 from tendon_mj.lab.replay import Simulator, parameter_of, suppress_unsolved_warnings
-from tendon_mj.typing import FloatArray
 
-_SECANTS = 2  # simulations of an effect, and then fits, each at the strength before it promises
 _TWICE = 2.0  # times the strength from which an effect is noticed
+_FITS = 4  # to find that strength, each at the one that the one before promises
+_STEEPEST = 1e4  # times the limit: a larger trace, or a failed simulation, counts as this
 
 
-@dataclass(frozen=True)
-class Number:
+class Number(NamedTuple):
     """An uncertain number, and how well the columns determine it."""
 
     name: str
@@ -68,8 +62,7 @@ class Number:
     half_then: float  # of the interval if the rig may have that effect
 
 
-@dataclass(frozen=True)
-class Pair:
+class Pair(NamedTuple):
     """An effect, and another for which it may be taken."""
 
     effects: tuple[str, str]  # at their places
@@ -77,8 +70,7 @@ class Pair:
     decided_by: str  # a further column, or an experiment, if it is at all
 
 
-@dataclass(frozen=True)
-class Tellable:
+class Tellable(NamedTuple):
     """An effect of the catalogue, and the strengths that the columns can tell.
 
     Strengths are changes of its first parameter from the value in the model.
@@ -116,8 +108,8 @@ class Identifiability:
     def sentence(self) -> str:
         """Summary, with what would decide most pairs."""
         noticed, named = (
-            sum(getattr(effect, kind) is not None for effect in self.effects)
-            for kind in ("noticed", "named")
+            sum(strength is not None for strength in strengths)
+            for strengths in zip(*((e.noticed, e.named) for e in self.effects), strict=True)
         )
         sure = sum(number.determined and not number.unless for number in self.numbers)
         alike = [pair.decided_by for pair in self.untold]
@@ -132,10 +124,11 @@ class Identifiability:
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as in `result.json`."""
         kinds = ("numbers", "effects", "pairs")
-        rows = {kind: [vars(row) for row in getattr(self, kind)] for kind in kinds}
+        rows = {kind: [row._asdict() for row in getattr(self, kind)] for kind in kinds}
         return {"sentence": self.sentence, "signals": self.signals, **rows}
 
 
+@suppress_unsolved_warnings()
 def identify(
     recordings: Sequence[Recording],
     signals: Collection[str] = (),
@@ -159,236 +152,34 @@ def identify(
         UnknownNameError: a signal is not a measured column.
     """
     made, _ = rehearse(recordings, {})
-    columns = dict.fromkeys(column for recording in made for column in recording.measured)
+    columns = {column: made[0].written(column) for r in made for column in r.measured}
     if not columns:
         raise RecordingError(f"recording {made[0].name!r}: nothing is [measured]")
-    names = {c: made[0].written(c) for c in columns}
-    chosen = {n if unit_fault(n, si=False) else si_name(n)[0]: n for n in signals} or names
+    chosen = {n if unit_fault(n, si=False) else si_name(n)[0]: n for n in signals} or columns
     for column, name in chosen.items():
         if column not in columns:
-            raise UnknownNameError("measured column", name, names.values(), "--signals")
+            raise UnknownNameError("measured column", name, columns.values(), "--signals")
     own = [replace(r, measured={c: m for c, m in r.measured.items() if c in chosen}) for r in made]
-    narrow = make_problem(own, Simulator(own), all_samples(own))
-    check_simulation(narrow)
-    stepped = with_step(narrow, search_step(narrow))
-    residual = stepped.residuals([{}])[0]
-    error = step_error(stepped.extrapolate({}, residual) - residual)
+    narrow = Problem(tuple(own), Simulator(own), all_samples(own))
     system = describe_system(narrow)
-    effects = candidates(system, catalogue=by_identifier(catalogue))
+    bound = candidates(system, catalogue=by_identifier(catalogue))
     whole = make_problem(made, Simulator(made), all_samples(made))
     by_noise = -whole.residuals([{}])[0]  # with which the residual of the rig is 0
     whole = replace(whole, unused=frozenset(columns) - chosen.keys(), by_guides=by_noise)
-    context = SelectionContext(
-        problem=whole,
-        base=system.values,
-        calibrated=(*uncertain_terms(narrow), *session_terms(own, narrow.simulate)),
-        candidates=tuple(c for c in effects if not (narrow.at_rest and c.effect.in_motion)),
-        step_error=error,
-        initial_excess=0.0,
-        progress=progress,
-    )
-    limit = detection_limit(with_more_guides(narrow, {}), error)
-    return _Identifying(context, limit).run(tuple(chosen.values()))
-
-
-class _Identifying:
-    def __init__(self, context: SelectionContext, limit: float) -> None:
-        self.context, self.limit, problem = context, limit, context.problem
-        self.used = problem.in_train
-        start = [term.inert for term in context.calibrated]
-        self.model: FittedCandidate = context.fit_model((), start, evaluations=1)
-        self.candidates = context.further(self.model)
-        self.slopes: Slopes = context.slopes_at(self.model, self.candidates)
-        self.decided = dict[frozenset[str], str]()  # two effects → what decides between them
-        self.absent = dict[str, FloatArray]()  # effect → (m,) residual with next to nothing of it
-
-    @suppress_unsolved_warnings()
-    def run(self, signals: tuple[str, ...]) -> Identifiability:
-        """Judge all numbers and effects."""
-        noticed, effects, pairs = self._noticed(), list[Tellable](), list[Pair]()
-        progress, units = self.context.progress, self.context.problem.simulate.parameters
-        for k, candidate in enumerate(self.candidates):
-            progress("compare effects", k, len(self.candidates))
-            scaled, target = noticed.get(candidate.label), candidate.terms[0].targets[0]
-            named, rivals = None, list[Pair]()
-            if scaled is not None:
-                named, rivals = self._named(candidate, scaled)
-            effects.append(
-                Tellable(
-                    candidate.identifier,
-                    candidate.where,
-                    target,
-                    units[parameter_of(target)].unit,
-                    None if scaled is None else self._change(candidate, scaled),
-                    None if named is None else self._change(candidate, named),
-                )
-            )
-            pairs += rivals
-        progress("compare effects", len(self.candidates), len(self.candidates))
-        return Identifiability(signals, tuple(self._numbers(noticed)), tuple(effects), tuple(pairs))
-
-    def _numbers(self, noticed: Collection[str]) -> Iterator[Number]:
-        """The uncertain numbers, with the effect of those noticed that widens each most."""
-        fitted, problem = self.model.fit, self.context.problem
-        alone = intervals(problem, fitted)
-        wider = {
-            label: half_widths(
-                problem,
-                replace(fitted, jacobian=np.column_stack([fitted.jacobian, slope])),
-                np.append(fitted.free, True),
-            )[:-1]
-            for (label, _), slope in self.slopes.items()
-            if label in noticed
-        }
-        places = np.cumsum(fitted.free) - 1  # of the free terms among themselves
-        for k, term in enumerate(fitted.terms):
-            value, half = float(fitted.values[k]), 0.5 * float(np.ptp(alone[k]))
-            other, then = "", half
-            if fitted.free[k] and wider:
-                other = max(wider, key=lambda label: wider[label][places[k]])
-                most = 0.5 * (term.high - term.low)
-                then = min(float(wider[other][places[k]]) * term.probe, most)
-            determined = bool(fitted.free[k]) and is_narrower(alone[k], term)
-            unless = other if determined and then - half > MATTERS * abs(value) else ""
-            for name in term.targets:
-                yield Number(name, term.unit, value, half, determined, unless, then)
-
-    def _parameters(self, candidate: Candidate, scaled: float) -> dict[str, float]:
-        """Parameters of the rig with an effect of that scaled strength, in its first shape."""
-        fitted, (strength, *shape) = self.model.fit, candidate.terms
-        own = [strength.natural(scaled), *(t.starts[0] if t.starts else t.inert for t in shape)]
-        terms = (*fitted.terms, *candidate.terms)
-        return written(terms, np.array([*fitted.values, *own]), self.context.base)
-
-    def _change(self, candidate: Candidate, scaled: float) -> float:
-        """Change of the first parameter of an effect by that strength [its unit]."""
-        target = candidate.terms[0].targets[0]
-        ends = [self._parameters(candidate, z)[target] for z in (scaled, 0.0)]
-        return float(ends[0] - ends[1])
-
-    def _noticed(self) -> dict[str, float]:
-        """Effect → least scaled strength that is noticed, of those that are within their range."""
-        strengths = dict[str, float]()
-        for candidate in self.candidates:
-            if (candidate.label, 0) in self.slopes:
-                left = self._trace(self.slopes[candidate.label, 0])
-                side = 1.0 if candidate.terms[0].high > candidate.terms[0].inert else -1.0
-                strengths[candidate.label] = side * self._times(left)
-        for _ in range(_SECANTS):
-            strengths = {c.label: _inside(c, strengths[c.label]) for c in self._of(strengths)}
-            rows = self._rows(strengths)
-            for label, row in rows.items():
-                strengths[label] *= self._times(self._trace(row)) if np.isfinite(row).all() else 0.5
-        for candidate in self._of(strengths):
-            for _ in range(_SECANTS):
-                strength = _inside(candidate, strengths[candidate.label])
-                excess = self._excess(self._fitted(candidate, strength)[1])
-                strengths[candidate.label] = strength * self._times(excess)
-        return {
-            c.label: strengths[c.label]
-            for c in self._of(strengths)
-            if _inside(c, strengths[c.label]) == strengths[c.label]
-        }
-
-    def _fitted(self, candidate: Candidate, scaled: float) -> tuple[Problem, Fit]:
-        """The problem with a rig that has an effect as data, and the fit of the model to it."""
-        near, context = self.model.fit, self.context
-        (trace,) = self._rows({candidate.label: scaled}).values()
-        problem = replace(context.problem, by_guides=context.problem.by_guides - trace)
-        return problem, fit(
-            problem,
-            context.base,
-            near.calibrated,
-            (),
-            near.values,
-            jacobian=near.jacobian,
-            seen=near.residual - trace,
-        )
-
-    def _excess(self, fitted: Fit) -> float:
-        """Mean square that a fit to data without noise leaves."""
-        return float(np.mean(fitted.residual[self.used] ** 2))
-
-    def _of(self, labels: Collection[str]) -> list[Candidate]:
-        return [candidate for candidate in self.candidates if candidate.label in labels]
-
-    def _rows(self, strengths: Mapping[str, float]) -> dict[str, FloatArray]:
-        """Effect → (m,) change of the readings by it [noise].
-
-        From those with next to nothing of it: a play in the model, closed, changes them already.
-        """
-        new = self._of(strengths.keys() - self.absent.keys())
-        sets = [self._parameters(c, SWITCHED_OFF) for c in new]
-        sets += [self._parameters(c, strengths[c.label]) for c in self._of(strengths)]
-        rows = [*self.context.problem.residuals(sets)]
-        self.absent |= {c.label: rows.pop(0) for c in new}
-        return {
-            c.label: row - self.absent[c.label]
-            for c, row in zip(self._of(strengths), rows, strict=True)
-        }
-
-    def _times(self, trace: float) -> float:
-        """Factor of a strength by which a trace of that mean square comes to the limit."""
-        return float(np.sqrt(self.limit / max(trace, np.finfo(float).tiny)))
-
-    def _trace(self, row: FloatArray) -> float:
-        """Mean square of what a fit of the numbers leaves of a change of the readings (m,)."""
-        fitted, left = self.model.fit, row[self.used]
-        if fitted.terms:
-            slopes, bounds = fitted.jacobian[self.used], fitted.bounds - fitted.scaled
-            left = left + slopes @ bounded_least_squares(slopes, left, bounds)
-        return float(np.mean(left**2))
-
-    def _named(self, candidate: Candidate, noticed: float) -> tuple[float | None, list[Pair]]:
-        """Least scaled strength of those tried at which no other effect is as good; the pairs."""
-        largest = noticed * float(np.sqrt(LARGEST_EXCESS / self.limit))
-        told, rivals = dict[str, float](), dict[str, _Rival]()
-        for scaled in dict.fromkeys(_inside(candidate, z) for z in (_TWICE * noticed, largest)):
-            before, rivals = rivals, self._rivals(candidate, scaled)
-            told |= {n: self._change(candidate, scaled) for n in before.keys() - rivals.keys()}
-            if not rivals:
-                break
-        pairs = [Pair((candidate.label, name), below, "") for name, below in told.items()]
-        for name, rival in rivals.items():
-            labels = candidate.label, name
-            if frozenset(labels) not in self.decided:
-                self.decided[frozenset(labels)] = self._decide(candidate, rival)
-            pairs.append(Pair(labels, None, self.decided[frozenset(labels)]))
-        return None if rivals else scaled, pairs
-
-    def _rivals(self, candidate: Candidate, scaled: float) -> dict[str, _Rival]:
-        """Other effects that explain one of that strength.
-
-        If screening finds none, those that it finds to explain half are fitted.
-        """
-        problem, own = self._fitted(candidate, scaled)
-        excess = self._excess(own)
-        share = 0.5 * max(0.0, 1.0 - self.limit / excess)
-        others = [other for other in self.candidates if other.label != candidate.label]
-        known = problem, self.context.base, own, others, silent, dict(self.slopes)
-        rivals = [_Rival(problem, own, score) for score in screen(*known, (share, share))]
-        left = [excess - rival.score.explained for rival in rivals]
-        if not any(rest < self.limit for rest in left):
-            rivals = [rival for rival in rivals if rival.score.explained >= share * excess]
-            left = [rival.left(problem, self.context.base) for rival in rivals]
-        found = [rival for rival, rest in zip(rivals, left, strict=True) if rest < self.limit]
-        return {rival.score.candidate.label: rival for rival in reversed(found)}
-
-    def _decide(self, candidate: Candidate, rival: _Rival) -> str:
-        """What decides between an effect, to whose readings the model was fitted, and another."""
-        left, problem = dict[str, float](), rival.problem
-        for column in problem.unused:
-            more = replace(problem, unused=problem.unused - {column})
-            left[column] = rival.left(more, self.context.base)
-        best = max(left, key=lambda column: left[column], default="")
-        if best and left[best] > self.limit:
-            return f"measure {problem.recordings[0].written(best)} too"
-        one, other = candidate.effect, rival.score.candidate.effect
-        sentence = DISCRIMINATING_EXPERIMENTS.get(frozenset({one.identifier, other.identifier}))
-        record = one.next_experiment or other.next_experiment
-        if sentence:
-            return sentence[:1].lower() + sentence[1:].rstrip(".")
-        return f"record {record}" if record else "measure one of them and state it in [known]"
+    terms = (*uncertain_terms(narrow), *session_terms(own, narrow.simulate))
+    moving = tuple(c for c in bound if not (narrow.at_rest and c.effect.in_motion))
+    context = SelectionContext(whole, system.values, terms, moving, 0.0, 0.0, progress)
+    limit = max(SMALLEST_EXCESS, chance_excess(narrow, int(whole.in_train.sum())))
+    judge, effects, pairs = _Judge(context, limit), list[Tellable](), list[Pair]()
+    for k, candidate in enumerate(judge.candidates):
+        progress("compare effects", k, len(judge.candidates))
+        effect, others = judge.effect(candidate)
+        effects.append(effect)
+        pairs += others
+    progress("compare effects", len(effects), len(effects))
+    noticed = {effect.label for effect in effects if effect.noticed is not None}
+    numbers = tuple(judge.numbers(noticed))
+    return Identifiability(tuple(chosen.values()), numbers, tuple(effects), tuple(pairs))
 
 
 class _Rival(NamedTuple):
@@ -398,22 +189,137 @@ class _Rival(NamedTuple):
     own: Fit  # of the uncertain numbers to these
     score: ScreeningScore
 
-    def left(self, problem: Problem, base: Mapping[str, float]) -> float:
-        """Mean square that it leaves, fitted to the same readings or to more of them."""
-        own, score = self.own, self.score
-        fitted = fit(
-            problem,
-            base,
-            own.calibrated,
-            (score.candidate,),
-            score.start,
-            jacobian=score.jacobian(own),
-            seen=score.seen,
+    def left(self, base: Mapping[str, float], column: str = "") -> float:
+        """Mean square that it leaves, fitted to the same readings, or to a further column too."""
+        problem = replace(self.problem, unused=self.problem.unused - {column})
+        known = self.own.calibrated, (self.score.candidate,), self.score.start
+        jacobian, seen = self.score.jacobian(self.own), self.score.seen
+        return _excess(problem, fit(problem, base, *known, jacobian=jacobian, seen=seen))
+
+
+class _Judge:
+    """The rig as described, against which effects are judged by a detection limit."""
+
+    def __init__(self, context: SelectionContext, limit: float) -> None:
+        self.context, self.limit = context, limit
+        start = [term.inert for term in context.calibrated]
+        model = context.fit_model((), start, evaluations=1)
+        self.fit, self.candidates = model.fit, context.further(model)
+        self.slopes = context.slopes_at(model, self.candidates)
+        self.decided = dict[frozenset[str], str]()  # two effects → what decides between them
+
+    def effect(self, candidate: Candidate) -> tuple[Tellable, list[Pair]]:
+        """Strengths of an effect that are noticed and named, and what it is taken for."""
+        strength, target = candidate.terms[0], candidate.terms[0].targets[0]
+        low, high = sorted((strength.scaled(strength.low), strength.scaled(strength.high)))
+        scaled = 1.0 if high > 0.0 else -1.0
+        for _ in range(_FITS):
+            at = min(max(scaled, low), high)
+            excess = np.clip(_excess(*self._fitted(candidate, at)), 1e-30, _STEEPEST * self.limit)
+            scaled = at * float(np.sqrt(self.limit / excess))
+        noticed, named = self._change(candidate, scaled) if low < scaled < high else None, None
+        told, rivals = dict[str, float](), dict[str, _Rival]()
+        for z in (_TWICE * scaled, scaled * float(np.sqrt(LARGEST_EXCESS / self.limit))):
+            if named is None and low < z < high:  # at an end it is not determined
+                before, rivals, change = (
+                    rivals,
+                    self._rivals(candidate, z),
+                    self._change(candidate, z),
+                )
+                told |= dict.fromkeys(before.keys() - rivals.keys(), change)
+                named = None if rivals else change
+        pairs = [Pair((candidate.label, name), below, "") for name, below in told.items()]
+        for name, rival in rivals.items():
+            labels = candidate.label, name
+            if frozenset(labels) not in self.decided:
+                self.decided[frozenset(labels)] = self._decide(candidate, rival)
+            pairs.append(Pair(labels, None, self.decided[frozenset(labels)]))
+        unit = self.context.problem.simulate.parameters[parameter_of(target)].unit
+        named_by = candidate.identifier, candidate.where, target, unit
+        return Tellable(*named_by, noticed, named), pairs
+
+    def numbers(self, noticed: Collection[str]) -> Iterator[Number]:
+        """The uncertain numbers, with the effect of those noticed that widens each most."""
+        fitted, problem = self.fit, self.context.problem
+        alone, free = intervals(problem, fitted), np.append(fitted.free, True)
+        wider = dict[str, np.ndarray]()
+        for (label, _), slope in self.slopes.items() if fitted.terms else ():
+            if label in noticed:
+                extended = replace(fitted, jacobian=np.column_stack([fitted.jacobian, slope]))
+                wider[label] = np.zeros(free.size)
+                wider[label][free] = half_widths(problem, extended, free)
+        for k, term in enumerate(fitted.terms):
+            value, half = float(fitted.values[k]), 0.5 * float(np.ptp(alone[k]))
+            other = max(wider, key=lambda label: wider[label][k], default="")
+            then = (
+                min(wider[other][k] * term.probe, 0.5 * (term.high - term.low)) if other else half
+            )
+            determined = bool(fitted.free[k]) and is_narrower(alone[k], term)
+            unless = other if determined and then - half > MATTERS * abs(value) else ""
+            for name in term.targets:
+                yield Number(name, term.unit, value, half, determined, unless, max(half, then))
+
+    def _parameters(self, candidate: Candidate, scaled: float) -> dict[str, float]:
+        """Parameters of the rig with an effect of that scaled strength, in its first shape."""
+        strength, *shape = candidate.terms
+        own = [strength.natural(scaled), *(t.starts[0] if t.starts else t.inert for t in shape)]
+        terms, values = (*self.fit.terms, *candidate.terms), np.array([*self.fit.values, *own])
+        return written(terms, values, self.context.base)
+
+    def _change(self, candidate: Candidate, scaled: float) -> float:
+        """Change of the first parameter of an effect by that strength [its unit]."""
+        target = candidate.terms[0].targets[0]
+        there, here = (self._parameters(candidate, z)[target] for z in (scaled, 0.0))
+        return float(there - here)
+
+    def _fitted(self, candidate: Candidate, scaled: float) -> tuple[Problem, Fit]:
+        """The problem with a rig that has an effect as data, and the fit of the model to it.
+
+        Its readings change from those with next to nothing of it: a play in the model, closed,
+        changes them already.
+        """
+        near, problem, base = self.fit, self.context.problem, self.context.base
+        sets = [self._parameters(candidate, z) for z in (scaled, SWITCHED_OFF)]
+        there, here = problem.residuals(sets)
+        seen, problem = (
+            near.residual - (there - here),
+            replace(problem, by_guides=problem.by_guides - (there - here)),
         )
-        return float(np.mean(fitted.residual[problem.in_train] ** 2))
+        known = problem, base, near.calibrated, (), near.values
+        return problem, fit(*known, jacobian=near.jacobian, seen=seen)
+
+    def _rivals(self, candidate: Candidate, scaled: float) -> dict[str, _Rival]:
+        """Other effects that explain one of that strength.
+
+        If screening finds none, those that it finds to explain half are fitted.
+        """
+        problem, own = self._fitted(candidate, scaled)
+        excess, base = _excess(problem, own), self.context.base
+        share = 0.5 * max(0.0, 1.0 - self.limit / excess)
+        others = [other for other in self.candidates if other.label != candidate.label]
+        known = problem, base, own, others, silent, dict(self.slopes)
+        rivals = [_Rival(problem, own, score) for score in screen(*known, (share, share))]
+        left = [excess - rival.score.explained for rival in rivals]
+        if not any(rest < self.limit for rest in left):
+            rivals = [rival for rival in rivals if rival.score.explained >= share * excess]
+            left = [rival.left(base) for rival in rivals]
+        found = [rival for rival, rest in zip(rivals, left, strict=True) if rest < self.limit]
+        return {rival.score.candidate.label: rival for rival in reversed(found)}
+
+    def _decide(self, candidate: Candidate, rival: _Rival) -> str:
+        """What decides between an effect, to whose readings the model was fitted, and another."""
+        problem, base = rival.problem, self.context.base
+        left = {rival.left(base, column): column for column in problem.unused}
+        if left and max(left) > self.limit:
+            return f"measure {problem.recordings[0].written(left[max(left)])} too"
+        one, other = candidate.effect, rival.score.candidate.effect
+        record = one.next_experiment or other.next_experiment
+        otherwise = f"record {record}" if record else "measure one of them and state it in [known]"
+        pair = frozenset({one.identifier, other.identifier})
+        sentence = DISCRIMINATING_EXPERIMENTS.get(pair, otherwise).rstrip(".")
+        return sentence[:1].lower() + sentence[1:]
 
 
-def _inside(candidate: Candidate, scaled: float) -> float:
-    """The scaled strength within its range."""
-    term = candidate.terms[0]
-    return min(max(scaled, term.scaled(term.low)), term.scaled(term.high))
+def _excess(problem: Problem, fitted: Fit) -> float:
+    """Mean square that a fit to data without noise leaves."""
+    return float(np.mean(fitted.residual[problem.in_train] ** 2))
