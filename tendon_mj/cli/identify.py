@@ -14,8 +14,6 @@ from tendon_mj.lab.experiment_design import planned_recording, read_bounds
 from tendon_mj.lab.recordings import Recording, table_beside
 from tendon_mj.lab.replay import quantity
 
-_NONE = "–"
-
 
 def identify(
     recordings: Recordings,
@@ -71,30 +69,22 @@ def _motion(
 def _print(found: Identifiability) -> None:
     """Print the numbers, the effects and the pairs that are not told apart."""
     rows = []
-    for number in found.numbers:
-        sure = "determined" if number.determined else "not determined"
-        rows.append(
-            [
-                number.name,
-                quantity(number.value, number.unit),
-                f"± {quantity(number.half, number.unit)}",
-                f"{sure}, ± {quantity(number.half_then, number.unit)} if there may be"
-                f" {number.unless}"
-                if number.unless
-                else sure,
-            ]
-        )
+    for one in found.numbers:
+        value, half, then = (quantity(v, one.unit) for v in (one.value, one.half, one.half_then))
+        sure = "determined" if one.determined else "not determined"
+        unless = f", ± {then} if there may be {one.unless}" if one.unless else ""
+        rows.append([one.name, value, f"± {half}", sure + unless])
     print_table(["uncertain number", "value", "95 % within", ""], rows)
-    place = {effect.label: str(k) for k, effect in enumerate(found.effects, 1)}
-    rows = []
+    place, rows = {effect.label: k for k, effect in enumerate(found.effects, 1)}, []
     for effect in found.effects:
-        open_ones = [p.effects for p in found.pairs if p.below is None]
-        others = [place[other] for one, other in open_ones if one == effect.label]
+        pairs = [p.effects for p in found.pairs if p.below is None]
+        others = sorted(place[other] for one, other in pairs if one == effect.label)
         strengths = [
-            _NONE if value is None else quantity(value, effect.unit)
+            "–" if value is None else quantity(value, effect.unit)
             for value in (effect.noticed, effect.named)
         ]
-        rows.append([f"{place[effect.label]} {effect.label}", *strengths, ", ".join(others)])
+        listed = ", ".join(map(str, others))
+        rows.append([f"{place[effect.label]} {effect.label}", *strengths, listed])
     print_table(["effect", "noticed from", "named from", "taken for"], rows)
     for text in dict.fromkeys(pair.decided_by for pair in found.untold):
         pairs = [p.effects for p in found.untold if p.decided_by == text]

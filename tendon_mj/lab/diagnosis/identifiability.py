@@ -44,9 +44,11 @@ from tendon_mj.lab.diagnosis.verdict import LARGEST_EXCESS, SMALLEST_EXCESS, cha
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording, si_name, unit_fault
 from tendon_mj.lab.replay import Simulator, parameter_of, suppress_unsolved_warnings
+from tendon_mj.typing import FloatArray
 
 _TWICE = 2.0  # times the strength from which an effect is noticed
 _FITS = 4  # to find that strength, each at the one that the one before promises
+_NEAR = 0.05  # of a strength, by which it changes when it is found
 _STEEPEST = 1e4  # times the limit: a larger trace, or a failed simulation, counts as this
 
 
@@ -206,15 +208,18 @@ class _Judge:
         model = context.fit_model((), start, evaluations=1)
         self.fit, self.candidates = model.fit, context.further(model)
         self.slopes = context.slopes_at(model, self.candidates)
+        self.absent = dict[str, FloatArray]()  # effect → (m,) residual with next to nothing of it
         self.decided = dict[frozenset[str], str]()  # two effects → what decides between them
 
     def effect(self, candidate: Candidate) -> tuple[Tellable, list[Pair]]:
         """Strengths of an effect that are noticed and named, and what it is taken for."""
         strength, target = candidate.terms[0], candidate.terms[0].targets[0]
         low, high = sorted((strength.scaled(strength.low), strength.scaled(strength.high)))
-        scaled = 1.0 if high > 0.0 else -1.0
+        at, scaled = 0.0, 1.0 if high > 0.0 else -1.0
         for _ in range(_FITS):
-            at = min(max(scaled, low), high)
+            at, last = min(max(scaled, low), high), at
+            if abs(at - last) < _NEAR * abs(at):
+                break
             excess = np.clip(_excess(*self._fitted(candidate, at)), 1e-30, _STEEPEST * self.limit)
             scaled = at * float(np.sqrt(self.limit / excess))
         noticed, named = self._change(candidate, scaled) if low < scaled < high else None, None
@@ -242,7 +247,7 @@ class _Judge:
         """The uncertain numbers, with the effect of those noticed that widens each most."""
         fitted, problem = self.fit, self.context.problem
         alone, free = intervals(problem, fitted), np.append(fitted.free, True)
-        wider = dict[str, np.ndarray]()
+        wider = dict[str, FloatArray]()
         for (label, _), slope in self.slopes.items() if fitted.terms else ():
             if label in noticed:
                 extended = replace(fitted, jacobian=np.column_stack([fitted.jacobian, slope]))
@@ -278,15 +283,13 @@ class _Judge:
         Its readings change from those with next to nothing of it: a play in the model, closed,
         changes them already.
         """
-        near, problem, base = self.fit, self.context.problem, self.context.base
+        near, problem, label = self.fit, self.context.problem, candidate.label
         sets = [self._parameters(candidate, z) for z in (scaled, SWITCHED_OFF)]
-        there, here = problem.residuals(sets)
-        seen, problem = (
-            near.residual - (there - here),
-            replace(problem, by_guides=problem.by_guides - (there - here)),
-        )
-        known = problem, base, near.calibrated, (), near.values
-        return problem, fit(*known, jacobian=near.jacobian, seen=seen)
+        there, *off = problem.residuals(sets[: 1 if label in self.absent else 2])
+        trace = there - self.absent.setdefault(label, off[0] if off else near.residual)
+        problem = replace(problem, by_guides=problem.by_guides - trace)
+        known = problem, self.context.base, near.calibrated, (), near.values
+        return problem, fit(*known, jacobian=near.jacobian, seen=near.residual - trace)
 
     def _rivals(self, candidate: Candidate, scaled: float) -> dict[str, _Rival]:
         """Other effects that explain one of that strength.
