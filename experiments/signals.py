@@ -40,8 +40,8 @@ SETS: Mapping[str, tuple[str, ...]] = {
     "with an encoder": ("spool_rad", "motor_Nm", "lever_rad"),
     "with a load cell": ("spool_rad", "motor_Nm", "output_N"),
 }
-_NOISE = {"spool_rad": 5e-4, "motor_Nm": 2e-3, "lever_rad": 2.5e-3, "output_N": 0.05}
-_SENSORS = dict(zip(_NOISE, ("spool", "motor", "lever", "output_tension"), strict=True))
+NOISE = {"spool_rad": 5e-4, "motor_Nm": 2e-3, "lever_rad": 2.5e-3, "output_N": 0.05}
+_SENSORS = dict(zip(NOISE, ("spool", "motor", "lever", "output_tension"), strict=True))
 _RATE, _LONG, _STROKE = 50.0, 10.0, 1.0  # [Hz], [s], [rad]
 _GAIN, _DRUM, _PULLEY, _PRETENSION, _BEND = 1.5, 0.010, 0.015, 15.0, np.pi
 
@@ -103,7 +103,7 @@ def plan(model: Path, name: str, motion: FloatArray, columns: tuple[str, ...]) -
         time=time,
         columns={"command_rad": motion} | {c: np.zeros(time.size) for c in columns},
         drive={"command_rad": "motor"},
-        measured={c: Measured(_SENSORS[c], _NOISE[c]) for c in columns},
+        measured={c: Measured(_SENSORS[c], NOISE[c]) for c in columns},
         known={
             "motor.command_offset": _PRETENSION * _DRUM / _GAIN,
             "motor.kp": _GAIN,
@@ -143,7 +143,7 @@ def study(draws: int = 10, out: Path = Path("out/signals"), seed: int = 0) -> No
     out.mkdir(parents=True, exist_ok=True)
     model, found = write_rig(out / "rig_with_motor.xml"), dict[str, Identifiability]()
     for label, columns in SETS.items():
-        loops = plan(model, "loops", motions()["loops"], tuple(_NOISE))
+        loops = plan(model, "loops", motions()["loops"], tuple(NOISE))
         found[label] = identify([loops], columns)
         print(f"{label}: {found[label].sentence}", flush=True)
     random, rows = np.random.default_rng(seed), list[dict[str, object]]()

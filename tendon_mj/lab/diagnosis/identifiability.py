@@ -23,6 +23,7 @@ from tendon_mj.lab.diagnosis.data import (
     all_samples,
     describe_system,
     make_problem,
+    search_step,
     session_terms,
     uncertain_terms,
 )
@@ -165,7 +166,8 @@ def identify(
     narrow = Problem(tuple(own), Simulator(own), all_samples(own))
     system = describe_system(narrow)
     bound = candidates(system, catalogue=by_identifier(catalogue))
-    whole = make_problem(made, Simulator(made), all_samples(made))
+    simulate = Simulator(made).in_steps(search_step(narrow) or 1.0)
+    whole = make_problem(made, simulate, all_samples(made))
     by_noise = -whole.residuals([{}])[0]  # with which the residual of the rig is 0
     whole = replace(whole, unused=frozenset(columns) - chosen.keys(), by_guides=by_noise)
     terms = (*uncertain_terms(narrow), *session_terms(own, narrow.simulate))
