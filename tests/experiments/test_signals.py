@@ -1,4 +1,4 @@
-"""The rig with a motor rests where its servo bears the pretension, and each set of columns is read."""
+"""The rig with a motor rests where its servo bears the pretension."""
 
 import numpy as np
 import pytest
