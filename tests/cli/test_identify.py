@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -19,7 +20,7 @@ BOUNDS = "duration = 1.5\n[drive]\nspool_deg = { low = 0.0, high = 60.0, rate = 
 def rig(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a description and bounds; one effect is judged, which takes less time."""
     few = {"sensor_bias": diagnosis.CATALOGUE["sensor_bias"]}
-    monkeypatch.setitem(diagnosis.identify.__kwdefaults__, "catalogue", few)
+    monkeypatch.setattr("tendon_mj.cli.identify.judge", partial(diagnosis.identify, catalogue=few))
     for name in ("rig.toml", "rig.xml"):
         shutil.copy(example_rig() / name, tmp_path / name)
     (tmp_path / "bounds.toml").write_text(BOUNDS)
