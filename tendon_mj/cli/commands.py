@@ -44,6 +44,7 @@ _GROUPS = {  # group → name → module, which is loaded when the command is ca
     },
     "data": {
         "init": "recordings",
+        "identify": "identify",
         "check": "recordings",
         "replay": "recordings",
         "diagnose": "diagnose",

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Final, TypeVar, get_args, get_origin
 import tyro
 
 from tendon_mj.errors import TendonError
-from tendon_mj.lab.recordings import described_model, files_in, table_beside
+from tendon_mj.lab.recordings import files_in, read_description, table_beside
 from tendon_mj.models import model_path
 
 _Value = TypeVar("_Value")
@@ -30,6 +30,7 @@ METAVARS: Final = {  # argument of a command → its value in the help
     "arc_guides": "COUNT",
     "armature": "INERTIA",
     "axial_stiffness": "EA",
+    "bounds": "TOML",
     "camera": "NAME",
     "catalogue": "EFFECT [EFFECT ...]",
     "change": '"NAME=VALUE[,...]" [...]',
@@ -70,6 +71,7 @@ METAVARS: Final = {  # argument of a command → its value in the help
     "seconds": "SECONDS",
     "seed": "INTEGER",
     "settle": "SECONDS",
+    "signals": "COLUMN [COLUMN ...]",
     "size": "WIDTHxHEIGHT",
     "tendon": "TENDON [TENDON ...]",
     "values_of": "{description,model}",
@@ -123,7 +125,7 @@ def given_files(
             table, beside = table_beside(path)
             files += [*files_in(table), description or beside]
             if described:
-                names.append(described_model(description or beside))
+                names.append(read_description(description or beside).model)
     for name in dict.fromkeys(names):
         with contextlib.suppress(TendonError):
             files.append(model_path(name))

@@ -22,7 +22,7 @@ def doubt_of_signals(recordings: Iterable[Recording]) -> str:
     if any(tells_force((*r.measured, *r.drive)) for r in recordings):
         return ""
     return (
-        "No force is measured: friction, play and an elastic mount may change these signals alike,"
-        " and tendon-mj diagnose says how far their numbers may be off then. What would decide:"
-        f" {FORCES}."
+        "No force is measured: friction, play and an elastic mount may change these signals alike."
+        " tendon-mj identify says which effects they tell, and tendon-mj diagnose how far their"
+        f" numbers may be off. What would decide: {FORCES}."
     )

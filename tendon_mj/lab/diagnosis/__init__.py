@@ -39,6 +39,9 @@ from tendon_mj.lab.diagnosis.fitting import bounded_least_squares as bounded_lea
 from tendon_mj.lab.diagnosis.fitting import expected as expected
 from tendon_mj.lab.diagnosis.fitting import fit as fit
 from tendon_mj.lab.diagnosis.fitting import written as written
+from tendon_mj.lab.diagnosis.identifiability import Identifiability as Identifiability
+from tendon_mj.lab.diagnosis.identifiability import Tellable as Tellable
+from tendon_mj.lab.diagnosis.identifiability import identify as identify
 from tendon_mj.lab.diagnosis.regimes import Bin as Bin
 from tendon_mj.lab.diagnosis.regimes import Located as Located
 from tendon_mj.lab.diagnosis.rehearsal import rehearse as rehearse

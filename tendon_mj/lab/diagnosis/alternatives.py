@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,7 @@ from tendon_mj.lab.diagnosis.statistics import (
 from tendon_mj.lab.diagnosis.wording import NOTHING, state_alternatives, state_finding
 from tendon_mj.typing import FloatArray
 
-_MATTERS = 0.2  # of a number, by which an end of its interval moves
+MATTERS: Final = 0.2  # of a number, by which an end of its interval moves
 _FARTHEST = 1e3  # probes from which an effect is fitted that the data do not determine at all
 _MOST_FITS, _EVALUATIONS = 4, 12
 
@@ -78,7 +79,7 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
             for k in numbers
             if there.keys() >= set(fit.terms[k].targets)
             if other.free[k] or fit.free[k]
-            if _shift(stated[k], ranges[k], fit.values[k]) > _MATTERS
+            if _shift(stated[k], ranges[k], fit.values[k]) > MATTERS
             for name in fit.terms[k].targets
         ]
         for parameter, names in rivals.items():
@@ -121,7 +122,7 @@ def _at_ends(problem: Problem, fit: Fit, values: Mapping[str, Value]) -> list[Al
     for k in (k for k in _numbers(fit) if fit.free[k] or held[k]):
         alone = _half_widths(problem, fit, fit.free | (np.arange(held.size) == k))[k]
         widths = np.minimum([alone, together[k]], np.ptp(fit.bounds[:, k])) * fit.terms[k].probe
-        if widths[1] - widths[0] > _MATTERS * abs(fit.values[k]):
+        if widths[1] - widths[0] > MATTERS * abs(fit.values[k]):
             moved |= {name: _far_end(values[name], values[name]) for name in fit.terms[k].targets}
     others = " and ".join(fit.terms[k].targets[0] for k in np.flatnonzero(held))
     return [Alternative("", f"another {others}", moved)] if moved else []
@@ -135,7 +136,7 @@ def _alternative(
     ``words`` state the effect as it fits best, ``pairs`` are values of the model and of this one.
     """
     if any(
-        abs(there.value - here.value) > _MATTERS * abs(here.value) for here, there in pairs.values()
+        abs(there.value - here.value) > MATTERS * abs(here.value) for here, there in pairs.values()
     ):
         best = {name: there.value for name, (_, there) in pairs.items()}
         return Alternative(added.identifier, words, best, fitted=True)
@@ -172,7 +173,7 @@ def _fits_elsewhere(
             farthest[valley.candidate.identifier] = shift, valley
     ranked = sorted(farthest.values(), key=lambda pair: -pair[0])
     for shift, valley in ranked[:_MOST_FITS]:
-        if shift > _MATTERS:
+        if shift > MATTERS:
             other = context.fit_model(
                 (*fit.effects, valley.candidate),
                 valley.start,

@@ -102,6 +102,7 @@ class Problem:
     lumping: Mapping[str, float] = field(default_factory=dict)
     # (m,) change of the residual without that error; None if it was not measured
     lumped: FloatArray | None = None
+    unused: frozenset[str] = frozenset()  # measured columns that are simulated and not fitted
 
     @cached_property
     def noise(self) -> tuple[dict[str, float], ...]:
@@ -133,7 +134,7 @@ class Problem:
     @cached_property
     def in_train(self) -> NDArray[np.bool_]:
         """(m,) which residuals are training data."""
-        return np.concatenate([self.train[k] for k, _, _ in self.signals])
+        return np.concatenate([self.train[k] & (c not in self.unused) for k, c, _ in self.signals])
 
     @cached_property
     def signals(self) -> list[tuple[int, str, slice]]:

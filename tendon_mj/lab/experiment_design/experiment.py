@@ -25,6 +25,7 @@ from tendon_mj.lab.recordings import (
     Measured,
     Recording,
     check_keys,
+    read_description,
     read_entries,
     read_number,
     read_text,
@@ -49,6 +50,7 @@ _SAMPLES = 4  # at least, on the way from one level to the other
 _NO_DWELL = 0.3  # share of the motions that do not rest
 _RESTS = {"ramps": 6.0, "stairs": 12.0, "growing": 12.0}  # all rests of a cycle fit in a recording
 _STAIRS, _LOOPS = 4, 4
+_RATE = 50.0  # samples per second of a planned recording, the least that a guide advises
 
 
 @dataclass(frozen=True)
@@ -398,6 +400,34 @@ class Family:
             settling_time=first.settling_time,
         )
         return Experiment(motions, states, tuple(besides), recording)
+
+
+def planned_recording(
+    description: Path, bounds: ExperimentBounds, model: str | None = None
+) -> Recording:
+    """A recording of a described rig that goes in growing loops up to its bounds, as a template.
+
+    It begins at 0, or the nearest value within the bounds, and rests at its turns as long as these
+    allow. ``model`` is in place of the description's own.
+
+    Raises:
+        InvalidValueError: bounds without a duration, or of a column that is not driven.
+    """
+    as_written = read_description(description)
+    described = as_written.in_si(str(description))
+    if not bounds.duration:
+        raise InvalidValueError("bounds: duration is missing; state how long to record [s]")
+    time = np.arange(round(bounds.duration * _RATE) + 1) / _RATE
+    columns = {c: np.zeros(time.size) for c in (*described.drive, *described.measured)}
+    values = vars(described) | ({"model": model} if model else {})
+    still = Recording(name=description.stem, time=time, columns=columns, **values)
+    bounds.check(still, Simulator([still]).parameters)
+    family = Family((still,), bounds, besides=True)
+    point = np.full(family.dimensions, 0.5)
+    for k in family.shapes:  # shape, span, place, speed, rest
+        point[k : k + NUMBERS] = (SHAPES.index("growing") + 0.5) / len(SHAPES), 1.0, 0.5, 1.0, 1.0
+    in_file = {si_name(c)[0]: c for c in (*as_written.drive, *as_written.measured)}
+    return replace(family.at(point, description.stem).recording, in_file=in_file)
 
 
 def draw_experiment(

@@ -26,8 +26,8 @@ from tendon_mj.errors import RecordingError, TendonError
 from tendon_mj.lab.recordings import (
     FORMATS,
     Recording,
-    described_model,
     is_same_model,
+    read_description,
     read_recording,
 )
 from tendon_mj.lab.tasks import versions
@@ -89,7 +89,7 @@ class Rig:
             with suppress(TendonError, OSError):  # the recording is left out when it is read
                 digest.update(table.read_bytes())
                 digest.update(toml.read_bytes())
-                models[described_model(toml)] = toml.parent
+                models[read_description(toml).model] = toml.parent
         for model, folder in models.items():
             with suppress(TendonError):
                 digest.update(model_digest(load_model(model, beside=folder)).encode())

@@ -24,9 +24,9 @@ from tendon_mj.lab.recordings.noise import resolution as resolution
 from tendon_mj.lab.recordings.noise import white_noise as white_noise
 from tendon_mj.lab.recordings.recording import GivenRecording as GivenRecording
 from tendon_mj.lab.recordings.recording import Recording as Recording
-from tendon_mj.lab.recordings.recording import described_model as described_model
 from tendon_mj.lab.recordings.recording import is_same_model as is_same_model
 from tendon_mj.lab.recordings.recording import read_columns as read_columns
+from tendon_mj.lab.recordings.recording import read_description as read_description
 from tendon_mj.lab.recordings.recording import read_given as read_given
 from tendon_mj.lab.recordings.recording import read_recording as read_recording
 from tendon_mj.lab.recordings.recording import read_table as read_table

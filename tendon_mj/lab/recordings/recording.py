@@ -233,9 +233,10 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> Path:
     return csv
 
 
-def described_model(toml: Path) -> str:
-    """The model that a description names, as `Recording.model`."""
-    return _model_beside(toml, parse_toml(read_text(toml), str(toml))[0].model)
+def read_description(toml: Path) -> Description:
+    """The description of columns as the file has them; its model as `Recording.model`."""
+    described, _ = parse_toml(read_text(toml), str(toml))
+    return replace(described, model=_model_beside(toml, described.model))
 
 
 def is_same_model(one: str, other: str) -> bool:

@@ -267,10 +267,15 @@ class Effect:
         return f"Effect({self.identifier!r}: {self.name})"
 
     def bind(self, system: SystemDescription) -> list[Candidate]:
-        """Its candidates on a model, but those of parameters that are known or fitted anyway."""
+        """Its candidates on a model, but those of parameters that are known or fitted anyway.
+
+        Of several on the same elements, such as axes of gravity, each is at its parameter.
+        """
         taken = system.uncertain if self.overrides_known else system.known | system.uncertain
+        bound = self.binding(system)
+        places = [where for where, _ in bound]
         return [
-            Candidate(self, where, terms)
-            for where, terms in self.binding(system)
+            Candidate(self, where if places.count(where) == 1 else terms[0].targets[0], terms)
+            for where, terms in bound
             if not any(target in taken for term in terms for target in term.targets)
         ]
