@@ -9,7 +9,8 @@ and s of each recording a state has
 
 with r x in the place of the second sum's root if there is one recording, and the change is
 significant where |x̄_new − x̄_old| is 5 times √(s̄_old² + s̄_new²) or more. An s is at least what the
-parts of its recording say by themselves, since what a model lacks is no noise.
+parts of its recording say by themselves, since what a model lacks is no noise. Numbers explain the
+recordings as well as each other where they leave the same but for the limit of a diagnosis.
 """
 
 from __future__ import annotations
@@ -21,10 +22,10 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import InvalidValueError, RecordingError
+from tendon_mj.lab.diagnosis import SMALLEST_EXCESS
 from tendon_mj.lab.fleet.changes import SIGNIFICANT, explained, most_promising
 from tendon_mj.lab.fleet.observation import (
     NumberSeries,
-    explanation,
     fit_series,
     observe,
     usable,
@@ -136,7 +137,10 @@ def compare_states(
     }
     series = fit_series(named, model, observation.terms.tolist(), suspected)
     misfit = float(np.sqrt(observation.square.mean()))
-    first, rivals = explanation(series)
+    best = float(series[0].square.mean())
+    most = best + SMALLEST_EXCESS * max(1.0, best)
+    alike = [one for one in series if float(one.square.mean()) <= most]
+    first = min(alike, key=lambda one: bool(one.number.identifier))  # else the first
     ends = {
         one.parameter: [_mean(one, state, reproducibility) for state in (~is_new, is_new)]
         for one in series
@@ -147,7 +151,7 @@ def compare_states(
     found = significance >= SIGNIFICANT
     return StatesCompared(
         changed=first if found else None,
-        rivals=rivals if found else (),
+        rivals=[one for one in alike if one is not first] if found else (),
         before=before,
         after=after,
         significance=significance,

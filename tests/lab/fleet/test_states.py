@@ -1,0 +1,60 @@
+"""Two states of one rig: what changed between them, and what would have been found."""
+
+from __future__ import annotations
+
+import json
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+
+from tendon_mj.cli import main
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.lab.fleet import compare_states
+from tendon_mj.lab.recordings import read_recording
+from tendon_mj.lab.replay import load_recorded
+from tests.lab.fleet.small_fleet import AFTER, BEFORE, CHANGED, FIRST, SINCE, write_fleet
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("states") / "hands"
+    write_fleet(folder, rigs=2)
+    return folder
+
+
+def day(fleet: Path, rig: str, k: int) -> Path:
+    return fleet / rig / f"{FIRST + timedelta(days=k)}.csv"
+
+
+def compared(fleet: Path, rig: str, old: list[int], new: list[int], **given: float):
+    """The states of a rig on some days."""
+    toml = fleet / "description.toml"
+    states = [[read_recording(day(fleet, rig, k), toml) for k in days] for days in (old, new)]
+    return compare_states(*states, load_recorded(states[0][0]), **given)
+
+
+def test_the_number_that_changed_is_named_with_its_values(fleet: Path, tmp_path: Path) -> None:
+    tables = [str(day(fleet, CHANGED, k)) for k in (0, SINCE)]
+    options = ["--description", str(fleet / "description.toml"), "--out", str(tmp_path)]
+    assert main(["changes", *tables, *options]) == 0
+    found = json.loads((tmp_path / "result.json").read_text("utf-8"))
+    changed = found["changed"]
+    assert changed["parameter"] == "sheath.friction"
+    assert [changed["before"], changed["after"]] == pytest.approx([BEFORE, AFTER], abs=0.01)
+    assert {r["parameter"] for r in changed["rivals"]} == {"sheath.drawn_bend"}, "the product tells"
+    assert found["left"] < 1.2 < found["misfit"]
+
+
+def test_what_differs_from_day_to_day_is_no_change(fleet: Path) -> None:
+    """Friction is drawn anew each day, by 1 %; of several days their scatter tells."""
+    for old, new in (([0], [SINCE]), ([0, 1, 2], [3, 4, 5])):
+        states = compared(fleet, "hand_1", old, new)
+        assert states.changed is None
+        assert 0.0 < states.least["sheath.friction", "-"] < 0.2 * BEFORE
+    assert compared(fleet, "hand_1", [0], [SINCE], reproducibility=0.0).changed is not None
+
+
+def test_a_reproducibility_below_zero_is_refused(fleet: Path) -> None:
+    with pytest.raises(InvalidValueError, match="must be 0 or more"):
+        compared(fleet, "hand_1", [0], [1], reproducibility=-0.1)
