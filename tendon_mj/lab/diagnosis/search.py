@@ -44,7 +44,6 @@ from tendon_mj.lab.replay import suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
 
 _INVISIBLE = 1e-8  # mean square trace, in noise, below which an effect has no place on a model
-_SWITCHED_OFF = 1e-9  # of a probe
 _LARGER, _TRIES = 1e3, 3  # factor by which a probe without a trace is enlarged, and how often
 _BATCH = 8  # parameter sets simulated between two calls of the progress callback
 _PASSES = ("screen, first pass", "screen, second pass", "screen, third pass")
@@ -208,7 +207,7 @@ class _Screening:
         row, residual = (score.seen + fitted.correction)[used], fitted.residual[used]
         strength, terms, count = score.candidate.terms[0], fitted.terms, len(fitted.terms)
         tried = score.start[count] - strength.inert
-        if abs(tried) < _SWITCHED_OFF * strength.probe:
+        if tried == 0.0:
             return []
         slope = score.slope(fitted)
         if np.mean((slope[used] * tried / strength.probe) ** 2) < _INVISIBLE:

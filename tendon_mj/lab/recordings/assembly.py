@@ -541,8 +541,8 @@ class _Names:
             size = float(sample.get(name, ""))
         except ValueError:
             return TIME if sample.get(name) else "time_UNIT", name
-        since_1970 = {"time_ns": 1e17, "time_us": 1e14, "time_ms": 1e11, "time_s": _SINCE_1970}
-        return next((u for u, least in since_1970.items() if size >= least), "time_UNIT"), name
+        since_1970 = (t for t in reversed(TIMES) if size * UNIT_FACTORS[t[4:]][1] >= _SINCE_1970)
+        return next(since_1970, "time_UNIT"), name
 
 
 def _grows(values: NDArray[Any]) -> bool:
