@@ -10,12 +10,23 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendon_mj.lab.diagnosis import ErrorReduction, Term, intervals, search_step, session_terms
+from tendon_mj.lab.diagnosis import (
+    ErrorReduction,
+    Fit,
+    Term,
+    Value,
+    intervals,
+    search_step,
+    session_terms,
+)
+from tendon_mj.lab.diagnosis.alternatives import _alternative
 from tendon_mj.lab.diagnosis.audit import Correlations, autocorrelation
 from tendon_mj.lab.diagnosis.check import check_recordings
+from tendon_mj.lab.diagnosis.data import _reader
 from tendon_mj.lab.diagnosis.events import _Scan
 from tendon_mj.lab.diagnosis.regimes import _cut, _reversals, locate, regimes
 from tendon_mj.lab.diagnosis.search import screen
+from tendon_mj.lab.diagnosis.statistics import cross_validate
 from tendon_mj.lab.diagnosis.verdict import Evidence, _repeat, least_share
 from tendon_mj.lab.diagnosis.wording import state
 from tendon_mj.lab.diagnosis.workflow import _rings, _step_matters
@@ -29,6 +40,7 @@ MADE = recording("a", 1, {})
 DRIVE = "input_displacement_m"
 ONE = problem_of(Toy, [MADE])
 ROWS = np.arange(600)
+WAVE, NOISE = np.sin(0.01 * ROWS), np.random.default_rng(1).normal(size=600)
 
 
 def driven(column: np.ndarray, **more: Any):
@@ -84,6 +96,12 @@ def of_a_column(size: float = 1.0, rows: int = 0) -> bool:
     return _Scan._is_of_column(Made(problem=ONE, _driven=lambda *_: jump), event)  # type: ignore[arg-type]
 
 
+def another(share: float) -> bool:
+    """Return whether a value is another one by a share of it, and not an end of its interval."""
+    here, there = (Value(v, 0.0, 2.0, "-", 0.0) for v in (1.0, 1.0 + share))
+    return _alternative(effect("a"), "", {"a": (here, there)}).fitted
+
+
 def rings(share: float) -> bool:
     """Return whether a model rings where half the step changes a share of its mean square."""
     fit = Made(residual=np.full(99, 10.0), correction=np.full(99, 20.0 * share**0.5))
@@ -115,6 +133,30 @@ def proportionate(times: float) -> bool:
     return not refused(lambda: check_recordings([replace(MADE, measured=measured)], []))
 
 
+def refits(times: float = 9.0, share: float = 0.2, count: int = 1) -> int:
+    """Refits of so many parts of which slopes foretell so much more, worth a share of all."""
+    parts, matrix = ONE.parts, np.zeros((ONE.parts.size, 4))
+    for k in range(4):
+        rows, ends = parts == k, (parts == 5) & (np.arange(parts.size) % 4 == k)
+        matrix[rows, k] = np.sqrt((times**0.5 - 1.0) * ends.sum() / rows.sum())
+        matrix[ends, k] = 1.0
+    rest = (times - 1.0) / share - count * times
+    residual = (parts < count) + rest**0.5 * (parts == 4)
+    terms = tuple(Term((f"p{k}",), "-", 0.0, -50.0, 50.0, 1.0) for k in range(4))
+    bounds = np.outer([-50.0, 50.0], np.ones(4))
+    zeros, none = np.zeros(4), np.zeros(parts.size)
+    fit, calls = Fit(terms, (), zeros, residual, none, matrix, zeros, bounds), list[int]()
+    cross_validate(ONE, fit, lambda part: calls.append(part) or fit)
+    return len(calls)
+
+
+def is_free(distance: float) -> bool:
+    """Return whether a term so many probes from its bound is free."""
+    matrix = np.random.default_rng(1).normal(size=(ONE.blocks.size, 2))
+    fitted = linear(ONE, matrix, matrix[:, 0])
+    return bool(replace(fitted, scaled=np.array([50.0 - distance, 0.0])).free[0])
+
+
 def samples(count: int) -> bool:
     columns = {c: series[::9][:count] for c, series in MADE.columns.items()}
     few = replace(MADE, time=MADE.time[::9][:count], columns=columns)
@@ -139,6 +181,12 @@ EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
     "a trace": (traced, 0.7e-8, 1.4e-8),
     "a trace of a few probes": (lambda probes: not traced(1e-8, probes), 5e8, 2e9),
     "a determined value": (determined, 0.6e-5, 1.4e-5),
+    "a part foretold badly": (refits, 3.0, 5.0),
+    "a part worth a refit": (lambda share: refits(share=share), 0.07, 0.13),
+    "parts": (lambda count: refits(count=count) < count, 3, 4),
+    "off a bound": (is_free, 0.7e-3, 1.4e-3),
+    "noise of a drive": (lambda share: not _reader(WAVE + 2.0 * share * NOISE), 0.006, 0.014),
+    "another value": (another, 0.15, 0.25),
     "a jump of the drive": (of_a_column, 0.6, 0.8),
     "a jump elsewhere": (lambda rows: not of_a_column(rows=rows), 3, 4),
     "ringing": (rings, 0.07, 0.13),
