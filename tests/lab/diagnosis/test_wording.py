@@ -29,12 +29,6 @@ def gap(before: float, after: float, unit: str = "noise", **signals: tuple[float
     return ErrorReduction(before, after, 1.0, signals, unit)
 
 
-def test_an_effect_and_a_wrong_number_are_not_called_the_same() -> None:
-    wrong = Finding("friction", "friction", "", "sheath", "parameter", 1.0, ("bend_angle",))
-    text = sentence("named", [PLAY, wrong], gap(5.0, 1.0))
-    assert text.startswith("Missing: play (sheath); a parameter was wrong: friction (sheath) – or")
-
-
 def test_steps_that_are_too_long_for_a_named_effect_are_reported() -> None:
     errors = gap(9.0, 3.0)
     assert "(1.10 in ever shorter steps: " in sentence("named", [PLAY], errors, zero_step=1.1)
@@ -64,18 +58,6 @@ def test_every_signal_is_stated_in_its_own_unit_before_all_together() -> None:
     errors = gap(9.0, 2.0, elbow_rad=(0.1, 0.02, 0.01), input_tension_N=(3.0, 0.5, 0.2))
     text = sentence("named", [PLAY], errors)
     assert "elbow 5.73° to 1.15°; input tension 3 to 0.5 N; over all from 9.00 to 2.00" in text
-
-
-def test_the_unit_of_the_verdict_is_stated_where_sessions_of_the_rig_differ() -> None:
-    weighed = gap(5.0, 2.0, NOISE_AND_REPRODUCIBILITY)
-    scatter = {"elbow_rad": 0.01, "input_tension_N": 0.0}
-    assert sentence("partly", [PLAY], gap(17.0, 9.0), weighed, reproducibility=scatter) == (
-        "In part missing: play (sheath); on held-out data the error goes from 17.00 to 9.00 times"
-        " the noise, from 5.00 to 2.00 times noise and reproducibility together, which closes 75 %"
-        " of what could be closed. Nothing was found in the catalogue that explains what"
-        " remains, 2.00 times noise and reproducibility. Between sessions of the rig, beyond noise,"
-        " differ elbow 0.57° rms."
-    )
 
 
 def test_nothing_missing_is_stated_in_noise_first_and_no_noise_is_called_too_large() -> None:

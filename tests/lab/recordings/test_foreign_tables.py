@@ -400,74 +400,6 @@ def test_a_long_silence_is_said_and_a_column_without_a_value_refused(tmp_path: P
 # --- refusals
 
 
-def test_all_faults_of_a_file_are_in_one_message(tmp_path: Path) -> None:
-    table = {
-        "when": ["2026-03-02T10:15:02", "2026-03-02T10:15:03", "2026-03-02T10:15:04"],
-        "reel_m": ["0", "x", "1e40"],
-        "pull_n": ["1", "2", "3"],
-        "load_N": ["1", "inf", "3"],
-        "angle": ["1", "2", "3"],
-    }
-    toml = """[columns]
-lever_rad = "angel"
-"""
-    described = TOML.replace("pull_N", "pull_n") + 'load_N = { sensor = "b" }\n'
-    (tmp_path / "r.toml").write_text(described + toml)
-    (tmp_path / "r.csv").write_text(csv(table))
-    with refusing(
-        RecordingError,
-        "r.csv, row 1: no column is named 'time_s'",
-        'time_s = "when"',
-        "r.csv, row 3, column 'reel_m': 'x'",
-        "'pull_n' does not end in a unit",
-        "did you mean '_N'?",
-        'pull_N = "pull_n"',
-        "[columns] 'lever_rad': unknown column 'angel'; did you mean 'angle'?",
-    ):
-        read_recording(tmp_path / "r.csv")
-    repaired = described.replace("pull_n", "pull_N").replace("load_N", "reel_2_m")
-    (tmp_path / "r.toml").write_text(repaired + '[columns]\ntime_s = "when"\npull_N = "load_N"\n')
-    with refusing(
-        RecordingError, "'x' is not a number", "row 3, column 'load_N': inf", "'reel_2_m': unknown"
-    ):
-        read_recording(tmp_path / "r.csv")
-
-
-def test_all_faults_of_a_log_are_in_one_message(tmp_path: Path) -> None:
-    path = log(tmp_path / "r.mcap", *(("/a", START + k, {"x": "high"}) for k in range(3)))
-    entries = ['{ topic = "/b", field = "x" }', '{ topic = "/a", field = "x" }']
-    path.with_suffix(".toml").write_text(
-        TOML + f"[columns]\nreel_m = {entries[0]}\npull_N = {entries[1]}\n"
-    )
-    with refusing(RecordingError, "unknown topic '/b'", "field 'x' is 'high', not a number"):
-        read_recording(path)
-
-
-@pytest.mark.parametrize("units", ["s,mm,N", "[s],[mm],[N]", "(s), (mm), (N)"])
-def test_a_row_of_units_is_refused_as_that_with_names_that_would_do(
-    tmp_path: Path, units: str
-) -> None:
-    with pytest.raises(RecordingError, match=r"row 2: holds units .*delete.*pull_N") as caught:
-        read(tmp_path, f"time,reel,pull_N\n{units}\n0.0,0.1,20\n0.1,0.2,21\n")
-    assert "time_s, reel_mm, pull_N" in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("start", "said"),
-    [
-        (b"PK\x03\x04\x14\0", "a workbook; .*: save its sheet as CSV"),
-        (b"PAR1\x15\x04", "rename it to r.parquet"),
-        (b"\x89MCAP0\r\n", "rename it to r.mcap"),
-        (b"\x89HDF\r\n", "an HDF5 file; .*h5py"),
-    ],
-)
-def test_a_file_named_csv_is_named_as_what_it_is(tmp_path: Path, start: bytes, said: str) -> None:
-    (tmp_path / "r.toml").write_text(TOML)
-    (tmp_path / "r.csv").write_bytes(start + bytes(range(256)))
-    with pytest.raises(RecordingError, match=said):
-        read_recording(tmp_path / "r.csv")
-
-
 def test_what_a_file_of_opensim_is_converted_with_makes_a_csv_that_is_read(tmp_path: Path) -> None:
     table = csv(PLAIN).replace(",", "\t")
     path = tmp_path / "r.sto"
@@ -487,42 +419,6 @@ def test_times_of_day_over_midnight_are_refused_as_that(tmp_path: Path, numbers:
     table = csv({"time_s": seconds if numbers else clock, "reel_m": REEL[:10], "pull_N": PULL[:10]})
     with refusing(RecordingError, "row 7,", "begins again at midnight", "with their date"):
         read(tmp_path, table)
-
-
-@pytest.mark.parametrize("top", [4095, 5000])
-def test_a_period_below_the_counts_of_a_column_is_refused(tmp_path: Path, top: int) -> None:
-    counts = np.linspace(0.0, top, 60).round()
-    table = csv({"time_s": TIME, "reel_m": REEL, "raw": counts})
-    entry = '[columns]\npull_N = { column = "raw", factor = 0.001, period = 4096 }\n'
-    if top < 4096:
-        assert read(tmp_path, table, entry).columns["pull_N"].size == 60
-        return
-    with refusing(RecordingError, "'raw': goes from 0 to 5000,", "period = 4096"):
-        read(tmp_path, table, entry)
-
-
-def test_a_clock_is_proposed_where_numbers_grow_and_never_a_text(tmp_path: Path) -> None:
-    """Names alone mislead: `T_amb` reads as a time, and `pool` as `pull` or `reel`."""
-    columns = {"T_amb": [22.4] * len(TIME), "pool_m": ["RUN"] * len(TIME), "Run [ms]": TIME * 1e3}
-    (tmp_path / "r.csv").write_text(csv({**columns, "COUNTS": REEL, "LOAD": PULL}))
-    (tmp_path / "r.toml").write_text(TOML)
-    with pytest.raises(RecordingError) as caught:
-        read_recording(tmp_path / "r.csv")
-    said = str(caught.value)
-    assert 'time_ms = "Run [ms]"' in said
-    assert "pool_m" not in said
-    assert 'T_amb"' not in said
-
-
-def test_a_name_that_is_in_columns_already_is_not_advised_to_be_put_there(tmp_path: Path) -> None:
-    table = csv({"time_s": TIME, "reel_m": REEL, "pull": PULL})
-    toml = TOML.replace("pull_N", "pull") + '[columns]\npull_N = "pull"\n'
-    (tmp_path / "r.csv").write_text(table)
-    (tmp_path / "r.toml").write_text(toml)
-    with pytest.raises(RecordingError, match=r"write 'pull_N', as \[columns\] names it") as caught:
-        read_recording(tmp_path / "r.csv")
-    assert "add to" not in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 def test_check_reads_the_recordings_of_a_folder(tmp_path: Path) -> None:
