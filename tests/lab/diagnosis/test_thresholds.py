@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tendon_mj.lab.data_check import DataWarning
 from tendon_mj.lab.diagnosis import (
     ErrorReduction,
     Fit,
     Term,
     Value,
+    diagnose,
     intervals,
     search_step,
     session_terms,
@@ -26,14 +28,14 @@ from tendon_mj.lab.diagnosis.data import _reader
 from tendon_mj.lab.diagnosis.events import _Scan
 from tendon_mj.lab.diagnosis.regimes import _cut, _reversals, locate, regimes
 from tendon_mj.lab.diagnosis.search import screen
-from tendon_mj.lab.diagnosis.statistics import cross_validate
+from tendon_mj.lab.diagnosis.statistics import _inverse, cross_validate
 from tendon_mj.lab.diagnosis.verdict import Evidence, _repeat, least_share
 from tendon_mj.lab.diagnosis.wording import state
 from tendon_mj.lab.diagnosis.workflow import _rings, _step_matters
 from tendon_mj.lab.recordings import Session
 from tests.lab.diagnosis.linear_rig import context, effect
 from tests.lab.diagnosis.test_statistics import linear
-from tests.lab.diagnosis.toy import Stepped, Toy, problem_of, recording
+from tests.lab.diagnosis.toy import Stepped, Toy, problem_of, recording, rig
 from tests.refusals import refused
 
 MADE = recording("a", 1, {})
@@ -87,6 +89,13 @@ def determined(eigenvalue: float) -> bool:
     column, other, noise = np.linalg.qr(random.normal(size=(ONE.blocks.size, 3)))[0].T * 30.0
     both = np.column_stack([column, column + np.sqrt(2.0 * eigenvalue) * other])
     return bool(np.ptp(intervals(ONE, linear(ONE, both, noise))[0]) < 99.0)
+
+
+def compensated(share: float) -> bool:
+    """Return whether a value with a share in what two others compensate is undetermined."""
+    one, other = np.linalg.qr(np.random.default_rng(6).normal(size=(99, 2)))[0].T
+    matrix = np.column_stack([one, one + np.sqrt(2.0) * share * other, other])
+    return bool(_inverse(matrix.T @ matrix)[1][2])
 
 
 def of_a_column(size: float = 1.0, rows: int = 0) -> bool:
@@ -150,6 +159,14 @@ def refits(times: float = 9.0, share: float = 0.2, count: int = 1) -> int:
     return len(calls)
 
 
+def faulty(error: float) -> bool:
+    """Return whether an effect that leaves so many noises is taken for a fault of a column."""
+    strange = 0.05 * np.sqrt(2.0 * (error**2 - 1.0))  # amplitude of what nothing explains [N]
+    train, held_out = rig(1, {"sheath.constant_friction": 3.0}, strange)
+    fault = DataWarning("odd", "r0", "odd", "mend it", blocks=True)
+    return not diagnose(train, held_out, Toy, checks=[fault]).effects
+
+
 def is_free(distance: float) -> bool:
     """Return whether a term so many probes from its bound is free."""
     matrix = np.random.default_rng(1).normal(size=(ONE.blocks.size, 2))
@@ -184,9 +201,11 @@ EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
     "a part foretold badly": (refits, 3.0, 5.0),
     "a part worth a refit": (lambda share: refits(share=share), 0.07, 0.13),
     "parts": (lambda count: refits(count=count) < count, 3, 4),
+    "a fault of a column": (faulty, 1.1, 1.3),
     "off a bound": (is_free, 0.7e-3, 1.4e-3),
     "noise of a drive": (lambda share: not _reader(WAVE + 2.0 * share * NOISE), 0.006, 0.014),
     "another value": (another, 0.15, 0.25),
+    "a share in a compensation": (compensated, 0.07, 0.13),
     "a jump of the drive": (of_a_column, 0.6, 0.8),
     "a jump elsewhere": (lambda rows: not of_a_column(rows=rows), 3, 4),
     "ringing": (rings, 0.07, 0.13),

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import pytest
-
 from tendon_mj.lab.diagnosis import ErrorReduction, Finding
-from tendon_mj.lab.diagnosis.verdict import NOISE_AND_REPRODUCIBILITY, Evidence, Verdict
+from tendon_mj.lab.diagnosis.verdict import Evidence, Verdict
 from tendon_mj.lab.diagnosis.wording import state
 
 PLAY = Finding("backlash", "play", "", "sheath", "missing", 1.0, ())
@@ -58,21 +56,3 @@ def test_every_signal_is_stated_in_its_own_unit_before_all_together() -> None:
     errors = gap(9.0, 2.0, elbow_rad=(0.1, 0.02, 0.01), input_tension_N=(3.0, 0.5, 0.2))
     text = sentence("named", [PLAY], errors)
     assert "elbow 5.73° to 1.15°; input tension 3 to 0.5 N; over all from 9.00 to 2.00" in text
-
-
-def test_nothing_missing_is_stated_in_noise_first_and_no_noise_is_called_too_large() -> None:
-    weighed = gap(0.55, 0.55, NOISE_AND_REPRODUCIBILITY)
-    scatter = {"elbow_rad": 0.01}
-    assert sentence("nothing missing", [], gap(1.2, 1.2), weighed, reproducibility=scatter) == (
-        "Nothing is missing: calibrated, the model is off by 1.20 times the noise, 0.55 times noise"
-        " and reproducibility together. Between sessions of the rig, beyond noise, differ elbow"
-        " 0.57° rms."
-    )
-
-
-@pytest.mark.parametrize(("after", "required"), [(3.0, True), (2.0, False)])
-def test_an_effect_that_closes_too_little_is_told_the_required_share(
-    after: float, required: bool
-) -> None:
-    text = sentence("unknown", [PLAY], gap(5.0, after))
-    assert ("of which two thirds are required" in text) is required
