@@ -194,6 +194,7 @@ EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
         7e-5,
         2e-4,
     ),
+    "bins": (lambda count: len(_cut("speed", ROWS, "m", 0.0, 1.0).labels) < count, 6, 7),
     "what stands out": (stands_out, 0.7, 0.8),
     "a trace": (traced, 0.7e-8, 1.4e-8),
     "a trace of a few probes": (lambda probes: not traced(1e-8, probes), 5e8, 2e9),
