@@ -84,7 +84,7 @@ def traced(trace: float, probes: float = 1.0) -> bool:
 
 
 def determined(eigenvalue: float) -> bool:
-    """Return whether two values have intervals that nearly compensate each other."""
+    """Return whether two values that nearly compensate each other have intervals."""
     random = np.random.default_rng(6)
     column, other, noise = np.linalg.qr(random.normal(size=(ONE.blocks.size, 3)))[0].T * 30.0
     both = np.column_stack([column, column + np.sqrt(2.0 * eigenvalue) * other])
@@ -192,12 +192,12 @@ EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
     "an end of a bin": (
         lambda x: _cut("speed", ROWS, "m", x, 1.0).labels[0][:2] != "0 ",
         7e-5,
-        2e-4,
+        1.3e-4,
     ),
     "bins": (lambda count: len(_cut("speed", ROWS, "m", 0.0, 1.0).labels) < count, 6, 7),
     "what stands out": (stands_out, 0.7, 0.8),
     "a trace": (traced, 0.7e-8, 1.4e-8),
-    "a trace of a few probes": (lambda probes: not traced(1e-8, probes), 5e8, 2e9),
+    "a trace of a few probes": (lambda probes: not traced(2e-8, probes), 5e8, 2e9),
     "a determined value": (determined, 0.6e-5, 1.4e-5),
     "a part foretold badly": (refits, 3.0, 5.0),
     "a part worth a refit": (lambda share: refits(share=share), 0.07, 0.13),
