@@ -34,6 +34,7 @@ from tendon_mj.lab.diagnosis.effects.effect import Candidate as Candidate
 from tendon_mj.lab.diagnosis.effects.effect import Effect as Effect
 from tendon_mj.lab.diagnosis.effects.effect import SystemDescription as SystemDescription
 from tendon_mj.lab.diagnosis.effects.effect import Term as Term
+from tendon_mj.lab.diagnosis.fitting import DIFFERENCE as DIFFERENCE
 from tendon_mj.lab.diagnosis.fitting import Fit as Fit
 from tendon_mj.lab.diagnosis.fitting import bounded_least_squares as bounded_least_squares
 from tendon_mj.lab.diagnosis.fitting import expected as expected
@@ -50,6 +51,7 @@ from tendon_mj.lab.diagnosis.result import Diagnosis as Diagnosis
 from tendon_mj.lab.diagnosis.result import Finding as Finding
 from tendon_mj.lab.diagnosis.result import Value as Value
 from tendon_mj.lab.diagnosis.result import write_before_after as write_before_after
+from tendon_mj.lab.diagnosis.selection import CONVERGED as CONVERGED
 from tendon_mj.lab.diagnosis.selection import Selection as Selection
 from tendon_mj.lab.diagnosis.selection import SelectionContext as SelectionContext
 from tendon_mj.lab.diagnosis.statistics import FittedCandidate as FittedCandidate
@@ -60,6 +62,7 @@ from tendon_mj.lab.diagnosis.sysid import SysidResult as SysidResult
 from tendon_mj.lab.diagnosis.sysid import fit_with_sysid as fit_with_sysid
 from tendon_mj.lab.diagnosis.sysid import sysid_is_there as sysid_is_there
 from tendon_mj.lab.diagnosis.verdict import SMALLEST_EXCESS as SMALLEST_EXCESS
+from tendon_mj.lab.diagnosis.verdict import STANDARD_ERRORS as STANDARD_ERRORS
 from tendon_mj.lab.diagnosis.verdict import ErrorReduction as ErrorReduction
 from tendon_mj.lab.diagnosis.wording import MEANING as MEANING
 from tendon_mj.lab.diagnosis.wording import state_alternatives as state_alternatives

@@ -63,7 +63,7 @@ _LARGEST_ERROR = 1.0  # of the long step, see `step_error`
 
 _PIECES = 2, 4, 8  # of a guide
 _FALLS = 2.0**-1.5  # error of lumping with twice as many guides over that before
-_LITTLE = 0.2  # excess χ² that lumping may leave, as of what is worth no name
+SMALLEST_EXCESS = 0.2  # excess χ², 0.45 noise rms: less is not worth a name
 
 _SLIDING = "joint", "kg"  # kind and unit of the armature of a joint that slides
 
@@ -397,7 +397,7 @@ def with_more_guides(problem: Problem, parameters: Mapping[str, float]) -> Probl
             break
         shares = _shares(problem, error)
         corrected = replace(problem, by_guides=after - own, lumping=shares, lumped=error)
-        if float(np.mean(error[problem.in_train] ** 2)) <= _LITTLE:
+        if float(np.mean(error[problem.in_train] ** 2)) <= SMALLEST_EXCESS:
             break
         left = after
     return corrected

@@ -27,7 +27,7 @@ from tendon_mj.lab.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.lab.replay import recording_of, suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
 
-_DIFFERENCE = 1e-2  # of a probe: above the roughness of stick and slip, below curvature
+DIFFERENCE = 1e-2  # of a probe: above the roughness of stick and slip, below curvature
 _AT_END = 1e-5, 1e-3  # of its range, and of its probe: a term this near to a bound is held by it
 _TOLERANCE = 3e-3  # relative change of the cost, or of the terms, at which a round ends
 _FAILED = 1e6  # residual of a failed simulation, in noise
@@ -330,7 +330,7 @@ class _Solver:
         matrix = np.full((residual.size, point.size), np.nan) if known is None else known.copy()
         wanted, middle = np.isnan(matrix).all(axis=0), self.bounds.mean(axis=0)
         if wanted.any():
-            step: FloatArray = _DIFFERENCE * np.where(point > middle, -1.0, 1.0) * wanted
+            step: FloatArray = DIFFERENCE * np.where(point > middle, -1.0, 1.0) * wanted
             found = differences(self.problem, self.terms, self._parameters, point, step, residual)
             matrix[:, wanted] = found[:, wanted]
         return np.nan_to_num(matrix, copy=False, posinf=0.0, neginf=0.0)
@@ -341,7 +341,7 @@ class _Solver:
         Cross-validation tells by it which samples a term of one recording, or an event, is in.
         """
         own = np.where(matrix != 0.0, step, 0.0)
-        length = np.maximum((own**2).sum(axis=1), _DIFFERENCE**2)  # shorter, it is roughness
+        length = np.maximum((own**2).sum(axis=1), DIFFERENCE**2)  # shorter, it is roughness
         corrected: FloatArray = matrix + own * ((change - matrix @ step) / length)[:, None]
         return corrected
 

@@ -38,7 +38,7 @@ from tendon_mj.lab.diagnosis.effects.effect import Candidate
 from tendon_mj.lab.diagnosis.fitting import Fit, fit, written
 from tendon_mj.lab.diagnosis.proof import is_narrower
 from tendon_mj.lab.diagnosis.rehearsal import rehearse
-from tendon_mj.lab.diagnosis.search import SWITCHED_OFF, ScreeningScore, screen
+from tendon_mj.lab.diagnosis.search import ScreeningScore, screen
 from tendon_mj.lab.diagnosis.selection import SelectionContext
 from tendon_mj.lab.diagnosis.statistics import half_widths, intervals
 from tendon_mj.lab.diagnosis.verdict import LARGEST_EXCESS, SMALLEST_EXCESS, chance_excess
@@ -50,6 +50,7 @@ from tendon_mj.typing import FloatArray
 _TWICE = 2.0  # times the strength from which an effect is noticed
 _FITS = 4  # to find that strength, each at the one that the one before promises
 _NEAR = 0.05  # of a strength, by which it changes when it is found
+_SWITCHED_OFF = 1e-9  # of a probe
 _STEEPEST = 1e4  # times the limit: a larger trace, or a failed simulation, counts as this
 
 
@@ -286,7 +287,7 @@ class _Judge:
         changes them already.
         """
         near, problem, label = self.fit, self.context.problem, candidate.label
-        sets = [self._parameters(candidate, z) for z in (scaled, SWITCHED_OFF)]
+        sets = [self._parameters(candidate, z) for z in (scaled, _SWITCHED_OFF)]
         there, *off = problem.residuals(sets[: 1 if label in self.absent else 2])
         trace = there - self.absent.setdefault(label, off[0] if off else near.residual)
         problem = replace(problem, by_guides=problem.by_guides - trace)

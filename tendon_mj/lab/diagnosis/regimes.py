@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.diagnosis.data import Problem
+from tendon_mj.lab.diagnosis.verdict import ABOVE_NOISE
 from tendon_mj.lab.recordings import Recording, estimate_noise
 from tendon_mj.lab.replay import column_name, column_unit, from_to
 from tendon_mj.lab.replay import rate as rate_unit
@@ -241,7 +242,7 @@ def _half_frequency(problem: Problem, parts: Sequence[FloatArray]) -> float:
 
 def _describe(bins: Sequence[Bin], residual: FloatArray, frequency: float) -> str:
     rms = float(np.sqrt(np.mean(residual**2)))
-    if rms < 1.05:
+    if rms < ABOVE_NOISE:
         return f"The misfit is {rms:.2f} times the noise: nothing stands out."
     dense = sorted(
         (b for b in bins if b.excess > 0.2 and b.excess > _CONCENTRATED * b.time),

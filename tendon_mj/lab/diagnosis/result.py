@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -30,9 +29,6 @@ from tendon_mj.lab.replay import (
     recording_of,
     values_for,
 )
-
-_SHOWN: Final = 3  # findings in a repr
-_WIDTH: Final = 150  # characters of each
 
 
 @dataclass(frozen=True)
@@ -185,11 +181,10 @@ class Diagnosis:
 
     def __repr__(self) -> str:
         """The verdict, the findings and the errors, in a few lines."""
-        errors, more = self.held_out, len(self.findings) - _SHOWN
+        errors = self.held_out
         sure = f", confidence {estimated_percent(self.confidence)}" if self.findings else ""
         lines = [f"Diagnosis: {self.verdict}{sure}"]
-        lines += [textwrap.shorten(f.summary, _WIDTH) for f in self.findings[:_SHOWN]]
-        lines += [f"and {more} more"] if more > 0 else []
+        lines += [f.summary for f in self.findings]
         lines += [
             f"rms error on held-out data [{errors.unit}]: {errors.before:.2f} before,"
             f" {errors.after:.2f} after",

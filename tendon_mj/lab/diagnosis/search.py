@@ -24,7 +24,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Final
 
 import numpy as np
 import scipy
@@ -45,7 +44,6 @@ from tendon_mj.lab.replay import suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
 
 _INVISIBLE = 1e-8  # mean square trace, in noise, below which an effect has no place on a model
-SWITCHED_OFF: Final = 1e-9  # of a probe
 _LARGER, _TRIES = 1e3, 3  # factor by which a probe without a trace is enlarged, and how often
 _BATCH = 8  # parameter sets simulated between two calls of the progress callback
 _PASSES = ("screen, first pass", "screen, second pass", "screen, third pass")
@@ -209,7 +207,7 @@ class _Screening:
         row, residual = (score.seen + fitted.correction)[used], fitted.residual[used]
         strength, terms, count = score.candidate.terms[0], fitted.terms, len(fitted.terms)
         tried = score.start[count] - strength.inert
-        if abs(tried) < SWITCHED_OFF * strength.probe:
+        if tried == 0.0:
             return []
         slope = score.slope(fitted)
         if np.mean((slope[used] * tried / strength.probe) ** 2) < _INVISIBLE:

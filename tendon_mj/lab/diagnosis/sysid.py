@@ -14,7 +14,6 @@ sample. So its residual function is replaced, as `sysid.optimize` allows, by one
 from __future__ import annotations
 
 import io
-import textwrap
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -38,7 +37,6 @@ from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Simulator, suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
 
-_WIDTH = 120  # characters of a repr's values
 _DIFFERENCE = 1e-5  # of a range; its own 1e-8 finds the same, but is near the simulations' rounding
 _DAMPING_FACTOR = 10.0  # its own 10^0.1 tries 140 ever smaller steps if none is left to take
 _TOLERANCE = 1e-5  # of the step, in ranges: far inside any interval
@@ -64,7 +62,7 @@ class SysidResult:
         """The values and the errors, in two lines."""
         values = ", ".join(f"{name} = {value:.4g}" for name, (value, _, _) in self.values.items())
         return (
-            f"SysidResult: {textwrap.shorten(values, _WIDTH) or 'no parameters'}\n  rms error"
+            f"SysidResult: {values or 'no parameters'}\n  rms error"
             f" [noise]: {self.train_rms:.2f} on training data, {self.held_out_rms:.2f} on held-out"
             " data"
         )

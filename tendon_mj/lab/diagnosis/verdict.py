@@ -30,6 +30,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from tendon_mj.lab.diagnosis.data import SMALLEST_EXCESS as SMALLEST_EXCESS
 from tendon_mj.lab.diagnosis.data import Problem, by_recording
 from tendon_mj.lab.recordings import Recording, noise_of_repeats
 from tendon_mj.lab.replay import Simulates, column_unit
@@ -37,7 +38,6 @@ from tendon_mj.typing import FloatArray
 
 Verdict = Literal["named", "parameter", "partly", "nothing missing", "undetermined", "unknown"]
 
-SMALLEST_EXCESS = 0.2  # 0.45 noise rms: less is not worth a name
 _CERTAIN = 0.99  # probability with which rests of a right model leave less
 STANDARD_ERRORS = 2.0  # of a gain in χ²: less may be chance
 CLOSED = 0.985  # of the rms error above noise: a model that closes less does not explain it
@@ -49,10 +49,9 @@ _SHARE = 0.05, 0.1  # of the remaining excess, that an effect has to gain; acros
 
 _SAME_DRIVE = 0.01  # of its range, rms difference
 _SAME_TIME = 1e-3  # of the duration
-_MORE = 1.05  # times the noise
+ABOVE_NOISE = 1.05  # times the noise, or the error before: less is neglected
 NOISE, NOISE_AND_REPRODUCIBILITY = "noise", "noise and reproducibility"
 LARGEST_EXCESS: Final = 8.0  # excess χ² (3 rms), above which no model is proven
-_WORSE = 1.05  # times the error before, from which a signal got worse
 
 
 def detection_limit(
@@ -197,7 +196,7 @@ def reproducibility(problem: Problem, residual: FloatArray) -> dict[str, float]:
     for column in dict.fromkeys(column for _, column, _ in problem.signals):
         deviation = estimates.get(column, 0.0)
         noise = min(levels[column] for levels in problem.noise if column in levels)
-        deviations[column] = deviation if np.hypot(1.0, deviation / noise) > _MORE else 0.0
+        deviations[column] = deviation if np.hypot(1.0, deviation / noise) > ABOVE_NOISE else 0.0
     return deviations
 
 
@@ -373,5 +372,5 @@ def decide(evidence: Evidence) -> Verdict:
     closed = errors.reducible_closed >= CLOSED or evidence.remaining <= evidence.limit
     if closed and evidence.remaining <= evidence.largest:
         return "named" if "missing" in evidence.kinds else "parameter"
-    worse = any(a > _WORSE * max(before, bar) for before, a, bar in errors.signals.values())
+    worse = any(a > ABOVE_NOISE * max(before, bar) for before, a, bar in errors.signals.values())
     return "partly" if errors.reducible_closed >= PART and not worse else "unknown"

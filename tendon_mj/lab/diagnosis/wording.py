@@ -10,6 +10,7 @@ from typing import Final
 from tendon_mj.lab.data_check import FORCES, tells_force
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, ShiftTerm, Term, element
 from tendon_mj.lab.diagnosis.result import Alternative, Diagnosis, Finding, Value
+from tendon_mj.lab.diagnosis.verdict import ABOVE_NOISE as ABOVE_NOISE
 from tendon_mj.lab.diagnosis.verdict import CLOSED, NOISE, PART, ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.replay import (
     Parameter,
@@ -38,7 +39,6 @@ _SLIPS = (
 )
 _TOO_SMALL = 0.7  # error [noise]: a smaller one means that the noise is stated too large
 _COARSE = 1.5  # error over the extrapolated one, from which the model's step is too long
-ABOVE_NOISE = 1.05  # error [noise], from which a sentence names the source of the rest
 _SHOWN = 4  # signals in the sentence
 
 # parameter → its name in words, where that is not its identifier

@@ -29,6 +29,8 @@ from scipy.linalg import cho_solve, cholesky
 
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.diagnosis import (
+    CONVERGED,
+    DIFFERENCE,
     SMALLEST_EXCESS,
     Diagnosis,
     Fit,
@@ -66,15 +68,12 @@ from tendon_mj.lab.replay import (
 )
 from tendon_mj.typing import BoolArray, FloatArray
 
-_EVALUATIONS = 8  # of a fit from where it is nearly done
 _WIDE = 0.5, 5.0  # of the value, and of the probe: an interval wider than both determines little
 _SHRUNK = 0.5, 4  # factor on the way to an end of a profile if that is refuted, and tries
 _FIXED = 1e-6  # of the way: half the range of a term that a profile holds
 _FOLLOWS = 0.5  # of its interval: a number that moves this far along a profile is part of it
-_DIFFERENCE = 1e-2  # of a probe, as in fits
 
 _NAME = "next"
-_SEED = 0
 _SAMPLES, _ADAPTED = 64, 12  # experiments that are simulated; those to which models are fitted
 _ROUNDS, _NEIGHBOURS = 4, 6  # of the refinement, and experiments in each
 _REACH = 0.25, 0.6  # of the cube, of the first round; factor from round to round
@@ -127,7 +126,7 @@ def _rivals(context: SelectionContext, final: FittedCandidate, effect: SelectedE
         ]
         if set(effects) == set(model.fit.effects):
             effects, start = model.fit.effects, [*model.fit.values]
-        fitted = context.fit_model(effects, start, rival, near=model.fit, evaluations=_EVALUATIONS)
+        fitted = context.fit_model(effects, start, rival, near=model.fit, evaluations=CONVERGED)
         made.append(_alternative(rival.label, fitted.fit))
     return tuple(made)
 
@@ -172,7 +171,7 @@ def _end_of_profile(
         calibrated = tuple(terms[: len(fitted.calibrated)])
         effects = [replace(e, terms=tuple(terms[fitted.terms_of(e)])) for e in fitted.effects]
         held = replace(context, calibrated=calibrated).fit_model(
-            effects, start, near=fitted, evaluations=_EVALUATIONS
+            effects, start, near=fitted, evaluations=CONVERGED
         )
         if tied(final, held):
             return held
@@ -222,19 +221,19 @@ class ExperimentSimulations:
         sets = []
         for k, sign in zip(*_steps(alternative), strict=True):
             scaled = fitted.scaled.copy()
-            scaled[k] += sign * _DIFFERENCE
+            scaled[k] += sign * DIFFERENCE
             values = [t.natural(float(z)) for t, z in zip(fitted.terms, scaled, strict=True)]
             sets.append(self._parameters(fitted, np.array(values), experiments))
         stands = self._parameters(fitted, fitted.values, experiments)
         sets += [
-            stands | {t.targets[0]: t.natural(_DIFFERENCE) for t in terms} for terms in own.values()
+            stands | {t.targets[0]: t.natural(DIFFERENCE) for t in terms} for terms in own.values()
         ]
         signs = [*_steps(alternative)[1], *(1.0 for _ in own)]
         moved = self._run(simulate, sets)
         return [
             np.array(
                 [
-                    (row[n].readings - near[n].readings) / (sign * _DIFFERENCE)
+                    (row[n].readings - near[n].readings) / (sign * DIFFERENCE)
                     for row, sign in zip(moved, signs, strict=True)
                 ]
             )
@@ -548,7 +547,7 @@ class _Search:
         """Sample, fit the alternatives to each other where they differ most, and refine."""
         share = min(1.0, _ALTERNATIVES / len(self.alternatives))
         count = 2 ** int(np.log2(_SAMPLES * share))
-        sobol = scipy.stats.qmc.Sobol(self.family.dimensions, seed=_SEED)
+        sobol = scipy.stats.qmc.Sobol(self.family.dimensions, seed=0)
         tried = self._simulate(sobol.random(count), "simulate experiments")
         best_first = max(4, int(_ADAPTED * share))
         every = np.ones(len(self.pairs), bool)
@@ -566,7 +565,7 @@ class _Search:
 
     def _refine(self, best: _Tried, counts: BoolArray) -> _Tried:
         """Try neighbours of the best, ever nearer, with motions of the same shapes."""
-        random, reach = np.random.default_rng(_SEED), _REACH[0]
+        random, reach = np.random.default_rng(0), _REACH[0]
         label = "refine the best"
         for k in range(_ROUNDS):
             self.progress(label, k, _ROUNDS)

@@ -31,6 +31,7 @@ from itertools import combinations
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 
 from tendon_mj.lab.fleet.observation import SINGULAR, Label, Observation, inverse
@@ -41,7 +42,6 @@ Shape = Literal["step", "ramp", "there and back", "varying"]
 
 SIGNIFICANT = 5.0  # standard deviations; among 10⁴ numbers and days one of 4.5 is to be expected
 LEAST_DAYS = 2  # recordings on either side of a change
-_GAUSS = 0.6744897501960817  # median |x| of a standard normal variable
 _NEAR = 0.6  # of the best gain, for a number to be looked at more closely
 _MOST = 6  # numbers looked at more closely
 _CLEARER = 9.0  # by which a ramp leaves less than a step [variances]
@@ -102,11 +102,11 @@ def daily_deviations(observations: Sequence[Observation]) -> dict[Label, float]:
         for k, number in enumerate(rig.numbers):
             differences.setdefault(number.label, []).append(steps[:, k])
             floors.setdefault(number.label, []).append(float(floor[k]))
-    spreads = {}
+    spreads, median = {}, scipy.stats.norm.ppf(0.75)  # of |x| of a standard normal variable
     for label, parts in differences.items():
         every = np.concatenate(parts)
         every = np.abs(every[np.isfinite(every)])
-        spread = float(np.median(every)) / _GAUSS if every.size else np.inf
+        spread = float(np.median(every) / median) if every.size else np.inf
         spreads[label] = max(spread, float(np.median(floors[label])))
     return spreads
 

@@ -25,6 +25,8 @@ import numpy as np
 
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import (
+    CONVERGED,
+    STANDARD_ERRORS,
     Fit,
     Problem,
     Term,
@@ -47,13 +49,9 @@ from tendon_mj.typing import BoolArray, FloatArray
 
 Label = tuple[str, str, tuple[float, ...]]  # identifier, name, shape
 
-_CONVERGED, _AGAIN = 25, 2  # evaluations, from anywhere and from where a fit ended
-_INVISIBLE = 1e-8  # mean square of a derivative [noise per probe] that counts as 0
 SINGULAR = 1e-10  # relative eigenvalue below which a direction is left alone
 _PARTS = 8  # of a recording
-_DAILY = 6  # evaluations, from near the best values
 _NOTABLE = 0.01  # of the residual of the better one, likewise
-_RESOLVED = 2.0  # standard errors of the mean, by which two explanations differ
 
 
 @dataclass(frozen=True)
@@ -144,8 +142,8 @@ def calibrate(
     problem = with_step(own, search_step(own))
     base = dict(system.values)
     inert = [term.inert for term in terms]
-    begin, most = (inert, _CONVERGED) if start is None else (start, _AGAIN)
-    fitted = fit(problem, base, terms, (), np.asarray(begin, float), evaluations=most)
+    begin = np.asarray(inert if start is None else start, float)
+    fitted = fit(problem, base, terms, (), begin, evaluations=CONVERGED)
     watched = [
         Watched(_number(term), term, (), float(value))
         for term, value in zip(terms, fitted.values, strict=True)
@@ -172,8 +170,7 @@ def observe(recordings: Sequence[Recording], model: mujoco.MjModel) -> Observati
     count = len(uncertain)
     slopes = [fitted.jacobian[:, k] for k in uncertain]
     slopes += [_derivative(rig, number) for number in rig.watched[count:]]
-    visible = [float(slope @ slope) >= _INVISIBLE * slope.size for slope in slopes]
-    seen = [k for k in range(len(slopes)) if k < count or visible[k]]
+    seen = [k for k, slope in enumerate(slopes) if k < count or slope.any()]
     matrix = np.column_stack([slopes[k] for k in seen])
     watched = [rig.watched[k] for k in seen]
     parts = [
@@ -323,7 +320,6 @@ def _series(
         (),
         np.array([*(x for _, x in kept), *watched.number.shape, *daily]),
         correction=rig.fit.correction,
-        evaluations=_DAILY,
     )
     square = mean_squares(fitted.residual, rig.problem)
     slopes = fitted.jacobian[:, -count:]
@@ -375,7 +371,9 @@ def explanation(ranked: Sequence[NumberSeries]) -> tuple[NumberSeries, list[Numb
     for other in rest:
         less = other.square - best.square
         error = float(np.std(less, ddof=1)) / np.sqrt(less.size)
-        if not float(less.mean()) > max(_RESOLVED * error, _NOTABLE * float(best.square.mean())):
+        if not float(less.mean()) > max(
+            STANDARD_ERRORS * error, _NOTABLE * float(best.square.mean())
+        ):
             alike.append(other)
     first = min(alike, key=lambda series: bool(series.number.identifier))  # else the first
     return first, [other for other in alike if other is not first]

@@ -27,7 +27,7 @@ import scipy
 
 from tendon_mj.lab.data_check import timing_warnings
 from tendon_mj.lab.diagnosis import CATALOGUE
-from tendon_mj.lab.fleet.changes import LEAST_DAYS, Change
+from tendon_mj.lab.fleet.changes import LEAST_DAYS, SIGNIFICANT, Change
 from tendon_mj.lab.fleet.observation import NumberSeries
 from tendon_mj.lab.fleet.rigs import stamp
 from tendon_mj.lab.recordings import Recording
@@ -35,9 +35,7 @@ from tendon_mj.lab.replay import engineering_unit, plain, quantity
 from tendon_mj.models import model_digest
 
 FEWEST = 5  # rigs, for a spread between them
-DIFFERENT = 5.0  # standard deviations
 MISFIT = "misfit"  # in place of a parameter's name [noise]
-_LARGER = 2.0  # times the median
 
 _RigVerdict = Literal[
     "changed", "differs", "consistent with the fleet", "unchanged", "not judged", "failed"
@@ -46,7 +44,7 @@ _RigVerdict = Literal[
 ILL = 3.0  # misfit of the median rig [noise], above which the model does not describe the data
 _GAP = 2.0  # times the usual time between two recordings, above which the day is not known
 _SHARE = 0.5  # of the sum of squares, above which one recording is odd
-_ABOVE = 2.0  # times the median residual of the rigs, above which a residual is reported
+_ABOVE = 2.0  # times that of the median rig, above which a residual is reported
 _FEWEST = 3  # recordings, for one of them to be odd
 
 
@@ -93,7 +91,7 @@ def rig_differences(
         expected = float(np.hypot(spread.between, errors[rig]))
         side = np.sign(value - spread.median)
         away = min(side * (x - spread.median) for x in [value, *one_out.get(rig, ())])
-        if away > DIFFERENT * expected:
+        if away > SIGNIFICANT * expected:
             ratio = away / expected if expected > 0.0 else np.inf
             outliers[rig] = RigDifference(name, value, spread, float(ratio))
     return outliers
@@ -107,7 +105,7 @@ def larger_misfits(
     spread = spread_between(misfits, errors)
     outliers = rig_differences(MISFIT, misfits, errors, spread, one_out)
     least = {rig: min([misfits[rig], *one_out.get(rig, ())]) for rig in outliers}
-    return {rig: one for rig, one in outliers.items() if least[rig] > _LARGER * spread.median}
+    return {rig: one for rig, one in outliers.items() if least[rig] > _ABOVE * spread.median}
 
 
 def kind(recording: Recording, model: mujoco.MjModel) -> dict[str, str]:

@@ -57,11 +57,6 @@ def test_twenty_rests_are_enough_in_all_recordings_and_ten_to_prove() -> None:
             check_recordings(train, held_out)
 
 
-def test_as_few_samples_of_a_motion_are_refused_and_the_way_out_is_said() -> None:
-    with refusing(RecordingError, "'points_1': 24 samples", "quasi_static = true"):
-        check_recordings([points(24, settling_time=None)], [])
-
-
 def test_rests_without_a_noise_need_repeats() -> None:
     check_recordings([points(24, noise=None)], [])
     made = points(24, noise=None)

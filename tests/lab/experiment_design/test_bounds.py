@@ -159,3 +159,22 @@ def test_a_rest_lasts_as_long_as_it_says() -> None:
     rests = np.diff(turns)[::2] * INTERVAL
     assert motion.dwell == 0.5
     np.testing.assert_allclose(rests[rests > 0.1], 0.5, atol=3 * INTERVAL)
+
+
+@pytest.mark.parametrize(("shape", "rests"), [("ramps", 6), ("stairs", 12), ("growing", 12)])
+def test_the_numbers_of_a_motion_end_where_it_reverses_too_seldom_or_too_fast(
+    shape: str, rests: int
+) -> None:
+    def at(*numbers: float):
+        first = (SHAPES.index(shape) + 0.5) / len(SHAPES)
+        bounds = DriveBounds(0.0, 1.0, 1e3, 1e3)
+        return motion_at(np.array([first, *numbers]), bounds, 0.0, 8.0, INTERVAL)
+
+    slow, fast = at(0.0, 0.0, 0.0, 0.25), at(1.0, 0.0, 1.0, 1.0)
+    assert slow.high - slow.low == pytest.approx(0.1), "of the range, at least"
+    assert 4.0 * 0.1 / slow.rate == pytest.approx(4.0), "to and fro and to in half of the time"
+    assert (fast.high - fast.low) / fast.rate == pytest.approx(4.0 * INTERVAL, rel=0.01)
+    assert fast.dwell == pytest.approx(8.0 / rests, rel=0.01)
+    assert slow.dwell == 0.0 < at(0.0, 0.0, 0.0, 0.35).dwell
+    levels = {"ramps": 2, "stairs": 5, "growing": 8}
+    assert len({*fast._levels()}) == levels[shape]

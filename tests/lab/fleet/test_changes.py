@@ -10,7 +10,13 @@ from hypothesis import strategies as st
 
 from tendon_mj.lab.fleet.changes import daily_deviations, find_change, suspects, templates
 from tendon_mj.lab.fleet.observation import Number, NumberSeries, Observation, explanation, one_out
-from tendon_mj.lab.fleet.result import larger_misfits, rig_differences, spread_between
+from tendon_mj.lab.fleet.result import (
+    larger_misfits,
+    odd_day,
+    remaining,
+    rig_differences,
+    spread_between,
+)
 
 DAYS = 10
 DATES = [datetime(2026, 3, 1) + timedelta(days=k) for k in range(DAYS)]
@@ -276,3 +282,65 @@ def test_what_leaves_more_in_one_recording_alone_is_a_rival():
     play = series("sheath.backlash", "backlash", [1.0, 1.0, 1.0, 1.0])
     creep = series("sheath.creep", "creep", [0.9, 1.0, 1.0, 2.0])
     assert explanation([play, creep]) == (play, [creep])
+
+
+AFTER = np.arange(DAYS) >= 5
+SIGNS = (-1.0) ** np.arange(DAYS)
+RAMP = np.clip((np.arange(DAYS) - 2.0) / 7.0, 0.0, 1.0)
+
+
+def found_in(normal, gradient, shared=0):
+    """Suspects among numbers of a standard deviation of 1, by (days, w, w) A and (days, w) b."""
+    numbers = tuple(Number(f"e.{k}", f"{k}", "-", 1.0) for k in range(gradient.shape[1]))
+    nothing, ones = np.zeros(shared), np.ones(DAYS)
+    made = Observation(numbers, shared, nothing, nothing, nothing, ones, ones, normal, gradient)
+    return suspects(made, DATES, {number.label: 1.0 for number in numbers})
+
+
+def stepping(*sizes):
+    """Suspects among numbers that step by so many standard errors."""
+    gradient = -np.outer(AFTER, sizes) / np.sqrt(DAYS / 4.0)
+    return found_in(np.tile(np.eye(len(sizes)), (DAYS, 1, 1)), gradient)
+
+
+def parallel_but_for(share):
+    """Suspects where what a number explains is that of a fitted one but for a share of it."""
+    alike = np.sqrt(1.0 - share)
+    normal = AFTER[:, None, None] * np.array([[1.0, alike], [alike, 1.0]])
+    return found_in(normal, -1e-3 * np.outer(AFTER, [0.0, 1.0]), shared=1)
+
+
+def course(values, deviation=1.0):
+    return find_change(DATES, values, np.full(DAYS, deviation)).course
+
+
+def left_by_a_step():
+    """Sum of squares that the best step leaves of a ramp."""
+    steps = [np.column_stack([np.ones(DAYS), np.arange(DAYS) >= k]) for k in range(2, DAYS - 1)]
+    return min(float(np.linalg.lstsq(step, RAMP, rcond=None)[1][0]) for step in steps)
+
+
+EDGES = {
+    "a change": (stepping, 4.0, 6.0),
+    "near the best": (lambda share: len(stepping(9.0, 9.0 * share**0.5)) == 2, 0.5, 0.7),
+    "numbers": (lambda count: len(stepping(*[9.0] * count)) < count, 6, 7),
+    "a direction of its own": (parallel_but_for, 0.7e-10, 1.4e-10),
+    "a ramp": (lambda less: course(RAMP, (left_by_a_step() / less) ** 0.5) == "ramp", 7.0, 11.0),
+    "scatter": (lambda rms: course(rms * SIGNS) == "varying", 2.7, 3.9),
+    "a curve": (lambda rms: course(AFTER + rms * SIGNS, 1e-3) == "varying", 0.12, 0.2),
+    "explains less": (
+        lambda more: not explanation([series("a", "", [1.0] * 3), series("b", "", [more] * 3)])[1],
+        1.007,
+        1.013,
+    ),
+    "few recordings": (lambda n: odd_day(DATES[:n], [64.0, *[1.0] * (n - 1)], 1.1), 2, 3),
+    "an odd day": (lambda s: odd_day(DATES, [9.0 * s / (1.0 - s), *[1.0] * 9], 0.1), 0.4, 0.6),
+    "what remains": (lambda times: remaining(times, 1.0), 1.7, 2.4),
+}
+
+
+@pytest.mark.parametrize("what", EDGES)
+def test_it_counts_from_a_threshold_on(what):
+    counts, within, beyond = EDGES[what]
+    assert not counts(within)
+    assert counts(beyond)

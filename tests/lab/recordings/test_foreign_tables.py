@@ -261,6 +261,13 @@ def test_dates_and_times_since_1970_count_from_the_first_row(
     assert recording.time[0] == 0.0
 
 
+def test_a_clock_of_three_years_is_a_date(tmp_path: Path) -> None:
+    for first, dated in ((0.8e8, False), (1.2e8, True)):
+        table = {"t": first + TIME, "reel_m": REEL, "pull_N": PULL}
+        recording = read(tmp_path, csv(table), '[columns]\ntime_s = "t"\n')
+        assert (recording.time[0] == 0.0) == dated
+
+
 def test_dates_of_parquet_are_read_as_those_of_a_csv(tmp_path: Path) -> None:
     for dates in (DATES, DATES.astype("M8[us]"), DATES - DATES[0], [str(date) for date in DATES]):
         path = parquet(tmp_path / "r.parquet", when=dates, reel_m=REEL, pull_N=PULL)

@@ -66,13 +66,11 @@ def test_the_flicker_of_an_encoder_is_no_motion(step: float) -> None:
     assert abs(np.mean((freed - place)[steady])) < 0.05 * step
 
 
-def test_a_drive_that_does_not_flicker_or_has_few_levels_is_left_as_it_is() -> None:
+def test_a_drive_that_does_not_flicker_is_left_as_it_is() -> None:
     ramps = np.interp(TIME, [0.0, 4.0, 8.0, 10.0], [0.0, 1.0, -1.0, 0.0])
     assert least_motion(ramps) is ramps
     rounded = np.round(ramps, 3)
     assert least_motion(rounded) is rounded
-    few = read_by_encoder(ramps, 2.0 / 90.0)
-    assert least_motion(few) is few
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -150,7 +148,7 @@ def test_rows_are_samples_of_a_motion_unless_they_are_said_to_be_rests() -> None
         assert (described.quasi_static, described.settling_time) == (False, None)
     described = parse_toml(HEAD + "[timing]\nquasi_static = true\n", "a.toml")[0]
     assert described.quasi_static
-    assert described.settling_time > 0.0
+    assert described.settling_time == 10.0
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ of one model it is a *candidate*: terms to be fitted, each of which writes simul
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, get_args
@@ -15,7 +16,7 @@ from tendon_mj.errors import UnknownNameError
 from tendon_mj.lab.replay import Readout, recording_of, value_in
 
 EffectKind = Literal["missing", "parameter"]
-_LARGEST_LOGARITHM = 700.0
+_LARGEST_LOGARITHM = math.log(sys.float_info.max)
 
 
 @dataclass(frozen=True)
