@@ -258,6 +258,7 @@ def series(name, identifier, square):
         probe=0.1,
         values=np.ones(square.size),
         errors=np.ones(square.size),
+        errors_of_parts=np.ones(square.size),
         square=square,
         range=np.array([0.0, 2.0]),
         others={},

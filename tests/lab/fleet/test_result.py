@@ -32,6 +32,7 @@ def sentence(values, dates=DATES):
         probe=0.01,
         values=values,
         errors=np.full(values.size, 1e-3),
+        errors_of_parts=np.full(values.size, 1e-3),
         square=np.ones(values.size),
         range=np.array([0.0, 1.0]),
         others={},
