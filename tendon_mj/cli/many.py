@@ -274,7 +274,10 @@ def changes(
     before, after = ([read_one(p, description, model, None) for p in paths] for paths in states)
     if not (before and after):
         raise RecordingError(f"changes needs recordings in both {old} and {new}")
-    compared = compare_states(before, after, load_recorded(before[0]), reproducibility)
+    with progress_bar() as progress:
+        progress("compare", 0, 1)
+        compared = compare_states(before, after, load_recorded(before[0]), reproducibility)
+        progress("compare", 1, 1)
     output.result(compared.result())
     output.close(compared.sentence)
     return compared.result()
