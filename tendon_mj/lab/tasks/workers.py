@@ -2,6 +2,11 @@
 
 Results are stored as they arrive, by the caller alone: a run that was ended goes on where it was.
 Where it runs changes no number, so a worker with other versions is refused.
+
+`joblib.Parallel` (1.6) does not hold this. With one job it computes in the caller, with its number
+of threads. It sends tasks ahead of a caller that is slow to store results, and when a worker dies
+it loses the results that the caller has not been given yet. Its processes outlive a caller that is
+killed. On Dask it waits for ever for a task that killed as many workers as Dask allows.
 """
 
 from __future__ import annotations
