@@ -55,7 +55,7 @@ def main(settings: Settings) -> None:
         for k in sorted(rng.permutation(len(pairs))[: settings.pairs]):
             old, new = ([r for r in [data.recordings[i]] if r] for i in pairs[k])
             found = compare_states(old, new, data.model)
-            names = [one.parameter for one in (found.changed, *found.rivals) if one]
+            names = [one.parameter for one in (found.series, *found.rivals) if found.changed]
             wanted = true and true["parameter"]
             rows.append(
                 {

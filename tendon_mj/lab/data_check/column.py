@@ -62,6 +62,16 @@ class Column:
         return self.recording.measured[self.name].sensor
 
     @cached_property
+    def correlation(self) -> float:
+        """Correlation with the model, 0 where one stands; outliers would be all that counts."""
+        if stands(self.read) or stands(self.model):
+            return 0.0
+        read, model = (
+            np.clip(s, *inner(s)) if np.ptp(inner(s)) else s for s in (self.read, self.model)
+        )
+        return float(np.corrcoef(read, model)[0, 1])
+
+    @cached_property
     def step(self) -> float:
         """Step in which it is quantised; 0 if it is not."""
         return resolution(self.read)

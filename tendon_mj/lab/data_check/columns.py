@@ -14,7 +14,6 @@ from tendon_mj.lab.data_check.column import (
     Column,
     a_step,
     columns_of,
-    inner,
     median_around,
     more,
     stands,
@@ -396,16 +395,8 @@ def _unit(column: Column) -> DataWarning | None:
     )
 
 
-def _correlation(column: Column) -> float:
-    """Correlation with the model without outliers, which would be all that counts."""
-    read, model = (
-        np.clip(s, *inner(s)) if np.ptp(inner(s)) else s for s in (column.read, column.model)
-    )
-    return float(np.corrcoef(read, model)[0, 1])
-
-
 def _sign(column: Column) -> DataWarning | None:
-    correlation = _correlation(column)
+    correlation = column.correlation
     if correlation > -limits.ALIKE_IN_SHAPE:
         return None
     return column.warn(
@@ -424,7 +415,7 @@ def _diameter(column: Column) -> DataWarning | None:
     times, about = max(span / simulated, simulated / span), 1.0 + limits.SIMILAR
     if column.unit not in ("rad", "m") or not 2.0 / about < times < 2.0 * about:
         return None
-    if _correlation(column) <= limits.SAME_SHAPE:
+    if column.correlation <= limits.SAME_SHAPE:
         return None
     moves, model, much = column.say(span), column.say(simulated), "much"
     if span > simulated:
@@ -439,7 +430,7 @@ def _diameter(column: Column) -> DataWarning | None:
 
 def _unlike(column: Column) -> DataWarning | None:
     """A motion, well above noise, that has little in common with the model's."""
-    correlation, (span, simulated) = _correlation(column), _ranges(column)
+    correlation, (span, simulated) = column.correlation, _ranges(column)
     if correlation >= limits.ALIKE_IN_SHAPE or min(span, simulated) < limits.CLEAR * column.noise:
         return None
     return column.warn(
@@ -447,7 +438,7 @@ def _unlike(column: Column) -> DataWarning | None:
         f"moves by {column.say(span)} and the model by {column.say(simulated)}, but otherwise:"
         f" correlation {correlation:.2f} with sensor {column.sensor!r}",
         "is it the column of this sensor, and [drive] that of this actuator; are the model's"
-        " masses, joints and springs those of the rig? The picture shows both",
+        " masses, joints and springs those of the rig? Much play and a late sensor do this too",
     )
 
 

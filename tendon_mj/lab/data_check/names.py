@@ -68,15 +68,14 @@ def _misfit(
     return float(np.minimum(errors, in_degrees).mean()), turned
 
 
-def _errors(recording: Recording, simulated: Recording, names: Sequence[str]) -> FloatArray:
-    """The rms error of each of some measured columns over its range."""
-    return np.array(
-        [
-            np.sqrt(np.mean((recording.columns[c] - simulated.columns[c]) ** 2))
-            / (np.ptp(recording.columns[c]) or 1.0)
-            for c in names
-        ]
-    )
+def _errors(
+    recording: Recording, simulated: Recording, names: Sequence[str], *, zeros: bool = True
+) -> FloatArray:
+    """The rms error of each of some measured columns over its range, with the zeros or without."""
+    errors = [recording.columns[c] - simulated.columns[c] for c in names]
+    ranges = [np.ptp(recording.columns[c]) or 1.0 for c in names]
+    sizes = [np.sqrt(np.mean(e**2)) if zeros else np.std(e) for e in errors]
+    return np.array(sizes) / ranges
 
 
 def exchange_warnings(
@@ -86,14 +85,19 @@ def exchange_warnings(
 ) -> Iterator[DataWarning]:
     """Warn of two columns of a unit that fit the model much better in each other's place.
 
-    A driven column takes part if there is one only.
+    Motions count, whatever their zeros. A driven column takes part if there is one only. Nothing is
+    said if all other readings run against the model: then the drive does.
     """
-    columns = columns_of(recording)
+    columns = columns_of(recording, simulated)
+    against = {c.name for c in columns if not c.driven and c.correlation < -limits.ALIKE_IN_SHAPE}
     far = _misfit(recording, simulated, set())[0] > limits.LITTLE
     alone = len(recording.drive) == 1
     for first, second in combinations(columns, 2):
         driven = first.driven or second.driven
         if first.unit != second.unit or (driven and not (alone and far)):
+            continue
+        others = recording.measured.keys() - {first.name, second.name}
+        if others and others <= against:
             continue
         read = {first.name: second.read, second.name: first.read}
         other = replace(recording, columns={**recording.columns, **read})
@@ -102,14 +106,16 @@ def exchange_warnings(
             continue
         judged = [c.name for c in columns if not c.driven and (driven or c.name in read)]
         before, after = (
-            float(_errors(r, s, judged).mean()) for r, s in ((recording, simulated), (other, shown))
+            float(_errors(r, s, judged, zeros=False).mean())
+            for r, s in ((recording, simulated), (other, shown))
         )
-        if before > limits.LITTLE and after < min(limits.SIMILAR, before / 2.0):
+        if before > limits.LITTLE and after < min(limits.SIMILAR, before / limits.NEARER):
             nearer = f"{before / after:.0f} times nearer" if after else "nearer"
             yield first.warn(
                 "exchanged",
                 f"the model comes {nearer} to the"
                 f" readings if this column and {recording.written(second.name)!r} change places",
-                "if their names are exchanged in the file, exchange them in the description",
+                "if their names are exchanged in the file, exchange them in the description; a"
+                " drive with the other sign does this to two cables that pull against each other",
                 blocks=True,
             )

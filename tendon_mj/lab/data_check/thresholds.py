@@ -13,6 +13,7 @@ ROUNDING: Final = 1e-6  # of a size
 SIGMAS: Final = 3.0  # standard deviations that are no noise, of a series
 CLEAR: Final = 8.0  # the same of a single sample among all
 ALIKE: Final = 1.3  # ratio of two rms errors that may be the same
+NEARER: Final = 3.0  # ratio of two errors, from which on columns are exchanged
 BETTER: Final = 0.25  # of the power of an error, which a better explanation leaves at most
 VISIBLE: Final = math.sqrt(1.1**2 - 1.0)  # noises that leave a diagnosis more than 1.1 of them
 OVERSTATED: Final = 10.0  # times the noise from sample to sample; slow noise is several times it

@@ -42,15 +42,17 @@ REPRODUCIBILITY = 0.01  # share of itself by which a number comes back, unless s
 class StatesCompared:
     """Two states of a rig: the number that changed, or how small a change would have been found."""
 
-    changed: NumberSeries | None  # recording by recording, the old ones first; None without one
+    # recording by recording, the old ones first; without a change the one that explains most
+    series: NumberSeries
+    changed: bool
     rivals: Sequence[NumberSeries]  # others of which a change explains the recordings as well
-    before: float  # of the number that changed [its unit]
+    before: float  # of that number [its unit]
     after: float
     significance: float  # the change over its standard error
     # name and unit of each uncertain parameter → the least change that would have been found
     least: dict[tuple[str, str], float]
     misfit: float  # rms residual of the calibrated model, without the change [noise]
-    left: float  # with it
+    left: float  # with it, or without where none was found
 
     @property
     def sentence(self) -> str:
@@ -61,39 +63,41 @@ class StatesCompared:
                 f" The model leaves {self.left:.2g} times the noise in both states; run tendon-mj"
                 " diagnose on one of them."
             )
-        if self.changed is None:
-            seen = (
+        before, after = in_one_unit([self.before, self.after], self.series.unit)
+        if not self.changed:
+            seen = [
                 f"{name} by {in_one_unit([size], unit)[0]}"
                 for (name, unit), size in self.least.items()
+            ]
+            found = f" One of {', or of '.join(seen)} would have been." if seen else ""
+            return (
+                f"No change was found. What explains most is {label(self.series)}"
+                f" {before} → {after}, {self.significance:.2g} standard errors, of"
+                f" {SIGNIFICANT:g} that are asked.{found}{warning}"
             )
-            return f"No change was found. One of {', or of '.join(seen)} would have been.{warning}"
-        before, after = in_one_unit([self.before, self.after], self.changed.unit)
         also = f", or as well {', or '.join(map(label, self.rivals))}" if self.rivals else ""
         return (
-            f"Changed: {label(self.changed)} {before} → {after},"
+            f"Changed: {label(self.series)} {before} → {after},"
             f" {self.significance:.2g} standard errors{also}.{warning}"
         )
 
     def result(self) -> dict[str, object]:
         """Plain numbers and words, as in `result.json`."""
-        series = self.changed
+        series = self.series
         return {
             "sentence": self.sentence,
-            "changed": None
-            if series is None
-            else {
-                "parameter": series.parameter,
-                "effect": series.number.identifier,
-                "unit": series.unit,
-                "before": self.before,
-                "after": self.after,
-                "significance": self.significance,
-                "values": series.values.tolist(),
-                "errors": series.errors.tolist(),
-                "rivals": [
-                    {"parameter": r.parameter, "effect": r.number.identifier} for r in self.rivals
-                ],
-            },
+            "changed": self.changed,
+            "parameter": series.parameter,
+            "effect": series.number.identifier,
+            "unit": series.unit,
+            "before": self.before,
+            "after": self.after,
+            "significance": self.significance,
+            "values": series.values.tolist(),
+            "errors": series.errors.tolist(),
+            "rivals": [
+                {"parameter": r.parameter, "effect": r.number.identifier} for r in self.rivals
+            ],
             "least": {name: size for (name, _), size in self.least.items()},
             "misfit": self.misfit,
             "left": self.left,
@@ -117,15 +121,23 @@ def compare_states(
 
     Raises:
         InvalidValueError: a reproducibility that is negative or not finite.
-        RecordingError: a recording cannot be calibrated with the others.
+        RecordingError: a recording cannot be calibrated with the others, or its [known] differs
+            from theirs.
     """
     if not 0.0 <= reproducibility < np.inf:
         raise InvalidValueError(f"reproducibility = {reproducibility:g} must be 0 or more")
     named = [
-        replace(recording, name=f"{state} {k + 1}")
+        replace(recording, name=f"{state} {k + 1} ({recording.name})")
         for state, recordings in (("old", old), ("new", new))
         for k, recording in enumerate(recordings)
     ]
+    for one in named[1:]:
+        if other := dict(one.known.items() ^ named[0].known.items()):
+            raise RecordingError(
+                f"recordings {named[0].name!r} and {one.name!r} differ in [known]"
+                f" {', '.join(sorted(other))}, which would be taken for a change of the rig; give"
+                " one description for all"
+            )
     if faults := list(filter(None, usable(RigData([*named], [""] * len(named), model)))):
         raise RecordingError("\n".join(faults))
     observation = observe(named, model)
@@ -150,7 +162,8 @@ def compare_states(
     significance = abs(after - before) / errors[first.parameter]
     found = significance >= SIGNIFICANT
     return StatesCompared(
-        changed=first if found else None,
+        series=first,
+        changed=found,
         rivals=[one for one in alike if one is not first] if found else (),
         before=before,
         after=after,

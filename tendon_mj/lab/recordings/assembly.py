@@ -19,6 +19,8 @@ from tendon_mj.errors import RecordingError, TendonWarning, unknown
 from tendon_mj.lab.recordings.description import UNSAID, Source, TableLayout
 from tendon_mj.lab.recordings.units import (
     CURRENT,
+    FOREIGN,
+    FOREIGN_TIME,
     LARGEST,
     OF_CURRENT,
     TIME,
@@ -580,7 +582,9 @@ class _Names:
         Numbers grow from row to row; of several such columns it is one that is named as a clock.
         """
         sample = self.table.sample
-        free = [n for n in self.table.names if n not in {*self.described, *used, *self._texts}]
+        free = [
+            n for n in self.table.names if n and n not in {*self.described, *used, *self._texts}
+        ]
         cells = Columns()
         with suppress(RecordingError):
             cells, _ = self.table.read(dict.fromkeys(free, False), "")
@@ -621,6 +625,13 @@ def in_its_unit(column: str, source: Source, theirs: str) -> tuple[Source, str]:
     ours = claimed_unit(column)
     if CURRENT.search(source.column) and source.factor == 1.0:
         return source, f"{source.column!r} is a current; {OF_CURRENT}"
+    if not source.unit and source.factor == 1.0 and theirs not in UNIT_FACTORS:
+        foreign = FOREIGN_TIME if column in TIMES else FOREIGN
+        if stated := foreign.search(source.column):
+            return source, (
+                f"{source.column!r} is in {stated[1]!r}, which is not a unit that is read; say"
+                f" factor = …, {ours[1:]} for one of it, or unit = …"
+            )
     if source.unit or theirs not in UNIT_FACTORS or theirs == ours:
         return source, ""
     alike = UNIT_FACTORS[ours][0] == UNIT_FACTORS[theirs][0]

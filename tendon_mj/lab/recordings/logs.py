@@ -20,6 +20,17 @@ from tendon_mj.typing import FloatArray
 
 # types of ROS whose definitions say that they are in SI
 _IN_SI = ("geometry_msgs/", "sensor_msgs/msg/JointState", "sensor_msgs/msg/Imu")
+# what their fields are in
+_SI = {
+    "position": ("_rad", "_m"),
+    "velocity": ("_rad_per_s", "_m_per_s"),
+    "effort": ("_Nm", "_N"),
+    "force": ("_N",),
+    "torque": ("_Nm",),
+    "angular_velocity": ("_rad_per_s",),
+    "angular": ("_rad_per_s",),
+    "linear": ("_m_per_s",),
+}
 # topic, time at which it was logged [ns], type, and what decodes it
 _Message = tuple[str, int, str, Callable[[], Any]]
 
@@ -82,8 +93,12 @@ def _read_series(
             except RecordingError as error:
                 faults.setdefault(column, str(error))
             if kind.startswith(_IN_SI) and len(times[topic]) == 1:
-                si = UNIT_FACTORS[claimed_unit(column)][0]
-                sources[column], fault = in_its_unit(column, topics[column], si)
+                si, fault = UNIT_FACTORS[claimed_unit(column)][0], ""
+                are = next((_SI[part] for part in field.split(".") if part in _SI), (si,))
+                if topics[column].factor == 1.0 and not topics[column].unit and si not in are:
+                    fault = f"field {field!r} of {kind} is in {' or '.join(u[1:] for u in are)}"
+                else:
+                    sources[column], fault = in_its_unit(column, topics[column], si)
                 faults |= {column: f"{here}, for {column!r}: {fault}"} if fault else {}
     missing = [name for name in sorted(columns) if name not in there]
     lines = [f"{path}, [columns]: {unknown('topic', name, there)}" for name in missing]

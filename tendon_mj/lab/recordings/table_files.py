@@ -153,6 +153,11 @@ def _decimal(path: Path, text: str) -> str:
             f"{path}: {numbers[0]!r} has a comma for decimals or for thousands; write such numbers"
             " with a point, or without commas"
         )
+    if numbers and (more := re.search(r"(?<![\w,.])[1-9]\d{0,2}(?:\.\d{3})+(?![\w.])", text)):
+        raise RecordingError(
+            f"{path}: {more[0]!r} has a point, and {numbers[0]!r} a comma for decimals; write"
+            " numbers without marks between thousands"
+        )
     return "," if numbers else "."
 
 

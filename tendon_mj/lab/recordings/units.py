@@ -67,6 +67,12 @@ OF_CURRENT = (
     "write into [columns] the torque, or the pull of a cable, that one is:"
     ' motor_Nm = { column = "…", factor = … }'
 )
+# units that are not read, in brackets; of a time also behind an underscore
+FOREIGN = re.compile(
+    r"[\[(]\s*(min|minutes?|h|hrs?|hours?|in|ft|lbs?|kg|g|m?V|volts?|counts?|ticks?|steps|psi|bar"
+    r"|[kM]?Pa|MN|%)\s*[\])]\s*$"
+)
+FOREIGN_TIME = re.compile(r"[\W_](min|minutes?|h|hrs?|hours?)\W*$")
 # compound units whole: `rate_deg_per_s` must not pass as seconds
 _CLAIMED = re.compile(r"(?:(?:^|_)[^_]+_per)?_[^_]+$")
 
@@ -162,15 +168,19 @@ def unit_fault(column: str, *, si: bool, elements: Collection[str] = ()) -> str:
 
 def proposed_name(column: str) -> str:
     """A name for a column of another program: its unit as it is spelt here, or ``UNIT`` for it."""
-    stem = re.sub(r"[^0-9A-Za-z]+", "_", column.replace("°", " deg ")).strip("_")
+    for sign, spelt in (("°", " deg "), ("µ", "u"), ("μ", "u")):
+        column = column.replace(sign, spelt)
+    stem = re.sub(r"[^0-9A-Za-z]+", "_", column).strip("_")
     ending = claimed_unit(stem)
     unit = _spelt(ending) if ending != stem else ""
     return stem.removesuffix(ending) + unit if unit else stem + UNIT
 
 
 def _spelt(ending: str) -> str:
-    """A unit in other letters or words, as it is spelt here; or nothing."""
+    """A unit in other letters or words, as it is spelt here; or nothing, as for a mega of one."""
     spelt = {unit.lower(): unit for unit in reversed(UNIT_FACTORS)}
+    if ending.startswith("_M") and ending not in ("_MM", "_MS", "_M"):
+        return ""
     return _WORDS.get(ending.lower(), "") or spelt.get(ending.lower(), "")
 
 

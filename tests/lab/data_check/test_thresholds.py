@@ -85,7 +85,7 @@ def in_degrees(span: float) -> list[DataWarning]:
 
 def exchanged(away: float, noise: float = 0.0) -> list[DataWarning]:
     """Two columns of a model so far apart, of their range, recorded in each other's place."""
-    models = WAVE, WAVE + away * np.ptp(WAVE)
+    models = WAVE, 20.0 + WAVE + away * np.ptp(WAVE) * np.sin(0.05 * ROWS)
     read = [model + noise * np.ptp(WAVE) * (-1.0) ** ROWS for model in models]
     drive = {"reel_m": ("reel", 1e-3 * np.sin(0.01 * ROWS))}
     measured = {
@@ -191,16 +191,16 @@ EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
         7.0,
         9.0,
     ),
-    "exchanged columns": (exchanged, 0.08, 0.12),
+    "exchanged columns": (exchanged, 0.13, 0.2),
     "exchanged columns that are far from the model": (
-        lambda noise: exchanged(1.0, noise),
-        0.25,
-        0.12,
+        lambda noise: exchanged(3.0, noise),
+        0.5,
+        0.3,
     ),
     "exchanged columns that come little nearer": (
-        lambda noise: exchanged(0.3, noise),
-        0.2,
-        0.14,
+        lambda noise: exchanged(0.4, noise),
+        0.15,
+        0.08,
     ),
     "another start": (lambda share: columns._start(column(WAVE + share * 10.0)), 0.12, 0.18),
     "another start beyond noises": (

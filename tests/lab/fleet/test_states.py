@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
 import pytest
 
 from tendon_mj.cli import main
-from tendon_mj.errors import InvalidValueError
+from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.lab.fleet import compare_states
 from tendon_mj.lab.recordings import read_recording
 from tendon_mj.lab.replay import load_recorded
@@ -39,7 +40,8 @@ def test_the_number_that_changed_is_named_with_its_values(fleet: Path, tmp_path:
     options = ["--description", str(fleet / "description.toml"), "--out", str(tmp_path)]
     assert main(["changes", *tables, *options]) == 0
     found = json.loads((tmp_path / "result.json").read_text("utf-8"))
-    changed = found["changed"]
+    changed = found
+    assert changed["changed"]
     assert changed["parameter"] == "sheath.friction"
     assert [changed["before"], changed["after"]] == pytest.approx([BEFORE, AFTER], abs=0.01)
     assert {r["parameter"] for r in changed["rivals"]} == {"sheath.drawn_bend"}, "the product tells"
@@ -50,9 +52,21 @@ def test_what_differs_from_day_to_day_is_no_change(fleet: Path) -> None:
     """Friction is drawn anew each day, by 1 %; of several days their scatter tells."""
     for old, new in (([0], [SINCE]), ([0, 1, 2], [3, 4, 5])):
         states = compared(fleet, "hand_1", old, new)
-        assert states.changed is None
+        assert not states.changed
         assert 0.0 < states.least["sheath.friction", "-"] < 0.2 * BEFORE
-    assert compared(fleet, "hand_1", [0], [SINCE], reproducibility=0.0).changed is not None
+    assert compared(fleet, "hand_1", [0], [SINCE], reproducibility=0.0).changed
+
+
+def test_another_known_number_is_refused_and_no_change_says_what_is_nearest(fleet: Path) -> None:
+    old, new = (
+        read_recording(day(fleet, "hand_1", k), fleet / "description.toml") for k in (0, SINCE)
+    )
+    known = replace(new, known={**new.known, "sheath.axial_stiffness": 1e4})
+    with pytest.raises(RecordingError, match=r"differ in \[known\] sheath.axial_stiffness"):
+        compare_states([old], [known], load_recorded(old))
+    said = compare_states([old], [new], load_recorded(old)).sentence
+    assert "What explains most is sheath.friction" in said
+    assert "of 5 that are asked" in said
 
 
 def test_a_reproducibility_below_zero_is_refused(fleet: Path) -> None:

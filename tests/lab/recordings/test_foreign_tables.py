@@ -14,6 +14,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tendon_mj.cli.recordings import check
 from tendon_mj.errors import RecordingError, TendonWarning
 from tendon_mj.lab.recordings import Recording, files, read_recording, read_table
+from tendon_mj.lab.recordings.units import proposed_name
 from tests.lab.recordings import tables
 from tests.lab.recordings.tables import log
 from tests.refusals import refusing
@@ -493,6 +494,49 @@ def test_tables_of_instruments_are_the_plain_table(tmp_path: Path, kind: str) ->
         has_the_columns(read(tmp_path, table, above="period = 0.02\n"))
         return
     has_the_columns(read(tmp_path, table, f"[columns]\n{columns}\n"), 1e-6)
+
+
+def test_micro_is_a_unit_and_mega_is_not_milli(tmp_path: Path) -> None:
+    for micro in "µμu":
+        table = csv(
+            {f"time [{micro}s]": TIME / 1e-6, f"reel [{micro}m]": REEL / 1e-6, "pull_N": PULL}
+        )
+        columns = f'[columns]\ntime_s = "time [{micro}s]"\nreel_m = "reel [{micro}m]"\n'
+        has_the_columns(read(tmp_path, table, columns))
+    assert proposed_name("f [MN]") == "f_MN_UNIT"
+
+
+@pytest.mark.parametrize(
+    ("name", "stated"),
+    [
+        ("pull_N", "pull [lbs]"),
+        ("pull_N", "pull (V)"),
+        ("reel_m", "reel [in]"),
+        ("time_s", "t_min"),
+    ],
+)
+def test_a_unit_that_is_not_read_needs_a_factor(tmp_path: Path, name: str, stated: str) -> None:
+    table = csv({(stated if n == name else n): values for n, values in PLAIN.items()})
+    with refusing(RecordingError, f"{stated!r} is in ", "say factor = …"):
+        read(tmp_path, table, f'[columns]\n{name} = "{stated}"\n')
+    has_the_columns(
+        read(
+            tmp_path,
+            table,
+            f'[columns]\n{name} = {{ column = "{stated}", factor = 1.0000000001 }}\n',
+        ),
+        1e-6,
+    )
+
+
+def test_marks_between_thousands_beside_decimal_commas_are_refused(tmp_path: Path) -> None:
+    with refusing(RecordingError, "'1.000' has a point", "'0,1' a comma for decimals"):
+        read(tmp_path, "time_s;reel_m;pull_N\n0,1;0,0;999\n0,2;0,0;1.000\n")
+
+
+def test_a_table_whose_index_has_no_name_is_told_what_to_write(tmp_path: Path) -> None:
+    with refusing(RecordingError, "no column is named 'time_s'"):
+        read(tmp_path, csv({"": DATES, "reel_m": REEL, "pull_N": PULL}))
 
 
 def test_rows_of_messages_are_those_of_the_file_below_a_preamble_and_units(tmp_path: Path) -> None:

@@ -121,6 +121,7 @@ def test_a_bag_and_a_csv_are_the_same_recording(tmp_path: Path, storage: str) ->
         ("position.lever", "position.level", "unknown field 'level'; did you mean 'lever'?"),
         ("position.lever", "position.2", "unknown field '2'"),
         ("wrench.force.z", "wrench.forces.z", "did you mean 'force'?"),
+        ("wrench.force.z", "wrench.torque.z", "geometry_msgs/msg/WrenchStamped is in Nm"),
         ('position.lever"', 'position.lever", factor = 2.0', "say unit = 'deg' or another"),
     ],
 )
