@@ -23,6 +23,7 @@ class Rig(Added):
     """A rig of which friction and play turn the joint alike, but for a share ``unlike``."""
 
     unlike = 0.005
+    turns = 250.0  # friction that turns the joint as a play of 1 m does
 
     def __init__(self, recordings: Sequence[Recording]) -> None:
         super().__init__(recordings, {FRICTION: 0.15, PLAY: 0.0})
@@ -32,13 +33,19 @@ class Rig(Added):
         if column == TENSION:
             return 40.0 * np.sin(place) * (parameter == FRICTION)
         turn = np.sin(place) + self.unlike * np.sin(3.0 * place) * (parameter == PLAY)
-        return turn * (1.0 if parameter == FRICTION else 250.0)
+        return turn * (1.0 if parameter == FRICTION else self.turns)
 
 
 class Distinct(Rig):
     """A rig of which an angle shows friction and play apart."""
 
     unlike = 0.5
+
+
+class Slight(Rig):
+    """A rig that a play exactly as friction turns, and hardly: all 5 mm by 0.03 of it."""
+
+    unlike, turns = 0.0, 6.0
 
 
 def diagnosed(
@@ -86,6 +93,11 @@ def test_an_effect_unlike_a_number_leaves_its_interval() -> None:
     friction = result.calibrated[FRICTION]
     assert friction.low < TRUE_FRICTION < friction.high
     assert friction.high - friction.low < 0.01 * TRUE_FRICTION
+
+
+def test_an_effect_takes_over_no_more_than_its_range_asks_for() -> None:
+    friction = diagnosed(Slight, play=0.0).calibrated[FRICTION]
+    assert TRUE_FRICTION - friction.low == pytest.approx(0.03, abs=0.002)
 
 
 def test_an_effect_that_was_excluded_takes_nothing_over() -> None:
