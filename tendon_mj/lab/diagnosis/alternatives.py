@@ -72,20 +72,9 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
     rivals: dict[str, list[str]] = {finding.parameter: [] for finding in result.findings}
     for other in (*_tied(selection), *_fits_elsewhere(context, model, numbers, stated)):
         (added,) = (effect for effect in other.effects if effect not in fit.effects)
-        there_values = {**base, **other.parameters(base)}
-        calibrated, of_effects = fitted_values(problem, base, other)
-        there, reach = {**calibrated, **of_effects}, _reach(problem, other, added)
-        ranges = np.clip(intervals(problem, other), reach[:, :1], reach[:, 1:])
-        for k in numbers:
-            ends = [fit.terms[k].write(float(end), there_values) for end in reach[k]]
-            there |= {
-                name: replace(
-                    there[name],
-                    low=max(there[name].low, min(end[name] for end in ends)),
-                    high=min(there[name].high, max(end[name] for end in ends)),
-                )
-                for name in there.keys() & set(fit.terms[k].targets)
-            }
+        ranges = _intervals(problem, other, added)
+        calibrated, of_effects = fitted_values(problem, base, other, ranges)
+        there = {**calibrated, **of_effects}
         moved = [
             name
             for k in numbers
@@ -99,7 +88,8 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
                 names.append(added.identifier)
                 moved = list(dict.fromkeys([*moved, parameter]))
         if moved:
-            words = state_finding(added, problem.simulate.parameters, base, there_values)
+            after = {**base, **other.parameters(base)}
+            words = state_finding(added, problem.simulate.parameters, base, after)
             pairs = {n: (values[n], there[n]) for n in moved}
             found.append(replace(_alternative(added, words, pairs), fit=other))
             values |= {n: _joined(v, there[n]) for n, v in values.items() if n in there}
@@ -171,8 +161,8 @@ def _half_widths(problem: Problem, fit: Fit, moving: NDArray[np.bool_]) -> Float
     return halves
 
 
-def _reach(problem: Problem, fit: Fit, added: Candidate) -> FloatArray:
-    """(p, 2) values that terms can have while one of a fit's effects stays within its range.
+def _intervals(problem: Problem, fit: Fit, added: Candidate) -> FloatArray:
+    """(p, 2) intervals of a fit's terms, while one of its effects stays within its range.
 
     A number that trades places with the effect moves by no more than all of that range asks for.
     """
@@ -185,7 +175,8 @@ def _reach(problem: Problem, fit: Fit, added: Candidate) -> FloatArray:
     half, sides = half_widths(problem, fit, rest), np.full((2, rest.size), [[-np.inf], [np.inf]])
     sides[0, rest] = fit.scaled[rest] + np.minimum(shifts.min(axis=0), 0.0) - half
     sides[1, rest] = fit.scaled[rest] + np.maximum(shifts.max(axis=0), 0.0) + half
-    return np.column_stack([natural_in_range(fit.terms, side) for side in sides])
+    low, high = (natural_in_range(fit.terms, side)[:, None] for side in sides)
+    return np.clip(intervals(problem, fit), low, high)
 
 
 def _fits_elsewhere(

@@ -230,7 +230,8 @@ class Proof:
         )
         model = {**final_values, **after.sessions}
         over = over_intervals(context.problem, base, final)
-        calibrated, fitted = fitted_values(context.problem, base, over, data.refits(final))
+        ranges = intervals(context.problem, over, data.refits(final))
+        calibrated, fitted = fitted_values(context.problem, base, over, ranges)
         selection = replace(selection, final=replace(selection.final, fit=over))
         lumped = self._too_few_guides(model, evidence.held_out.after)
         limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
@@ -421,10 +422,10 @@ def _nearest_end(model: FittedCandidate) -> tuple[float, str]:
 
 
 def fitted_values(
-    problem: Problem, base: Mapping[str, float], fit: Fit, refits: Sequence[Fit] = ()
+    problem: Problem, base: Mapping[str, float], fit: Fit, ranges: FloatArray
 ) -> tuple[dict[str, Value], dict[str, Value]]:
-    """Fitted parameters with intervals: the calibrated ones, and those of the effects."""
-    parameters, ranges = problem.simulate.parameters, intervals(problem, fit, refits)
+    """Fitted parameters with (p, 2) intervals: the calibrated ones, and those of the effects."""
+    parameters = problem.simulate.parameters
     widths = np.array([term.high - term.low for term in fit.terms])
     inside = fit.free & (np.ptp(ranges, axis=1) < widths)
     at_ends = [np.where(inside, end, fit.values) for end in ranges.T]
