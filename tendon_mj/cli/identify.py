@@ -47,9 +47,10 @@ def identify(
     with progress_bar() as progress:
         found = judge(read, flat(signals), progress=progress)
     _print(found)
-    output.result(found.result())
+    result = found.result()
+    output.result(result)
     output.close(found.sentence)
-    return found.result()
+    return result
 
 
 def _motion(

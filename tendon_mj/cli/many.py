@@ -278,9 +278,10 @@ def changes(
         progress("compare", 0, 1)
         compared = compare_states(before, after, load_recorded(before[0]), reproducibility)
         progress("compare", 1, 1)
-    output.result(compared.result())
+    result = compared.result()
+    output.result(result)
     output.close(compared.sentence)
-    return compared.result()
+    return result
 
 
 def fleet(

@@ -168,8 +168,10 @@ def reset_sheath(t: Tendons, k: int, w: int) -> None:
 def follow_speed(t: Tendons, k: int, guide: int, speed: wp.float64, h: wp.float64, w: int) -> None:
     """Let the speed that Stribeck friction sees, if there is any, follow that of an ended step."""
     seen = t.sliding_speed[guide, w]
-    seen += h / (_MEMORY + h) * (wp.abs(speed) - seen)
-    t.sliding_speed[guide, w] = wp.where(t.stribeck_friction[w, k] > 0.0, seen, wp.float64(0.0))
+    if t.stribeck_friction[w, k] > 0.0:
+        t.sliding_speed[guide, w] = seen + h / (_MEMORY + h) * (wp.abs(speed) - seen)
+    elif seen != wp.float64(0.0):
+        t.sliding_speed[guide, w] = wp.float64(0.0)
 
 
 @wp.func

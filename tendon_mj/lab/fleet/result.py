@@ -218,9 +218,7 @@ class RigResult:
             "unit": series.unit,
             "values": series.values.tolist(),
             "errors": series.errors.tolist(),
-            "rivals": [
-                {"parameter": r.parameter, "effect": r.number.identifier} for r in self.rivals
-            ],
+            "rivals": entries(self.rivals),
         }
 
     def row(self) -> dict[str, Any]:
@@ -320,16 +318,24 @@ def change_sentence(
     change: Change, series: NumberSeries, rivals: Sequence[NumberSeries], dates: Sequence[datetime]
 ) -> str:
     """A change in words, with values and dates; ``rivals``: series that explain it as well."""
-    names = [label(one) for one in (series, *rivals)]
     apart = f", except {stamp(change.apart)}" if change.apart is not None else ""
-    also = f", or as well {', or '.join(names[1:])}" if rivals else ""
-    return f"{names[0]} {_course(change, series, dates)}{apart}{also}"
+    return f"{label(series)} {_course(change, series, dates)}{apart}{or_as_well(rivals)}"
 
 
 def label(series: NumberSeries) -> str:
     """A number by its name, and by that of its effect."""
     number = series.number
     return number.name + (f" ({CATALOGUE[number.identifier].name})" if number.identifier else "")
+
+
+def or_as_well(rivals: Sequence[NumberSeries]) -> str:
+    """The end of a sentence that names numbers which explain as much; empty without any."""
+    return f", or as well {', or '.join(map(label, rivals))}" if rivals else ""
+
+
+def entries(rivals: Sequence[NumberSeries]) -> list[dict[str, str]]:
+    """The same as in `result.json`."""
+    return [{"parameter": r.parameter, "effect": r.number.identifier} for r in rivals]
 
 
 def _course(change: Change, series: NumberSeries, dates: Sequence[datetime]) -> str:

@@ -30,7 +30,7 @@ from tendon_mj.lab.fleet.observation import (
     observe,
     usable,
 )
-from tendon_mj.lab.fleet.result import ILL, in_one_unit, label
+from tendon_mj.lab.fleet.result import ILL, entries, in_one_unit, label, or_as_well
 from tendon_mj.lab.fleet.rigs import RigData
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.typing import BoolArray
@@ -75,10 +75,9 @@ class StatesCompared:
                 f" {before} → {after}, {self.significance:.2g} standard errors, of"
                 f" {SIGNIFICANT:g} that are asked.{found}{warning}"
             )
-        also = f", or as well {', or '.join(map(label, self.rivals))}" if self.rivals else ""
         return (
             f"Changed: {label(self.series)} {before} → {after},"
-            f" {self.significance:.2g} standard errors{also}.{warning}"
+            f" {self.significance:.2g} standard errors{or_as_well(self.rivals)}.{warning}"
         )
 
     def result(self) -> dict[str, object]:
@@ -95,9 +94,7 @@ class StatesCompared:
             "significance": self.significance,
             "values": series.values.tolist(),
             "errors": series.errors.tolist(),
-            "rivals": [
-                {"parameter": r.parameter, "effect": r.number.identifier} for r in self.rivals
-            ],
+            "rivals": entries(self.rivals),
             "least": {name: size for (name, _), size in self.least.items()},
             "misfit": self.misfit,
             "left": self.left,
@@ -153,13 +150,8 @@ def compare_states(
     most = best + SMALLEST_EXCESS * max(1.0, best)
     alike = [one for one in series if float(one.square.mean()) <= most]
     first = min(alike, key=lambda one: bool(one.number.identifier))  # else the first
-    ends = {
-        one.parameter: [_mean(one, state, reproducibility) for state in (~is_new, is_new)]
-        for one in series
-    }
-    errors = {name: float(np.hypot(old[1], new[1])) for name, (old, new) in ends.items()}
-    (before, _), (after, _) = ends[first.parameter]
-    significance = abs(after - before) / errors[first.parameter]
+    before, after, error = _ends(first, is_new, reproducibility)
+    significance = abs(after - before) / error
     found = significance >= SIGNIFICANT
     return StatesCompared(
         series=first,
@@ -169,13 +161,21 @@ def compare_states(
         after=after,
         significance=significance,
         least={
-            (one.parameter, one.unit): SIGNIFICANT * errors[one.parameter]
+            (one.parameter, one.unit): SIGNIFICANT * _ends(one, is_new, reproducibility)[-1]
             for one in series
             if not one.number.identifier
         },
         misfit=misfit,
         left=float(np.sqrt(first.square.mean())) if found else misfit,
     )
+
+
+def _ends(
+    series: NumberSeries, is_new: BoolArray, reproducibility: float
+) -> tuple[float, float, float]:
+    """Means of a number over both states, and the standard error of their difference."""
+    old, new = (_mean(series, state, reproducibility) for state in (~is_new, is_new))
+    return old[0], new[0], float(np.hypot(old[1], new[1]))
 
 
 def _mean(series: NumberSeries, state: BoolArray, reproducibility: float) -> tuple[float, float]:

@@ -68,11 +68,12 @@ OF_CURRENT = (
     ' motor_Nm = { column = "…", factor = … }'
 )
 # units that are not read, in brackets; of a time also behind an underscore
+_TIMES = "min|minutes?|h|hrs?|hours?"
 FOREIGN = re.compile(
-    r"[\[(]\s*(min|minutes?|h|hrs?|hours?|in|ft|lbs?|kg|g|m?V|volts?|counts?|ticks?|steps|psi|bar"
-    r"|[kM]?Pa|MN|%)\s*[\])]\s*$"
+    rf"[\[(]\s*({_TIMES}|in|ft|lbs?|kg|g|m?V|volts?|counts?|ticks?|steps|psi|bar|[kM]?Pa|MN|%)"
+    r"\s*[\])]\s*$"
 )
-FOREIGN_TIME = re.compile(r"[\W_](min|minutes?|h|hrs?|hours?)\W*$")
+FOREIGN_TIME = re.compile(rf"[\W_]({_TIMES})\W*$")
 # compound units whole: `rate_deg_per_s` must not pass as seconds
 _CLAIMED = re.compile(r"(?:(?:^|_)[^_]+_per)?_[^_]+$")
 
