@@ -260,9 +260,10 @@ def _reading_jump(column: Column, replay: Replay) -> DataWarning | None:
         return None
     if scale is not None:
         return _scale_change(column, jump.row, scale)
-    sudden = abs(float(_bends(np.diff(read))[jump.row - 1]))
+    changes = np.diff(read)[jump.row - 2 : jump.row + 1]
+    sudden = np.abs(changes[1] - changes[::2]).min()
     if sudden < 0.5 * abs(jump.size) - limits.SIGMAS * column.noise:
-        return None  # a tare steps between two samples
+        return None  # a tare steps between two samples, a rig moves over several
     return column.warn(
         "zero_step",
         f"its zero steps by {column.say(jump.size)} before"

@@ -143,6 +143,19 @@ def test_a_tension_that_follows_a_turn_late_is_no_tare_and_a_step_of_a_zero_is(w
     assert "zero_step" in said(changed(shown, in_N=model - 8.0 * (time > 5.0)))
 
 
+def test_a_tension_that_falls_within_some_samples_behind_a_play_is_no_tare() -> None:
+    time = 0.02 * np.arange(1200)
+    read = {"in_N": ("input_tension", NOISE)}
+    drive = {"reel_m": ("reel", 3e-3 * np.sin(0.4 * time))}
+    shown = replay_recording(recorded(time, drive, read, name="turn"))
+    turn = time[np.argmax(shown.columns["in_N"])]
+    noise = np.random.default_rng(3).normal(0.0, NOISE, time.size)
+    for begin in (0.400, 0.408, 0.416):  # behind the turn, between two samples
+        since = np.maximum(0.0, time - turn - begin)
+        late = shown.columns["in_N"] - 20.0 * (1.0 - np.exp(-since / 0.04)) + noise
+        assert "zero_step" not in said(changed(shown, in_N=late))
+
+
 def test_times_in_ms_are_warned_of_and_not_simulated(pull: Recording) -> None:
     late = replace(pull, time=1000.0 * pull.time)
     checked = check_recording(late)
