@@ -241,6 +241,23 @@ class SelectionContext:
                 best = self._search(best, whole_range=whole_range)
         return best
 
+    def at_other_places(
+        self, model: FittedCandidate, others: Sequence[FittedCandidate]
+    ) -> FittedCandidate:
+        """Best of a fit and of those with its last effect at the places of ``others``.
+
+        They begin from its values: far from the data, each had ended in a minimum of its own.
+        """
+        best, effects = model, model.fit.effects[:-1]
+        for other in others:
+            candidate = other.added
+            if candidate != model.candidate and candidate.effect is model.added.effect:
+                moved = self.fit_model(
+                    (*effects, candidate), model.fit.values, candidate, evaluations=CONVERGED
+                )
+                best = min(best, moved, key=lambda end: end.excess)
+        return best
+
     def optimise_nearby(
         self, model: FittedCandidate, change: FloatArray | None = None
     ) -> FittedCandidate:
@@ -377,6 +394,8 @@ def select_forward(
             break
         rounds.append(ranked)
         chosen = context.optimise(simplest(improving))
+        if context.leaves_much(chosen):
+            chosen = context.at_other_places(chosen, ranked)
         others = [other for other in ranked if other.candidate != chosen.candidate]
         rivals[chosen.added.label] = sorted([chosen, *others], key=lambda m: m.excess)
         model = eliminate_backward(context, chosen)

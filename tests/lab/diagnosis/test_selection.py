@@ -69,6 +69,21 @@ def test_the_second_best_choice_is_tried_in_the_second_round_too() -> None:
     assert selected(shapes, truth, [A, B, C, W]) == {"a", "b", "w"}
 
 
+def test_the_same_effect_at_another_place_is_fitted_from_the_values_of_the_chosen() -> None:
+    """Where it leaves less from there, it is taken; another effect is not tried."""
+    rig = context({"a": {"a": 1.0}, "b": {"a": 0.6, "b": 0.8}}, {"a": 3.0, "b": 4.0}, [])
+    near, far = (replace(e, effect=A.effect, where=e.identifier) for e in (A, B))
+    chosen, stopped = (
+        rig.fit_model([e], [0.5], e, evaluations=n) for e, n in ((near, CONVERGED), (far, 0))
+    )
+    moved = rig.at_other_places(chosen, [chosen, stopped])
+    assert moved.candidate == far
+    assert moved.fit.values == pytest.approx([5.0])
+    assert moved.excess == pytest.approx(0.0, abs=1e-6)
+    other = rig.fit_model([B], [0.5], B, evaluations=0)
+    assert rig.at_other_places(chosen, [chosen, other]) is chosen
+
+
 @pytest.mark.parametrize(("unknown", "tried"), [(1.95, True), (2.15, False)])
 def test_the_second_best_choice_is_tried_where_less_than_a_tenth_remains(
     unknown: float, tried: bool
