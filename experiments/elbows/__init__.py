@@ -1,0 +1,1 @@
+"""Elbows with two cables in sheaths, simulated independently, and their diagnoses."""

@@ -1,0 +1,36 @@
+"""Diagnoses of elbows that were simulated independently; `python -m experiments.elbows --help`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from experiments.command import run_experiment
+from experiments.elbows.suite import run_cases, summary
+
+
+def diagnose_elbows(
+    *, out: Path = Path("out/elbows"), elbows: int = 60, without_load_cell: int = 40, first: int = 0
+) -> None:
+    """Make elbows with play at a drum, at the output or none; diagnose them; print a line for each.
+
+    Args:
+        out: folder for a folder per rig: its model, description, recordings, and found.json.
+        elbows: rigs with one or two load cells.
+        without_load_cell: rigs of which only the angle is measured, with play at a drum or none.
+        first: seed of the first rig of each kind.
+    """
+    for count, load_cell in ((elbows, True), (without_load_cell, False)):
+        found = []
+        for case in run_cases(out, range(first, first + count), load_cell=load_cell):
+            found.append(case)
+            print(
+                f"{case['folder']}: {case['hidden']} hidden; {case['verdict']}"
+                f" {', '.join(case['effects'])}; {case['sentence']}",
+                flush=True,
+            )
+        print(summary(found))
+
+
+if __name__ == "__main__":
+    sys.exit(run_experiment(diagnose_elbows, "elbows"))
