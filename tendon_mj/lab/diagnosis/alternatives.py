@@ -57,7 +57,8 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
     """The result, with intervals that include those of its alternatives.
 
     A finding that may be absent in an alternative has its effect as a rival. The verdict is
-    "undetermined" if nothing was found, or each finding has such a new rival.
+    "undetermined" if nothing was found, or each finding has such a new rival. A number of which the
+    data exclude no part of the range is an alternative to itself.
     """
     if result.search is None or result.verdict == "unknown":
         return result
@@ -67,8 +68,9 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
     stated = np.where(
         fit.free[:, None], intervals(problem, fit, moving=fit.free), fit.values[:, None]
     )
-    numbers = [k for k in _numbers(fit) if is_narrower(stated[k], fit.terms[k])]
-    found = _at_ends(problem, fit, values)
+    told = [is_narrower(span, term) for span, term in zip(stated, fit.terms, strict=True)]
+    numbers = [k for k in _numbers(fit) if told[k]]
+    found = [*_untold(fit, values, told), *_at_ends(problem, fit, values)]
     rivals: dict[str, list[str]] = {finding.parameter: [] for finding in result.findings}
     for other in (*_tied(selection), *_fits_elsewhere(context, model, numbers, stated)):
         (added,) = (effect for effect in other.effects if effect not in fit.effects)
@@ -114,6 +116,13 @@ def _tied(selection: Selection) -> Iterator[Fit]:
     if len(selection.effects) == 1:
         fits = (model.fit for model in selection.effects[0].models)
         yield from (fit for fit in fits if len(fit.effects) == 1)
+
+
+def _untold(fit: Fit, values: Mapping[str, Value], told: Sequence[bool]) -> list[Alternative]:
+    """Numbers of which the data exclude no part of their range."""
+    names = [name for k in _numbers(fit) if not told[k] for name in fit.terms[k].targets]
+    far = {name: _far_end(values[name], values[name]) for name in names}
+    return [Alternative("", "the other numbers fitted anew", far)] if far else []
 
 
 def _at_ends(problem: Problem, fit: Fit, values: Mapping[str, Value]) -> list[Alternative]:

@@ -6,7 +6,7 @@ Verdicts:
 * "parameter": correcting a parameter that no recording calls uncertain removes the error.
 * "named": effects that the model lacks remove the error, on held-out data too.
 * "partly": they remove much of it there, and nothing was found that explains what remains.
-* "undetermined": one more effect, with other values of the fitted numbers, explains as much.
+* "undetermined": with other numbers, alone or with one more effect, the model explains as much.
 * "unknown": an error remains, and nothing was found that explains it.
 """
 

@@ -100,6 +100,22 @@ def test_an_effect_takes_over_no_more_than_its_range_asks_for() -> None:
     assert TRUE_FRICTION - friction.low == pytest.approx(0.03, abs=0.002)
 
 
+class Unmoved(Rig):
+    """A rig of which an angle shows hardly anything of its friction, and of its play nothing."""
+
+    def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
+        return 1e-4 * super().waveform(parameter, column, recording) * (parameter == FRICTION)
+
+
+def test_a_number_of_which_the_data_tell_nothing_is_said_to_be_untold() -> None:
+    result = diagnosed(Unmoved)
+    friction = result.calibrated[FRICTION]
+    assert (friction.low, friction.high) == (0.03, 0.4)
+    assert (result.verdict, result.effects) == ("undetermined", [])
+    assert f"cannot tell {FRICTION} = " in result.sentence
+    assert "load cell" in result.sentence
+
+
 def test_an_effect_that_was_excluded_takes_nothing_over() -> None:
     result = diagnosed()
     alone = diagnose(
