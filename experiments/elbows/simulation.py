@@ -40,14 +40,15 @@ class Elbow(NamedTuple):
 
 
 @numba.njit
-def _take_up(tension: FloatArray, ratio: FloatArray, stretch: float, taken: float) -> None:
-    """Move the first end of a cable by ``taken`` [m]; ``ratio`` is e^(-μφ) from that end.
+def _front(
+    tension: FloatArray, ratio: FloatArray, stretch: float, taken: float
+) -> tuple[float, int]:
+    """Tension at the first end of a cable that this end moves by ``taken`` [m], and its front.
 
-    ``stretch`` is that of one place for one newton [m/N].
+    ``ratio`` is e^(-μφ) from that end, ``stretch`` that of one place for one newton [m/N].
     """
     rises = taken > 0.0
-    held, scale = taken / stretch, 0.0
-    last = len(tension) - 1
+    held, scale, last = taken / stretch, 0.0, len(tension) - 1
     for k in range(last + 1):
         weight = 0.5 if k in (0, last) else 1.0
         held += weight * tension[k]
@@ -58,16 +59,15 @@ def _take_up(tension: FloatArray, ratio: FloatArray, stretch: float, taken: floa
         following = first * (ratio[k + 1] if rises else 1.0 / ratio[k + 1])
         if (following <= tension[k + 1]) if rises else (following >= tension[k + 1]):
             break
-    for i in range(k + 1):
-        tension[i] = first * (ratio[i] if rises else 1.0 / ratio[i])
+    return first, k
 
 
 @numba.njit
-def _output(tension: FloatArray, ratio: FloatArray, stretch: float, taken: float) -> float:
-    """Tension at the output after its end takes up ``taken``, without a change of ``tension``."""
-    other = tension[::-1].copy()
-    _take_up(other, ratio, stretch, taken)
-    return float(other[0])
+def _take_up(tension: FloatArray, ratio: FloatArray, stretch: float, taken: float) -> None:
+    """Move the first end of a cable by ``taken``; see `_front`."""
+    first, front = _front(tension, ratio, stretch, taken)
+    for i in range(front + 1):
+        tension[i] = first * (ratio[i] if taken > 0.0 else 1.0 / ratio[i])
 
 
 @numba.njit
@@ -96,8 +96,8 @@ def _simulate(rig: Elbow, drum: FloatArray, steps: int) -> FloatArray:
                     torque = -_FLANK * (beyond - min(max(beyond, -gap), gap))
                     for c in range(2):
                         given = -sides[c] * rig.radius * (middle - pulley)
-                        side = sides[c] * rig.radius
-                        torque += side * _output(cables[c], ratio, stretch, given)
+                        output, _ = _front(cables[c, ::-1], ratio, stretch, given)
+                        torque += sides[c] * rig.radius * output
                     if torque > 0.0:
                         low = middle
                     else:
@@ -107,9 +107,9 @@ def _simulate(rig: Elbow, drum: FloatArray, steps: int) -> FloatArray:
                 turned = angle
             torque = 0.0
             for c in range(2):
-                output = cables[c, ::-1]
-                _take_up(output, ratio, stretch, -sides[c] * rig.radius * (turned - pulley))
-                torque += sides[c] * rig.radius * output[0]
+                given = -sides[c] * rig.radius * (turned - pulley)
+                _take_up(cables[c, ::-1], ratio, stretch, given)
+                torque += sides[c] * rig.radius * cables[c, -1]
             pulley = turned
             torque -= rig.mass * 9.81 * rig.centre_of_mass * np.sin(angle)
             speed = (speed + _STEP * torque / rig.inertia) / (

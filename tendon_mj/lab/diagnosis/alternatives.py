@@ -68,9 +68,12 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
     stated = np.where(
         fit.free[:, None], intervals(problem, fit, moving=fit.free), fit.values[:, None]
     )
-    told = [is_narrower(span, term) for span, term in zip(stated, fit.terms, strict=True)]
-    numbers = [k for k in _numbers(fit) if told[k]]
-    found = [*_untold(fit, values, told), *_at_ends(problem, fit, values)]
+    untold = _untold(problem, fit)
+    numbers = [k for k in _numbers(fit) if k not in untold]
+    names = [name for k in untold for name in fit.terms[k].targets]
+    far = {name: _far_end(values[name], values[name]) for name in names}
+    found = [Alternative("", "the other numbers fitted anew", far)] if far else []
+    found += _at_ends(problem, fit, values)
     rivals: dict[str, list[str]] = {finding.parameter: [] for finding in result.findings}
     for other in (*_tied(selection), *_fits_elsewhere(context, model, numbers, stated)):
         (added,) = (effect for effect in other.effects if effect not in fit.effects)
@@ -118,11 +121,12 @@ def _tied(selection: Selection) -> Iterator[Fit]:
         yield from (fit for fit in fits if len(fit.effects) == 1)
 
 
-def _untold(fit: Fit, values: Mapping[str, Value], told: Sequence[bool]) -> list[Alternative]:
-    """Numbers of which the data exclude no part of their range."""
-    names = [name for k in _numbers(fit) if not told[k] for name in fit.terms[k].targets]
-    far = {name: _far_end(values[name], values[name]) for name in names}
-    return [Alternative("", "the other numbers fitted anew", far)] if far else []
+def _untold(problem: Problem, fit: Fit) -> list[int]:
+    """Positions of the numbers of which the data exclude no part of their range."""
+    halves = _half_widths(problem, fit, fit.free | on_bounds(fit))
+    sides = [natural_in_range(fit.terms, fit.scaled + sign * halves) for sign in (-1.0, 1.0)]
+    spans = np.transpose(sides)
+    return [k for k in _numbers(fit) if not is_narrower(np.sort(spans[k]), fit.terms[k])]
 
 
 def _at_ends(problem: Problem, fit: Fit, values: Mapping[str, Value]) -> list[Alternative]:
