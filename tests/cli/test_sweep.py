@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import re
 import shutil
 
 import pandas
@@ -74,16 +73,6 @@ def test_a_recording_s_sweep_tells_the_error(tmp_path):
     assert main([*BENCH, *varied, *arguments, "--out", str(tmp_path / "out")]) == 0
     outputs = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))["outputs"]
     assert all(name.endswith(".error") for name in outputs)
-
-
-def test_few_rollouts_are_told_without_shares(tmp_path, capsys):
-    options = ["--outputs", "input_tension.max", "--duration", "0.02", "--settle", "0.02"]
-    varied = ["--parameter", "sheath.friction=0.05,0.1"]
-    assert main([*BENCH, *varied, *options, "--out", str(tmp_path)]) == 0
-    last = capsys.readouterr().out.rstrip().splitlines()[-1]
-    assert re.search(r"input_tension\.max goes from [\d.]+ to [\d.]+ N; all stayed", last), last
-    outputs = json.loads((tmp_path / "result.json").read_text("utf-8"))["outputs"]
-    assert all(summary["share_of_variance"] == {} for summary in outputs.values())
 
 
 def test_a_recording_is_not_written_over_and_its_odd_times_are_told(tmp_path, capsys):
