@@ -39,29 +39,20 @@ def run(script):
     return done.stdout.strip()
 
 
-@pytest.mark.parametrize("module", ["tendon_mj.show", "tendon_mj.envs"])
-def test_without_the_laboratory_a_package_names_what_it_needs(module):
+@pytest.mark.parametrize(
+    ("module", "package", "extra"),
+    [("show", "scipy", "lab"), ("envs", "scipy", "lab"), ("mjlab", "mjlab", "mjlab")],
+)
+def test_a_package_names_what_it_needs_and_the_extra_that_has_it(module, package, extra):
     script = f"""
 try:
-    import {module}
+    import tendon_mj.{module}
 except ModuleNotFoundError as error:
     print(error, error.name, sep="|")
 """
-    sentence, name = run(WITHOUT.format(package="scipy") + script).split("|")
-    assert name == "scipy"
-    assert sentence == f"{module} needs scipy, which is not installed: pip install 'tendon-mj[lab]'"
-
-
-def test_without_mjlab_its_tasks_name_the_extra():
-    script = """
-try:
-    import tendon_mj.mjlab
-except ModuleNotFoundError as error:
-    print(error, error.name, sep="|")
-"""
-    sentence, name = run(WITHOUT.format(package="mjlab") + script).split("|")
-    assert name == "mjlab"
-    assert "pip install 'tendon-mj[mjlab]'" in sentence
+    sentence, name = run(WITHOUT.format(package=package) + script).split("|")
+    assert name == package
+    assert f"pip install 'tendon-mj[{extra}]'" in sentence
 
 
 def test_everything_but_the_environments_runs_without_dm_control():
