@@ -83,20 +83,6 @@ def test_a_clip_has_its_size_its_frames_and_moves(gl, model, tmp_path):
     assert np.abs(strip[1] - strip[0]).max() > 30.0, "the cursor moves"
 
 
-def test_a_clip_that_is_higher_than_wide_has_its_panel_below(gl, model):
-    recorded = record_frames(model, default_motion("bench", model), duration=0.2, fps=5)
-    (image,) = draw_frames(model, recorded, width=390, height=844)
-    assert image.shape == (844, 390, 3)
-    wide = bar_columns(image[340:])
-    assert wide > 390 * 0.5, "the colour bar is below the scene, and wide"
-
-
-def bar_columns(image):
-    """Columns that have a colour of the bar."""
-    away, _ = KDTree(255.0 * COLOURS(np.linspace(0.0, 1.0, 64))[:, :3]).query(image.reshape(-1, 3))
-    return int((away.reshape(image.shape[:2]) < 3.0).any(axis=0).sum())
-
-
 def test_frames_of_another_model_or_another_length_are_refused(model, tmp_path):
     frames = still(model)
     with pytest.raises(InvalidValueError, match="of another model"):
@@ -250,17 +236,3 @@ def test_an_arrow_reaches_from_its_point_to_its_head_and_no_further_aside():
     assert (image == 255).all(), "the picture that it was given is not changed"
     nowhere = np.array([np.nan, np.nan])  # behind the camera
     assert (draw_arrow(image, nowhere, nowhere, "1 N", font, []) == image).all()
-
-
-def test_the_legend_names_the_arrows_of_a_clip_in_which_bodies_touch(gl):
-    camera = mujoco.MjvCamera()
-    camera.lookat, camera.distance, camera.elevation = (0.0, 0.0, 5.0), 0.3, 80.0  # the sky alone
-    touching, red = pressing(2.0), []
-    assert any(map(len, touching.contacts))
-    apart = tuple(rows[:0] for rows in touching.contacts)
-    for frames in (touching, dataclasses.replace(touching, contacts=apart)):
-        size = {"width": 960, "height": 540, "camera": camera}
-        corner = next(draw_frames(load_model("finger"), frames, **size))[:, :40].astype(int)
-        red.append((np.abs(corner - (150, 20, 40)).max(axis=2) < 30).sum())
-    assert red[0] > 5
-    assert red[1] == 0

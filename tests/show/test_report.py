@@ -230,13 +230,6 @@ def test_a_page_has_the_missing_effect_its_confidence_and_the_fit_of_parameters_
     assert "was left out" in words(page(diagnosis()))
 
 
-def test_the_closest_effect_is_shown_as_not_proven():
-    text = words(page(diagnosis("unknown", closest=("creep",)), sysid=SYSID))
-    assert "this diagnosis leaves 1.02" in text
-    assert "Fitted parameters, not proven" in text
-    assert CATALOGUE["creep"].next_experiment in text
-
-
 def test_ties_come_with_the_experiment_that_settles_them():
     text = words(page(diagnosis(rivals=("sensor_gain",))))
     assert "sensor_bias or sensor_gain : these data can't tell" in text
@@ -296,15 +289,6 @@ def test_a_report_names_no_folder_of_its_author(monkeypatch, tmp_path):
     assert "<code>~/secret/a.csv</code>" in html
     assert str(tmp_path) not in html
     assert str(Path.home()) not in html
-
-
-def test_the_first_screen_alone_is_what_a_notebook_shows(monkeypatch):
-    result = diagnosis()
-    monkeypatch.setattr(Diagnosis, "simulate", lambda self: DRAWN)
-    html = result._repr_html_()
-    assert "What to do now" in words(html)
-    assert html.count('src="data:image/png;base64,') == 1
-    assert "<style" not in html
 
 
 def test_fitted_parameters_are_a_table_with_units():
