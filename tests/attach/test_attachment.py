@@ -119,13 +119,6 @@ def test_each_tendon_that_is_meant_has_a_row_of_what_was_done_to_it(hand, tmp_pa
     assert one.least_transmission < one.transmission < 1.0
 
 
-def test_warnings_are_returned(hand, tmp_path):
-    named, left_out = attached_to(hand, "*", tmp_path / "new.xml", friction=0.15).said
-    assert "now 'tendon_1'" in named
-    assert "'loose': has no stiffness" in left_out
-    assert "'sum': is fixed" in left_out
-
-
 def test_the_bend_over_the_motion_decides_which_tendon_loses_most(hand, tmp_path):
     hand.write_text(HAND.replace('name="c" pos=".2 .1 0"', 'name="c" pos=".2 .01 0"'))
     last = printed(hand, "*", 0.5)[-1]
@@ -151,14 +144,6 @@ def test_a_limit_that_pulls_is_the_drive(hand, tmp_path):
     hand.write_text(HAND.replace('name="loose"', 'name="loose" range="0 .25"'))
     rows = attached_to(hand, "loose", tmp_path / "new.xml", friction=0.1).rows
     assert [row.drives for row in rows] == ["its limit"]
-
-
-def test_poses_that_tear_a_loop_are_said_to(hand, tmp_path):
-    loop = '<equality><connect body1="link" anchor="0 0 0"/></equality></mujoco>'
-    text = HAND.replace('<body pos="0.2 0 0">', '<body name="link" pos="0.2 0 0">')
-    for said, model in ((0, HAND), (1, text.replace("</mujoco>", loop))):
-        hand.write_text(model)
-        assert len(attached_to(hand, "*", tmp_path / "n.xml", friction=0.1).limits) == said
 
 
 def test_bend_that_is_not_drawn_is_bend(hand, tmp_path):

@@ -223,11 +223,6 @@ def test_friction_of_a_joint_and_of_a_tendon_that_turns_it_alone_counts_once():
             add_cable_drive(spec, chosen[1], **CABLE)
 
 
-def test_a_bend_in_degrees_is_doubted():
-    with pytest.warns(TendonWarning, match="180"):
-        add_cable_drive(drum(), "m", **CABLE | {"bend": 180.0})
-
-
 def test_friction_and_pretension_are_live_and_elasticity_is_no_parameter():
     model = add_cable_drive(drum(), "m", **CABLE).compile()
     data = mujoco.MjData(model)

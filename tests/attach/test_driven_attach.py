@@ -11,7 +11,6 @@ import pytest
 
 from tendon_mj import Parameters, TendonWarning, add_friction, remove_friction, view_sheath
 from tendon_mj.attach import attach_friction
-from tendon_mj.cli import console, main
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.replay import Adjustable
 from tendon_mj.models import load_spec
@@ -224,19 +223,6 @@ def test_without_its_friction_a_driven_model_is_what_it_was():
     spec = add_friction(arm(), "*", friction=0.3, arc_guides=2)
     spec.compile()
     assert_equal(arm().compile(), remove_friction(spec, "*").compile())
-
-
-def test_the_command_says_what_drives_and_that_the_step_decides(tmp_path, monkeypatch):
-    monkeypatch.setattr(console, "width", 200)
-    path, out = tmp_path / "arm.xml", tmp_path / "new.xml"
-    path.write_text(ARM)
-    arguments = ["attach", str(path), "--tendon", "w*", "sprung", "--friction", "0.1"]
-    with console.capture() as capture:
-        assert main([*arguments, "--arc-guides", "4", "--out", str(out)]) == 0
-    for word in ("motor, servo", "its spring", "the step's", "sheath 'wrapped_sheath'"):
-        assert word in capture.get()
-    model = mujoco.MjModel.from_xml_path(str(out))
-    assert {sheath.tendon for sheath in sheaths(model).values()} == {"wrapped", "sprung"}
 
 
 @on_models_of_others

@@ -46,12 +46,6 @@ def test_it_leaves_in_its_direction_and_turns_to_the_left():
     np.testing.assert_allclose(right * [1, -1, 1], points, atol=1e-15)
 
 
-def test_many_guides_make_an_arc_of_a_circle():
-    radius = 0.5 / np.pi
-    points = arc_points(0.5, np.pi, 400)
-    np.testing.assert_allclose(np.linalg.norm(points - [0, radius, 0], axis=1), radius, rtol=1e-4)
-
-
 def hand():
     spec = mujoco.MjSpec()
     spec.worldbody.add_body(name="palm", pos=[1, 2, 3]).add_geom(size=[0.1, 0, 0])

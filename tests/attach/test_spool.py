@@ -298,13 +298,6 @@ def test_a_pattern_gives_each_tendon_a_spool_and_leaves_out_those_that_cannot():
     assert_equal(before, spec.compile())
 
 
-def test_a_name_that_is_taken_is_followed_by_a_number():
-    body = '<body name="t_spool"><joint name="t_spool_2"/><geom size=".1"/></body>'
-    spec = wound(rig(rest=f"<worldbody>{body}</worldbody>"))
-    assert spec.plugin("t_sheath").config["reel_joint"] == "t_spool_3"
-    spec.compile()
-
-
 NEEDS = {
     "shown": lambda spec: spec.add_sensor(
         name="shown",

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from tendon_mj import Parameters, TendonWarning, add_friction, largest_stiffness, view_sheath
-from tendon_mj.errors import UnknownNameError
-from tests.refusals import refusing
 from tests.rigs import compiled, rope, simulated
 
 ARM = 0.03  # of the tendon about the hinge [m]
@@ -72,11 +70,6 @@ def test_what_hangs_behind_a_pulley_is_another_stretch():
     branched = link(words="a b /2 b c")
     one = largest_stiffness(compiled(link()), "tendon")
     assert largest_stiffness(compiled(branched), "tendon") == pytest.approx(one, rel=1e-12)
-
-
-def test_an_unknown_tendon_is_refused_with_the_nearest_name():
-    with refusing(UnknownNameError, "did you mean 'tendon'"):
-        largest_stiffness(compiled(link()), "tendn")
 
 
 def said(act, *given):

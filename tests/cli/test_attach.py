@@ -6,7 +6,7 @@ import pytest
 from tendon_mj import largest_stiffness
 from tendon_mj.cli import console, main
 from tendon_mj.plugin import sheaths
-from tests.rigs import FINGER, LIMP, block_and_tackle, lever, rope
+from tests.rigs import FINGER, LIMP, lever, rope
 
 
 @pytest.fixture
@@ -93,14 +93,10 @@ def test_actuators_get_motors_in_the_file(attach_cables):
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ((), "give --tendon or --actuator"),
         (("--tendon", "*", "--actuator", "*"), "give --tendon or --actuator"),
-        (("--tendon", "*"), "attach --actuator"),
         (("--actuator", "*", "--radius", ".01"), "--extra-bend [rad]"),
         (("--actuator", "*", "--extra-bend", "3"), "--radius [m]"),
-        (("--tendon", "*", "--radius", ".01"), "belong to --actuator"),
         (("--tendon", "*", "--motor"), "belong to --actuator"),
-        (("--tendon", "*", "--efficiency", ".8"), "belong to --actuator"),
     ],
 )
 def test_options_of_cables_that_are_not_drawn_go_together(attach_cables, capsys, more, said):
@@ -164,17 +160,6 @@ def test_an_include_in_an_include_is_sought_where_mujoco_seeks_it(
     assert mujoco.MjModel.from_xml_path(str(out)).opt.timestep == read
 
 
-def test_a_motor_without_a_name_is_told_by_its_number(finger, attach, capsys):
-    text = finger.read_text()
-    motors = '<actuator><motor joint="mcp"/><motor tendon="flexor"/></actuator></mujoco>'
-    finger.write_text(text.replace("</mujoco>", motors))
-    assert attach(finger, "flexor", more=["--pretension", "1"])[0] == 2
-    error = capsys.readouterr().err
-    assert "'flexor' is driven by actuator 1, which has no name, whose force" in error
-    status, shown, _ = attach(finger, "flexor")
-    assert (status, "actuator 1" in shown) == (0, True)
-
-
 def test_a_tendon_stiffer_than_the_step_carries_is_named_with_what_it_carries(finger, attach):
     largest = largest_stiffness(mujoco.MjModel.from_xml_path(str(finger)), "flexor")
     for stiffness, warned in ((0.9 * largest, False), (1.1 * largest, True)):
@@ -205,14 +190,6 @@ def test_a_pull_that_friction_makes_too_stiff_for_the_step_is_named(
     assert (status, bool(lines)) == (0, said)
     assert not said or "t (up to" in lines[0]
     assert not said or "N/m of 2000 N/m, where" in lines[0]
-
-
-def test_over_pulleys_it_is_said_which_branch_loses_that_much(tmp_path, attach):
-    (tmp_path / "m.xml").write_text(block_and_tackle())
-    status, shown, _ = attach(tmp_path / "m.xml", "t")
-    said = "over pulleys, bend and loss are those of the most bent branch: t."
-    assert (status, said in shown) == (0, True)
-    assert "output_tension shows the end of the last branch" in shown
 
 
 def test_the_input_end_is_shown_and_written(finger, attach):

@@ -4,10 +4,7 @@ import json
 import os
 from pathlib import Path
 
-import pytest
-
 from tendon_mj.cli import main
-from tendon_mj.show import bars_figure
 from tests.lab.verification.test_costs import ARM, MOTOR, MUSCLE
 
 GIVEN = Path(os.environ.get("TENDON_MJ_MODELS", "/nowhere")) / "myohand.xml"
@@ -34,28 +31,3 @@ def test_the_result_has_every_figure(tmp_path, capsys):
     for name in (min(ratios, key=ratios.get), max(ratios, key=ratios.get)):
         assert f"{ratios[name]:.2f} ({name})" in last
     assert "arm without the sensors of tension" in printed
-
-
-@pytest.mark.parametrize(
-    ("text", "fact"), [(None, "arm.xml"), (ARM.format(""), "no actuator"), ("no XML", "XML")]
-)
-def test_a_refusal_is_one_line(tmp_path, capsys, text, fact):
-    model = tmp_path / "arm.xml"
-    if text is not None:
-        model.write_text(text)
-    assert main(["bench", str(model), "--out", str(tmp_path / "out")]) == 2
-    error = capsys.readouterr().err
-    assert fact in error
-    assert error.count("\n") == 1
-
-
-def test_a_bar_says_its_value():
-    figure = bars_figure(
-        {"floor": (4.0, 5.0, 6.0), "+ one": (10.0, 20.0, 30.0)},
-        "{:.0f} ns",
-        title="parts",
-        label="ns",
-    )
-    axes = figure.axes[0]
-    assert [text.get_text() for text in axes.texts] == ["5 ns", "20 ns"]
-    assert [label.get_text() for label in axes.get_yticklabels()] == ["floor", "+ one"]

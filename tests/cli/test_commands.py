@@ -13,7 +13,6 @@ from tendon_mj.lab.recordings import read_recording
 from tendon_mj.lab.replay import replay_recording
 from tendon_mj.models import example_recording
 from tests.lab.recorded import written
-from tests.rigs import lever, rope
 
 
 def read(folder):
@@ -98,50 +97,6 @@ def test_render_refuses_before_it_simulates(arguments, said, tmp_path, capsys):
     assert "Traceback" not in error
 
 
-@pytest.mark.parametrize(
-    ("actuator", "said"),
-    [
-        ('<motor name="pull" joint="elbow"/>', "moved through -1 to 1: pull"),
-        ("", "has no actuator"),
-    ],
-)
-def test_render_says_what_moves_a_model_and_how_long_it_takes(
-    actuator, said, tmp_path, capsys, monkeypatch
-):
-    path = tmp_path / "arm.xml"
-    path.write_text(
-        lever(actuator, joint='name="elbow" stiffness="1"', geom='size=".1" pos=".2 0 0"')
-    )
-    monkeypatch.setattr("tendon_mj.cli.motion._LONG", 0.0)
-    arguments = ["render", str(path), "--duration", "0.2", "--size", "128x96", "--fps", "10"]
-    status = main([*arguments, "--out", str(tmp_path)])
-    printed = capsys.readouterr()
-    assert said in " ".join(printed.out.split())
-    if status:
-        assert "OpenGL" in printed.err
-        pytest.skip("no OpenGL on this machine")
-    assert "this takes about" in printed.out
-    assert "--duration" in printed.out
-    assert (tmp_path / "arm.mp4").stat().st_size > 500
-
-
-@pytest.mark.parametrize(("pull", "unit"), [(0.03, "mN"), (3e4, "kN")])
-def test_render_says_tensions_in_a_unit_that_has_few_digits(pull, unit, tmp_path, capsys):
-    path = tmp_path / "endoscope.xml"
-    motor = f'<motor name="pull" tendon="t" gear="-1" ctrlrange="0 {pull}"/>'
-    ground, moving = "a; b 1 0 0; c 1 0 .1", "d .2 0 0"
-    path.write_text(
-        rope(ground, moving, law={"friction": 0.2}, body='pos="1 0 .1"', actuator=motor)
-    )
-    arguments = ["render", str(path), "--duration", "1", "--size", "128x96", "--fps", "10"]
-    if main([*arguments, "--out", str(tmp_path)]):
-        assert "OpenGL" in capsys.readouterr().err
-        pytest.skip("no OpenGL on this machine")
-    said = " ".join(capsys.readouterr().out.split())
-    low, high = map(float, re.search(rf"tensions from ([\d.]+) to ([\d.]+) {unit}", said).groups())
-    assert 0.0 <= low < 1.0 < high < 30.0
-
-
 def test_times_in_the_wrong_unit_are_refused_before_they_cost_hours(tmp_path, capsys):
     path = written(tmp_path, "0,0,20\n1e-9,1e-4,21\n2e-9,2e-4,22\n")
     assert main(["replay", path, "--out", str(tmp_path)]) == 2
@@ -209,14 +164,6 @@ def test_simulate_finger_does_not_write_over_the_table_that_it_follows(tmp_path,
     assert main(arguments) == 2
     assert "mine.csv" in capsys.readouterr().err
     assert table.read_text() == before
-
-
-def test_simulate_finger_without_friction_runs_once(tmp_path):
-    arguments = ["simulate", "finger", "--motion", "tap", "--out", str(tmp_path), "--no-clip"]
-    assert main([*arguments, "--friction", "0"]) == 0
-    written = {path.name for path in tmp_path.glob("*.csv")}
-    assert written == {"tap_frictionless.csv"}
-    assert "friction 0" in read(tmp_path)
 
 
 def test_a_clip_of_the_finger(tmp_path):

@@ -17,7 +17,7 @@ from tendon_mj.lab.recordings import Uncertain, read_recording
 from tendon_mj.lab.recordings import write_recording as write
 from tendon_mj.lab.replay import replay_recording
 from tendon_mj.models import model_path
-from tests.lab.recorded import recorded, written
+from tests.lab.recorded import recorded
 
 NOISE = 0.05
 OTHERS = [name for name in CATALOGUE if name != "sensor_bias"]
@@ -151,25 +151,6 @@ def test_an_uncertain_number_without_a_range_is_in_the_model(rig, tmp_path):
     assert Parameters(patched, mujoco.MjData(patched))["sheath.friction"] == 0.2
 
 
-def test_what_the_check_knows_is_said_before_the_search_and_on_the_first_screen(
-    rig, tmp_path, capsys
-):
-    """A sensor that counts the other way: no effect of the catalogue explains it."""
-    train, held_out = (read_recording(path) for path in rig[0.0])
-    tension = 40.0 - train.columns["output_tension_N"]
-    turned = replace(train, columns={**train.columns, "output_tension_N": tension})
-    paths = [str(write(r, tmp_path / f"{k}.csv")) for k, r in enumerate((turned, held_out))]
-    arguments = ["diagnose", paths[0], "--hold-out", paths[1], "--out", str(tmp_path / "out")]
-    assert main([*arguments, "--no-sysid", "--exclude", *OTHERS]) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    warning = "runs against sensor 'output_tension' of the model"
-    assert said.index(warning) < said.index("The misfit is")
-    result = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))
-    assert warning in result["warnings"][0]
-    page = (tmp_path / "out" / "report.html").read_text("utf-8")
-    assert page.index("runs against sensor") < page.index("Verdict in full")
-
-
 def test_a_tare_is_the_reason_why_no_effect_is_sought(rig, tmp_path, capsys):
     train = read_recording(rig[0.0][0])
     tension = train.columns["output_tension_N"].copy()
@@ -230,36 +211,6 @@ def refused(arguments, tmp_path, capsys):
     error = capsys.readouterr().err
     assert "Traceback" not in error
     return " ".join(error.split())
-
-
-def test_a_bad_recording_is_refused_with_file_row_and_column(rig, tmp_path, capsys):
-    csv, toml = tmp_path / "bad.csv", tmp_path / "bad.toml"
-    good = Path(rig[0.0][0])
-    rows = good.read_text("utf-8").splitlines()
-    first = rows[4].rpartition(",")[0]
-    csv.write_text("\n".join([*rows[:4], f"{first},strong", *rows[5:]]), "utf-8")
-    toml.write_text(good.with_suffix(".toml").read_text("utf-8"), "utf-8")
-    said = refused([str(csv)], tmp_path, capsys)
-    for text in ("bad.csv", "row 5", "output_tension_N", "strong"):
-        assert text in said
-
-
-@pytest.mark.parametrize(
-    ("options", "fact"),
-    [
-        (["--exclude", "crep"], "did you mean 'creep'"),
-        (["--model", "bensch"], "did you mean 'bench'"),
-        (None, "at least one recording"),
-    ],
-)
-def test_a_refusal_names_the_argument(options, fact, rig, tmp_path, capsys):
-    given = [] if options is None else [rig[0.0][0], *options]
-    assert fact in refused(given, tmp_path, capsys)
-
-
-def test_motion_that_never_reverses_gets_that_sentence(tmp_path, capsys):
-    path = written(tmp_path, "0,0,20\n0.1,1e-4,21\n0.2,2e-4,22\n")
-    assert "the tendon never reversed" in refused([path], tmp_path, capsys)
 
 
 def test_no_recording_that_a_diagnosis_reads_is_written_over(found, capsys):

@@ -8,12 +8,10 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from tendon_mj.cli import COMMANDS, main
 from tendon_mj.models import example_recording
-from tests.rigs import rope
 
 # under a shell's & Python would leave Ctrl-C to its parent
 RUN = """
@@ -29,9 +27,6 @@ with contextlib.suppress(SystemExit):
     main(["--help"])
 print(*sys.modules, file=sys.stderr)
 """
-ARM = rope("a; b .1 0 .1", "c", body='pos=".2 0 0"', actuator='<motor tendon="t"/>').replace(
-    '"', "'"
-)
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals and pipes")
 
 
@@ -83,15 +78,6 @@ def test_parameters_are_listed_with_their_units(capsys):
     assert any({"flexor_sheath.friction", "-"} <= set(row.split()) for row in rows)
     assert main(["parameters", "finger", "--name", "flexor_sheath.mu"]) == 2
     assert "did you mean 'flexor_sheath.friction'" in capsys.readouterr().err
-
-
-def test_attach_ends_with_the_effect_of_friction(tmp_path, capsys):
-    (tmp_path / "arm.xml").write_text(ARM)
-    arguments = ["--tendon", "t", "--friction", "0.2", "--out", str(tmp_path / "new.xml")]
-    assert main(["attach", str(tmp_path / "arm.xml"), *arguments]) == 0
-    last = capsys.readouterr().out.rstrip().splitlines()[-1]
-    share = round(100 * (1 - np.exp(-0.2 * np.pi / 2)))
-    assert f"t runs in a sheath, and loses {share}% of its tension by friction" in last
 
 
 @posix

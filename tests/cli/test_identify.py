@@ -48,25 +48,3 @@ def test_a_recording_gives_the_motion(rig: Path) -> None:
     assert main(["identify", str(rig / "sines.csv"), *arguments]) == 0
     written = json.loads((rig / "out" / "result.json").read_text())
     assert written["signals"] == ["cable_N", "lever_deg"]
-
-
-@pytest.mark.parametrize(
-    ("given", "told"),
-    [
-        (["rig.toml", "--bounds", "bounds.toml", "--signals", "lever"], ("cable_N", "lever_deg")),
-        (["rig.toml"], ("rig.toml", "--bounds")),
-        (["rig.toml", "--bounds", "long.toml"], ("duration",)),
-    ],
-)
-def test_a_missing_signal_or_motion_is_refused_with_the_way_out(
-    rig: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    given: list[str],
-    told: tuple[str, ...],
-) -> None:
-    monkeypatch.chdir(rig)
-    (rig / "long.toml").write_text(BOUNDS.partition("\n")[2])
-    assert main(["identify", *given]) == 2
-    refused = capsys.readouterr().err
-    assert all(text in refused for text in told)

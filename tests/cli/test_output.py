@@ -158,23 +158,3 @@ def test_a_table_has_every_word_whole(width, monkeypatch):
     assert set(names) <= set(words)
     assert words.count("left") == words.count("as") == words.count("it") == len(rows)
     assert max(map(len, printed.get().splitlines())) <= width
-
-
-@pytest.mark.parametrize("width", [40, 80, 81, 95, 120])
-def test_a_table_of_many_columns_is_as_wide_as_the_terminal_at_most(width, monkeypatch):
-    monkeypatch.setattr(console, "_width", width)
-    head = ("tendon", "bend [rad]", "over ranges", "least", "EA [N]", "drive", "end", "done")
-    row = (
-        "BE",
-        "1.03",
-        "1.03 … 5.22",
-        "0.857, 0.457",
-        "the step's",
-        "BE",
-        "first, s0",
-        "'BE_sheath'",
-    )
-    with console.capture() as printed:
-        print_table(head, [row, row])
-    assert printed.get().count("'BE_sheath'") == 2
-    assert max(map(len, printed.get().splitlines())) <= width

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -80,16 +79,6 @@ def test_check_says_that_an_angle_alone_may_not_tell_friction(tmp_path, capsys):
         assert ("No force is measured: friction, play and an elastic mount" in said) == (
             name == "angle"
         )
-
-
-def test_replay_warns_of_gaps_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    times = [0.02 * k + (0.5 if k >= 15 else 0.0) for k in range(30)]
-    rows = "".join(f"{t:.2f},{k / 100},20\n" for k, t in enumerate(times))
-    path = written(tmp_path, rows, "time_s,reel_mm,pull_N")
-    assert main(["replay", path, "--out", str(tmp_path)]) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert "warning: r, column 'time_s': 1 gap, the longest 0.52 s" in said
-    assert re.search(r"misses pull_N by [\d.]+ N \(without friction [\d.]+ N\), rms\.$", said)
 
 
 def with_and_without_friction(folder: Path) -> tuple[Recording, list[str]]:

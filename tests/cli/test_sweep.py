@@ -2,14 +2,13 @@
 
 import dataclasses
 import json
-import re
 import shutil
 
 import pandas
 import pytest
 
 from tendon_mj.cli import main
-from tendon_mj.lab.recordings import read_recording, read_table, write_recording
+from tendon_mj.lab.recordings import read_recording, write_recording
 from tendon_mj.models import example_recording
 
 pytest.importorskip("pyarrow", reason="the extra tendon-mj[parquet] is not installed")
@@ -62,31 +61,9 @@ def test_refusals_are_one_line_and_come_before_anything_is_written(options, said
     assert not out.exists()
 
 
-def test_a_recording_s_sweep_tells_the_error(tmp_path):
-    table = read_table(example_recording())
-    rows = [",".join(table)]
-    rows += [",".join(map(repr, map(float, row))) for row in zip(*table.values(), strict=True)]
-    (tmp_path / "short.csv").write_text("\n".join(rows[:60]) + "\n")
-    toml = example_recording().with_suffix(".toml").read_text("utf-8")
-    (tmp_path / "short.toml").write_text(toml)
-    arguments = ["--recording", str(tmp_path / "short.csv"), "--outputs", "*.error"]
-    varied = ["--parameter", "sheath.friction=0.1,0.15,0.2"]
-    assert main([*BENCH, *varied, *arguments, "--out", str(tmp_path / "out")]) == 0
-    outputs = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))["outputs"]
-    assert all(name.endswith(".error") for name in outputs)
-
-
-def test_few_rollouts_are_told_without_shares(tmp_path, capsys):
-    options = ["--outputs", "input_tension.max", "--duration", "0.02", "--settle", "0.02"]
-    varied = ["--parameter", "sheath.friction=0.05,0.1"]
-    assert main([*BENCH, *varied, *options, "--out", str(tmp_path)]) == 0
-    last = capsys.readouterr().out.rstrip().splitlines()[-1]
-    assert re.search(r"input_tension\.max goes from [\d.]+ to [\d.]+ N; all stayed", last), last
-    outputs = json.loads((tmp_path / "result.json").read_text("utf-8"))["outputs"]
-    assert all(summary["share_of_variance"] == {} for summary in outputs.values())
-
-
-def test_a_recording_is_not_written_over_and_its_odd_times_are_told(tmp_path, capsys):
+def test_a_recording_s_sweep_tells_the_error_and_odd_times_and_does_not_write_over_it(
+    tmp_path, capsys
+):
     recording = read_recording(example_recording())
     time, cut = recording.time[:60].copy(), slice(0, 60)
     time[40:] += 0.7
@@ -98,8 +75,11 @@ def test_a_recording_is_not_written_over_and_its_odd_times_are_told(tmp_path, ca
     assert main([*arguments, str(tmp_path)]) == 2
     assert "table.csv" in capsys.readouterr().err
     assert (tmp_path / "table.csv").read_bytes() == before
-    assert main([*arguments, str(tmp_path / "out")]) == 0
+    assert main([*arguments, str(tmp_path / "out"), "--outputs", "*.error"]) == 0
     assert "1 gap" in capsys.readouterr().out
+    outputs = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))["outputs"]
+    assert outputs
+    assert all(name.endswith(".error") for name in outputs)
 
 
 def contents(folder):
@@ -129,14 +109,12 @@ def finished(tmp_path_factory):
     return out
 
 
-@pytest.mark.parametrize(("options", "said"), LATE.values(), ids=LATE.keys())
-@pytest.mark.parametrize("again", [True, False])
+@pytest.mark.parametrize(("again", "late"), [*((True, late) for late in LATE), (False, "policy")])
 def test_a_sweep_that_is_refused_late_leaves_the_folder_as_it_was(
-    again, options, said, finished, tmp_path, capsys
+    again, late, finished, tmp_path, capsys
 ):
+    options, said = LATE[late]
     if options[0] == "--scheduler":
-        if not again:
-            pytest.skip("waits ten seconds for the scheduler, as above")
         pytest.importorskip("distributed", reason="the extra tendon-mj[cluster] is not installed")
     policy = tmp_path / "bad.py"
     policy.write_text("def pull(model, data):\n    raise ValueError('no such joint')\n")

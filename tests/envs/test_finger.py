@@ -192,10 +192,6 @@ def test_an_action_beyond_its_range_counts_as_its_end():
     np.testing.assert_array_equal(*ends)
 
 
-def test_ranges_take_any_pair_of_numbers():
-    assert Ranges(friction=[0, np.float32(0.5)]).friction == (0.0, 0.5)
-
-
 @pytest.mark.parametrize("action", [0.0, [0.0], [0.0] * 3, [[0.0, 0.0]], [0.0, math.nan], None])
 def test_an_action_that_is_not_a_number_for_each_tendon_is_refused(action):
     environment = hold_force(seed=0, ranges=Ranges(bend=KEPT_BEND))

@@ -39,29 +39,20 @@ def run(script):
     return done.stdout.strip()
 
 
-@pytest.mark.parametrize("module", ["tendon_mj.show", "tendon_mj.envs"])
-def test_without_the_laboratory_a_package_names_what_it_needs(module):
+@pytest.mark.parametrize(
+    ("module", "package", "extra"),
+    [("show", "scipy", "lab"), ("envs", "scipy", "lab"), ("mjlab", "mjlab", "mjlab")],
+)
+def test_a_package_names_what_it_needs_and_the_extra_that_has_it(module, package, extra):
     script = f"""
 try:
-    import {module}
+    import tendon_mj.{module}
 except ModuleNotFoundError as error:
     print(error, error.name, sep="|")
 """
-    sentence, name = run(WITHOUT.format(package="scipy") + script).split("|")
-    assert name == "scipy"
-    assert sentence == f"{module} needs scipy, which is not installed: pip install 'tendon-mj[lab]'"
-
-
-def test_without_mjlab_its_tasks_name_the_extra():
-    script = """
-try:
-    import tendon_mj.mjlab
-except ModuleNotFoundError as error:
-    print(error, error.name, sep="|")
-"""
-    sentence, name = run(WITHOUT.format(package="mjlab") + script).split("|")
-    assert name == "mjlab"
-    assert "pip install 'tendon-mj[mjlab]'" in sentence
+    sentence, name = run(WITHOUT.format(package=package) + script).split("|")
+    assert name == package
+    assert f"pip install 'tendon-mj[{extra}]'" in sentence
 
 
 def test_everything_but_the_environments_runs_without_dm_control():
@@ -71,26 +62,20 @@ def test_everything_but_the_environments_runs_without_dm_control():
 
 
 @pytest.mark.parametrize(
-    ("package", "environment", "extra"),
+    ("package", "needing", "other", "extra"),
     [
-        ("dm_control", "hold_force", "environments"),
-        ("dm_env", "hold_force", "environments"),
-        ("gymnasium", "HoldForceEnv", "gymnasium"),
+        ("dm_control", "hold_force", "HoldForceEnv", "environments"),
+        ("gymnasium", "HoldForceEnv", "hold_force", "gymnasium"),
     ],
 )
-def test_the_missing_package_and_its_installation_are_named(package, environment, extra):
-    script = WITHOUT.format(package=package) + ENVIRONMENTS.format(name=environment)
-    sentence, name = run(script).split("|")
+def test_an_environment_needs_its_own_package_only_and_names_its_installation(
+    package, needing, other, extra
+):
+    tried = [ENVIRONMENTS.format(name=name) for name in (needing, other)]
+    sentence, name = run(WITHOUT.format(package=package) + "".join(tried)).split("|")
     assert name == package
-    assert f"tendon_mj.envs.{environment} needs {package}, which is not installed" in sentence
+    assert f"tendon_mj.envs.{needing} needs {package}" in sentence
     assert f"pip install 'tendon-mj[{extra}]'" in sentence
-
-
-@pytest.mark.parametrize(
-    ("package", "name"), [("dm_control", "HoldForceEnv"), ("gymnasium", "hold_force")]
-)
-def test_each_kind_of_environment_needs_its_own_package_only(package, name):
-    assert run(WITHOUT.format(package=package) + ENVIRONMENTS.format(name=name)) == ""
 
 
 def test_the_package_alone_imports_no_gymnasium():

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.logger_faults.__main__ import check_clean, check_faulty, faulty, summary, table
+from experiments.logger_faults.__main__ import check_clean, check_faulty, faulty
 from experiments.logger_faults.faults import FAULTS
 from experiments.logger_faults.rigs import CLEAN, MOTIONS, RIGS, record
 from tendon_mj import Recording, diagnose
@@ -97,11 +97,3 @@ def test_a_gap_blocks_where_the_drive_turned_in_it(turns: bool) -> None:
     bare = recorded(time, {"reel_m": ("reel", 1e-3 * course)}, {}, name="gap")
     (warning,) = timing_warnings(bare)
     assert (warning.identifier, warning.blocks) == ("gap", turns)
-
-
-def test_the_table_counts_what_was_named(tmp_path: Path) -> None:
-    case = check_faulty("tare", "reel", SEED, tmp_path)
-    unsound = replace(case, verdict="named", effects=("backlash",), named=False)
-    assert "| tare | 1 of 2 | 1 named | 1 |" in table([case, unsound])
-    assert "1 of 2 faults" in summary([case, unsound])[0]
-    assert "1 of 1 diagnoses name an effect" in summary([case, unsound])[2]

@@ -15,32 +15,6 @@ RIG = {"length": 0.5, "bend": 2.0, "output_stiffness": 5e3}
 WAY = 0.015 * np.sin(np.linspace(0.0, 2.5 * np.pi, 600))
 
 
-def losses(**effects):
-    """ln T_in/T_out at the end of a pull and late on the way back."""
-    way = np.concatenate([np.linspace(0.0, 0.015, 50), np.linspace(0.015, 0.01, 50)])
-    seen = drive_sheath(way, replace(LAW, **effects), **RIG)
-    loss = np.log(seen.input_tension / seen.output_tension)
-    assert seen.unsolved == 0
-    return loss[49], loss[-1]
-
-
-def test_extra_bend_rubs_like_bend():
-    np.testing.assert_allclose(losses(extra_bend=0.5), [0.5, -0.5], rtol=1e-9)
-    np.testing.assert_allclose(losses(extra_bend=-9.0), 0.0, atol=1e-12)
-
-
-def test_friction_differs_by_direction():
-    np.testing.assert_allclose(losses(direction_asymmetry=0.25), [0.5, -0.3], rtol=1e-9)
-
-
-def test_the_mount_is_a_spring_at_the_input():
-    law = replace(LAW, friction=0.0)
-    plain = drive_sheath([40.0, 60.0], law, **RIG, by_tension=True).input_displacement
-    soft = drive_sheath([40.0, 60.0], replace(law, sheath_compliance=1e-4), **RIG, by_tension=True)
-    # what is wound in is unstretched, a strain shorter than what the mount gives up
-    np.testing.assert_allclose(soft.input_displacement - plain, [1e-3, 3e-3], rtol=4e-3)
-
-
 def test_a_drive_with_backlash_draws_what_play_leaves():
     drum = drive_sheath(WAY, replace(LAW, backlash=2e-3), **RIG)
     rigid = drive_sheath(WAY, LAW, **RIG)

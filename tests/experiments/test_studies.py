@@ -2,8 +2,7 @@
 
 import pytest
 
-from experiments.command import run_experiment
-from experiments.studies import Figure, studies
+from experiments.studies import Figure
 from tendon_mj.errors import TendonError
 
 PAGE = """
@@ -45,13 +44,3 @@ def test_errors_may_be_smaller_than_stated_and_all_else_is_the_same(
 def test_a_figure_that_is_not_stated_is_refused(row: str, cell: int, table: int) -> None:
     with pytest.raises(TendonError, match=row):
         Figure(row, cell, (1.0,), table=table).agrees(PAGE)
-
-
-def test_studies_need_the_data(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.delenv("TENDON_MJ_DATA", raising=False)
-    assert run_experiment(studies, "studies", []) == 2
-    error = capsys.readouterr().err
-    assert error.startswith("python -m experiments.studies: ")
-    assert "set TENDON_MJ_DATA" in error

@@ -8,18 +8,11 @@ from tendon_mj.models import load_model
 from tests.refusals import refusing
 
 
-@pytest.mark.parametrize("file", ["none.xml", "rig.xml", ""])
-def test_missing_and_circular_includes_are_left_to_mujoco(file, tmp_path):
-    path = tmp_path / "rig.xml"
-    path.write_text(f'<mujoco><include file="{file}"/></mujoco>')
-    with refusing(TendonError, "rig.xml"):
-        load_model(str(path))
-
-
-def test_a_file_that_is_no_model_is_refused_with_what_is_one(tmp_path):
-    path = tmp_path / "rig.toml"
-    path.write_text("[recording]")
-    with refusing(TendonError, "rig.toml", "MJCF"):
+@pytest.mark.parametrize("included", ["none.xml", "rig.xml", "", None])
+def test_a_file_that_is_no_model_is_refused_by_its_name(included, tmp_path):
+    path = tmp_path / ("rig.toml" if included is None else "rig.xml")
+    path.write_text(f'<mujoco><include file="{included}"/></mujoco>')
+    with refusing(TendonError, path.name):
         load_model(str(path))
 
 

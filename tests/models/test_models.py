@@ -296,20 +296,3 @@ def test_the_fingers_files_hold_the_shapes_that_the_functions_make():
         vertices = np.reshape(mesh.uservert, (-1, 3))
         np.testing.assert_allclose(vertices, made[mesh.name].vertices, atol=1.1e-5)
         assert list(mesh.userface) == list(made[mesh.name].faces.ravel())
-
-
-@pytest.mark.parametrize("tendon", TENDONS)
-def test_no_shape_lies_in_front_of_a_tendon(tendon):
-    """The tendons run in the plane y = 0 and are looked at from −y."""
-    for name, shape in phalanx_shapes(Finger()).items():
-        assert shape.vertices[:, 1].min() > 0.002, name
-    assert conduit_shape(Finger(), tendon).vertices[:, 1].min() >= 0.0
-
-
-def test_a_shape_is_a_closed_surface_that_faces_outwards():
-    for name, shape in {**phalanx_shapes(Finger()), **palm_shapes(Finger())}.items():
-        corners = shape.vertices[shape.faces]
-        volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
-        around = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
-        assert volume > 0.0, name
-        np.testing.assert_allclose(around, 0.0, atol=1e-15, err_msg=name)

@@ -157,12 +157,3 @@ def test_an_arm_on_a_frictionless_tendon_gains_less_with_every_halving(effect):
         gains.append(max(total) - total[0])
     assert gains[2] <= 0.7 * gains[1] + 1e-9
     assert gains[2] < 0.05 * abs(total[0])
-
-
-def test_without_effects_the_strain_law_is_hooke_s():
-    drives = Drives()
-    drives.follow(1e-3 * np.sin(np.arange(50)))
-    _, segments, _ = drives.tables()
-    assert not segments["strain_offset"].any()
-    assert not segments["support_compliance"].any()
-    np.testing.assert_array_equal(segments["strain_slope"], 1.0)

@@ -190,45 +190,10 @@ def test_add_friction_refuses_the_same_or_compiling_its_spec_does(values, thing)
         add_friction(mujoco.MjSpec.from_string(hand()), **law | values).compile()
 
 
-def test_python_lists_the_names_and_words_that_may_be_meant():
-    for values, meant in (
-        ({"tendon": "flexer"}, "did you mean 'flexor'?"),
-        ({"reel_joint": "knukle", "reel_radius": "0.01"}, "did you mean 'knuckle'?"),
-        ({"input_end": "lost"}, "did you mean 'last'?"),
-    ):
-        with refusing(ValueError, WHERE, meant):
-            compiled(instance("bad", **LAW | values))
-    for values, meant in (
-        ({"tendon": "flexor", "sensor": "tensoin"}, "did you mean 'tension'?"),
-        ({"tendon": "extensor", "sensor": "slip"}, "there is: 'flexor'"),
-    ):
-        with refusing(ValueError, WHERE, meant):
-            compiled(SOUND, instance("bad", **values), **SHOWN)
-
-
-def test_an_unknown_site():
-    spec = mujoco.MjSpec.from_string(hand())
-    spec.tendon("flexor").wrap_site("nowhere")
-    with refusing(ValueError, "nowhere"):
-        spec.compile()
-
-
 def test_a_sheath_without_guides_is_no_mistake():
     model = compiled(instance("straight", **(LAW | {"tendon": "extensor", "guides": "0"})))
     scalars, segments, _ = unpacked(model, simulated(model, 1), "straight")
     assert (len(segments), scalars.unsolved) == (1, 0.0)
-
-
-def test_a_mistake_in_a_sheath_is_told_before_what_follows_from_it_in_a_servo():
-    servo_of = instance("v", tendon="flexor", tension_gain="7", velocity_gain="2")
-    servos = f'</plugin><plugin plugin="tendon_mj.servo">{servo_of}</plugin>'
-    pull = '<plugin plugin="tendon_mj.servo" instance="v" joint="knuckle"/>'
-    spool = {"reel_joint": "knukle", "reel_radius": "0.01"}
-    with refusing(ValueError, "sheath instance 's': reel_joint", "'knukle'"):
-        compiled(
-            servos + '<plugin plugin="tendon_mj.sheath">' + instance("s", **LAW, **spool),
-            actuators=pull,
-        )
 
 
 class Heap(ctypes.Structure):

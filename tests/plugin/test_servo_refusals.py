@@ -75,17 +75,6 @@ def test_a_bad_servo_is_named_with_place_and_value(values, facts):
     assert np.isfinite(data.plugin_state).all()
 
 
-def test_python_lists_the_names_and_words_that_may_be_meant():
-    for values, listed in (
-        ({"tendon": "flexer"}, "did you mean 'flexor'?"),
-        ({"tendon": "bare"}, "'flexor', 'idle'"),
-        ({"feedback": "senser"}, "did you mean 'sensor'?"),
-        ({"backdrive": "yes"}, "'false', 'true'"),
-    ):
-        with refusing(ValueError, listed):
-            compiled(**values)
-
-
 def test_python_refuses_the_same_before_anything_is_added():
     spec = hand()
     before = len(spec.actuators)
@@ -107,11 +96,7 @@ def test_python_refuses_the_same_before_anything_is_added():
     [
         ({"backdrive": "maybe"}, ["backdrive = 'maybe'"]),
         ({"backdrive": 1}, ["backdrive = 1"]),
-        ({"tension_gain": "7"}, ["tension_gain = '7'", "[-]"]),
-        ({"velocity_gain": True}, ["velocity_gain = True", "[N m s/rad]"]),
         ({"delay": [0.1, 0.2]}, ["delay = [0.1, 0.2]", "[s]"]),
-        ({"period": np.array([0.1, 0.2])}, ["period"]),
-        ({"delay": 10**400}, ["delay", "[s]"]),
         ({"speed_limit": np.float32(-1.0)}, ["speed_limit = -1 [rad/s]", "≥ 0"]),
         ({"feedback": 3}, ["feedback '3'"]),
     ],

@@ -7,20 +7,19 @@ import imageio_ffmpeg
 import mujoco
 import numpy as np
 import pytest
-from matplotlib.colors import Normalize, to_rgb
+from matplotlib.colors import Normalize
 from matplotlib.font_manager import findfont
 from PIL import ImageFont
-from scipy.ndimage import binary_dilation, minimum_filter
+from scipy.ndimage import minimum_filter
 from scipy.spatial import KDTree
 
 from tendon_mj import add_friction
-from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.lab.finger import lasting, press, simulate_finger, tap
+from tendon_mj.errors import InvalidValueError
+from tendon_mj.lab.finger import lasting, press, simulate_finger
 from tendon_mj.lab.replay import Cable, FrameRecorder, default_motion, record_frames
 from tendon_mj.models import Bench, build_bench, load_model
 from tendon_mj.plugin import segment_tensions, sheaths
 from tendon_mj.show import Offscreen, draw_frames, find_camera, render_clip
-from tendon_mj.show.figures.style import DARK
 from tendon_mj.show.render import offscreen as scene_module
 from tendon_mj.show.render.clip import draw_arrow
 from tendon_mj.show.render.offscreen import (
@@ -31,8 +30,7 @@ from tendon_mj.show.render.offscreen import (
     project,
     without_tendons,
 )
-from tests.refusals import refusing
-from tests.rigs import compiled, rope
+from tests.rigs import rope
 
 
 @pytest.fixture(scope="module")
@@ -85,44 +83,6 @@ def test_a_clip_has_its_size_its_frames_and_moves(gl, model, tmp_path):
     assert np.abs(strip[1] - strip[0]).max() > 30.0, "the cursor moves"
 
 
-def test_a_clip_that_is_higher_than_wide_has_its_panel_below(gl, model):
-    recorded = record_frames(model, default_motion("bench", model), duration=0.2, fps=5)
-    (image,) = draw_frames(model, recorded, width=390, height=844)
-    assert image.shape == (844, 390, 3)
-    wide = bar_columns(image[340:])
-    assert wide > 390 * 0.5, "the colour bar is below the scene, and wide"
-
-
-def bar_columns(image):
-    """Columns that have a colour of the bar."""
-    away, _ = KDTree(255.0 * COLOURS(np.linspace(0.0, 1.0, 64))[:, :3]).query(image.reshape(-1, 3))
-    return int((away.reshape(image.shape[:2]) < 3.0).any(axis=0).sum())
-
-
-def test_a_model_without_a_sheath_has_no_strip(gl, tmp_path):
-    ball = mujoco.MjModel.from_xml_string(
-        "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
-    )
-    recorded = record_frames(ball, np.zeros((1, 0)), duration=0.2, fps=10)
-    path = render_clip(ball, recorded, tmp_path / "b.mp4", width=128, height=96)
-    frames, _ = frames_of(path, 128, 96)
-    assert frames.shape == (2, 96, 128, 3)
-    assert np.quantile(frames[0, :, -20:], 0.02) > 240, "bright to the edge, but for the horizon"
-
-
-@pytest.mark.parametrize(
-    ("given", "facts"),
-    [
-        ({"width": 481}, "width 481 even"),
-        ({"height": 20}, "height 20 64"),
-        ({"camera": "front"}, "camera 'front'"),
-    ],
-)
-def test_invalid_sizes_and_cameras_are_refused(model, tmp_path, given, facts):
-    with refusing((InvalidValueError, UnknownNameError), *facts.split()):
-        render_clip(model, still(model), tmp_path / "x.mp4", **given)
-
-
 def test_frames_of_another_model_or_another_length_are_refused(model, tmp_path):
     frames = still(model)
     with pytest.raises(InvalidValueError, match="of another model"):
@@ -130,16 +90,6 @@ def test_frames_of_another_model_or_another_length_are_refused(model, tmp_path):
     shorter = dataclasses.replace(frames, poses=frames.poses[:0])
     with pytest.raises(InvalidValueError, match="the twin has 0 frames"):
         draw_frames(model, frames, width=480, height=270, twin=shorter)
-
-
-def test_a_clip_of_a_replay_is_drawn_on_the_scene_that_the_bare_model_lacks(gl, tmp_path):
-    recorder = FrameRecorder(fps=10)
-    simulate_finger(tap(), load_model("finger"), recorder=recorder)
-    path = tmp_path / "tap.mp4"
-    render_clip(load_model("finger", scene=True), recorder.frames(), path, width=480, height=270)
-    frames, _ = frames_of(path, 480, 270)
-    assert len(frames) == 30
-    assert np.abs(frames[5].astype(float) - frames[0]).max() > 30.0
 
 
 @pytest.mark.parametrize("height", [0.0, 0.3])
@@ -275,19 +225,6 @@ def test_a_twin_changes_no_pixel_of_the_model_itself(gl, monkeypatch):
         assert not (changed & colourful).any()
 
 
-def test_a_dark_clip_is_dark_to_its_edges(gl):
-    scene, frames = load_model("finger", scene=True), pressing(0.5)
-    scene.material("floor").rgba[3] = 0.0
-    light, dark = (
-        next(draw_frames(scene, frames, width=480, height=270, dark=dark)).astype(int)
-        for dark in (False, True)
-    )
-    background = 255 * np.array(to_rgb(DARK.background))
-    np.testing.assert_allclose(dark[0, [0, -1]], np.tile(background, (2, 1)), atol=1)
-    assert (light > 250).all(axis=2).mean() > 0.3
-    assert (dark > 250).all(axis=2).mean() < 0.01
-
-
 def test_an_arrow_reaches_from_its_point_to_its_head_and_no_further_aside():
     image = np.full((100, 200, 3), 255, np.uint8)
     font = ImageFont.truetype(findfont("DejaVu Sans"), 12)
@@ -299,60 +236,3 @@ def test_an_arrow_reaches_from_its_point_to_its_head_and_no_further_aside():
     assert (image == 255).all(), "the picture that it was given is not changed"
     nowhere = np.array([np.nan, np.nan])  # behind the camera
     assert (draw_arrow(image, nowhere, nowhere, "1 N", font, []) == image).all()
-
-
-def test_values_of_two_arrows_do_not_lie_on_each_other():
-    image = np.full((200, 300, 3), 255, np.uint8)
-    font, labels = ImageFont.truetype(findfont("DejaVu Sans"), 12), []
-    start, end = np.array([100.0, 60.0]), np.array([100.0, 100.0])
-    for aside in (0.0, 4.0):
-        away = np.array([aside, 0.0])
-        image = draw_arrow(image, start + away, end + away, "1.2 N", font, labels)
-    first, second = labels
-    assert second[1] - first[1] > 12.0
-
-
-def test_the_legend_s_bead_is_seen_on_a_dark_floor(gl):
-    text = rope(
-        "a -.6 0 .3; b -.3 0 .4",
-        "c; d .1 0 0",
-        law={"friction": 0.1},
-        body='pos=".3 0 .3"',
-        joint='type="slide"',
-        world='<geom type="plane" size="90 90 1"/>',
-    )
-    model = compiled(text)
-    recorded = record_frames(model, [[5.0]], duration=0.1, fps=10)
-    (image,) = draw_frames(model, recorded, width=960, height=540)
-    corner = image[-60:, :40].astype(int)  # floor, and the bead without its text
-    assert np.median(corner) < 100, "as grey as the bead"
-    bead = np.abs(corner - 255.0 * np.array(to_rgb(scene_module.GUIDE_COLOUR))).max(axis=2) < 2.0
-    around = binary_dilation(bead, iterations=2) & ~bead
-    assert bead.sum() > 20
-    assert corner[around].min(axis=1).mean() > 150
-
-
-def test_the_legend_names_the_arrows_of_a_clip_in_which_bodies_touch(gl):
-    camera = mujoco.MjvCamera()
-    camera.lookat, camera.distance, camera.elevation = (0.0, 0.0, 5.0), 0.3, 80.0  # the sky alone
-    touching, red = pressing(2.0), []
-    assert any(map(len, touching.contacts))
-    apart = tuple(rows[:0] for rows in touching.contacts)
-    for frames in (touching, dataclasses.replace(touching, contacts=apart)):
-        size = {"width": 960, "height": 540, "camera": camera}
-        corner = next(draw_frames(load_model("finger"), frames, **size))[:, :40].astype(int)
-        red.append((np.abs(corner - (150, 20, 40)).max(axis=2) < 30).sum())
-    assert red[0] > 5
-    assert red[1] == 0
-
-
-@pytest.mark.parametrize(("above", "upper"), [(-0.08, False), (0.06, True)])
-def test_the_legend_is_in_the_emptier_corner(gl, above, upper):
-    """The camera looks below the hand or above it, which is then in the other corner."""
-    scene, camera = load_model("finger", scene=True), mujoco.MjvCamera()
-    camera.lookat, camera.distance, camera.azimuth = (-0.05, 0.0, above), 0.25, 100.0
-    camera.elevation = -10.0
-    scene.material("floor").rgba[3] = 0.0
-    first = next(draw_frames(scene, pressing(0.5), width=960, height=540, camera=camera))
-    dark = (first[:30, :300].max(axis=2) < 90).sum()
-    assert (dark > 100) == upper

@@ -5,8 +5,6 @@ import pytest
 from matplotlib import pyplot
 
 from tendon_mj import theory
-from tendon_mj.errors import RecordingError
-from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.verification import BenchReadings, FirstMotion
 from tendon_mj.models import Bench
 from tendon_mj.show import convergence_figure, loops_figure, replay_figure, sweep_figure
@@ -121,19 +119,6 @@ def test_the_replay_states_each_rms_error_with_its_unit():
     rmse = np.sqrt(np.mean((0.5 * np.sin(recording().time - 0.3)) ** 2))
     assert f"friction 0\nrms error {np.degrees(rmse):.3g}°" in texts
     assert "friction 0\nrms error 0°/s" in texts
-
-
-def test_a_recording_that_drives_nothing_is_drawn_over_time_alone():
-    plain = recorded(
-        [0.0, 1.0], {}, {"joint_rad": ("joint_angle", None, [0.0, 1.0])}, "joint", name="plain"
-    )
-    assert sum(axes.axison for axes in replay_figure(plain, {}).axes) == 1
-
-
-def test_a_recording_that_measured_nothing_is_refused():
-    nothing = Recording(name="n", model="m", source="s", time=[0, 1], columns={"x_m": [0, 1]})
-    with pytest.raises(RecordingError):
-        replay_figure(nothing, {})
 
 
 @pytest.mark.parametrize(

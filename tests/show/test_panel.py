@@ -2,7 +2,6 @@
 
 import dataclasses
 import itertools
-from types import SimpleNamespace
 
 import mujoco
 import numpy as np
@@ -20,9 +19,7 @@ from tendon_mj.show.render.panel import (
     Panel,
     charts,
     listed,
-    shortened,
     tendon_colours,
-    text_width,
 )
 from tests.rigs import block_and_tackle, compiled, rope
 
@@ -160,35 +157,6 @@ def test_forces_have_few_digits_and_all_of_a_clip_are_in_one_unit(force, unit, f
     assert bar.get_xlim()[1] == pytest.approx(factor * scale.vmax)
     assert first[-1] == tensions.lines[0].values[-1] == pytest.approx(factor * force, rel=0.2)
     assert last[-1] == tensions.lines[1].values[-1] < first[-1]
-
-
-@pytest.mark.parametrize("size", [(218, 360), (234, 540), (436, 720)])
-@pytest.mark.parametrize("force", [5.0, 7e3])
-def test_two_pairs_of_tensions_stand_apart_in_the_table(force, size):
-    model, frames = pulled(1, force=force)
-    panel = Panel(model, frames, colour_limits(frames.cables), *size, frames)
-    written = []
-
-    def kept(place, text, *, font, anchor="la", **drawn):
-        written.append((place[0] - font.getlength(text), place[0], anchor, text))
-
-    panel._write_table(SimpleNamespace(text=kept), len(frames.time) - 1)
-    pairs = [(left, right) for left, right, anchor, text in written if "→" in text]
-    assert len(pairs) == 4, "two headings, and the tensions with friction and without"
-    for (_, first), (second, _) in (pairs[:2], pairs[2:]):
-        assert second - first > 0.015 * size[0]
-    assert min(left for left, *_ in pairs) > 0.3 * size[0], "and apart from the name"
-
-
-@pytest.mark.parametrize("width", [0.5, 3.0, 9.0, 30.0])
-def test_a_text_is_cut_to_its_width_and_keeps_both_ends(width):
-    text = "flexor digitorum profundus"
-    kept = shortened(text, width)
-    assert text_width(kept) <= max(width, text_width("…"))
-    first, *cut = kept.split("…")
-    assert text.startswith(first)
-    assert not cut or text.endswith(cut[0])
-    assert cut or kept == text
 
 
 @pytest.fixture(scope="module")

@@ -33,7 +33,7 @@ from tendon_mj.show import write_report
 from tendon_mj.show.figures.simulations import before_after_figure
 from tendon_mj.show.report.page import report_page
 from tendon_mj.show.report.pictures import correlation_figure, diagnosis_figures, whiteness_figure
-from tendon_mj.show.report.text import advise, headline, value_rows, what_to_do
+from tendon_mj.show.report.text import headline, what_to_do
 from tests.lab.recorded import recorded as recording_of
 
 COLUMN = "output_tension_N"
@@ -171,19 +171,6 @@ def test_what_comes_closest_is_folded_and_marked_and_after_the_verdict():
     assert "0.18" not in words(rest[: rest.index("Candidate set")])
 
 
-def test_elements_that_share_a_value_are_one_row():
-    shared = Value(0.2, 0.1, 0.3, "", 0.15)
-    alone = replace(shared, value=0.21)
-    values = {"a.friction": shared, "b.friction": replace(shared, before=0.12), "c.friction": alone}
-    rows = value_rows(values | {"a.rate": shared})
-    assert [row.name for row in rows] == ["a.friction, b.friction", "c.friction", "a.rate"]
-    assert [row.before for row in rows] == ["0.12 … 0.15", "0.15", "0.15"]
-    (row,) = value_rows({f"s{k}.friction": shared for k in range(20)})
-    assert "s0.friction" in row.name
-    assert "(20)" in row.name
-    assert len(row.name) < 60
-
-
 def test_a_page_states_first_whether_what_remains_is_white():
     noise = np.random.default_rng(0).normal(0.0, 0.1, 400)
     time, x = recorded().time, recorded().columns[COLUMN]
@@ -243,19 +230,6 @@ def test_a_page_has_the_missing_effect_its_confidence_and_the_fit_of_parameters_
     assert "was left out" in words(page(diagnosis()))
 
 
-def test_without_a_change_no_after_is_claimed():
-    html = page(diagnosis("unknown"), sysid=SYSID)
-    assert "this diagnosis leaves 10.00" in words(html)
-    assert '<th class="n">after</th>' not in html[: html.index('id="noise"')]
-
-
-def test_the_closest_effect_is_shown_as_not_proven():
-    text = words(page(diagnosis("unknown", closest=("creep",)), sysid=SYSID))
-    assert "this diagnosis leaves 1.02" in text
-    assert "Fitted parameters, not proven" in text
-    assert CATALOGUE["creep"].next_experiment in text
-
-
 def test_ties_come_with_the_experiment_that_settles_them():
     text = words(page(diagnosis(rivals=("sensor_gain",))))
     assert "sensor_bias or sensor_gain : these data can't tell" in text
@@ -278,28 +252,6 @@ def test_every_effect_has_an_experiment_and_every_pair_is_of_the_catalogue():
     for pair in DISCRIMINATING_EXPERIMENTS:
         assert len(pair) == 2
         assert pair <= CATALOGUE.keys()
-
-
-def test_advice_covers_every_effect_of_a_group():
-    delay, lag = "sensor_delay", "sensor_lag"
-    both = [DISCRIMINATING_EXPERIMENTS[frozenset({delay, lag})]]
-    assert advise([delay, lag], CATALOGUE) == advise([lag, delay], CATALOGUE) == both
-    _, alone = advise([delay, lag, "creep"], CATALOGUE)
-    assert CATALOGUE["creep"].next_experiment in alone
-    silent = {"creep": replace(CATALOGUE["creep"], next_experiment="")}
-    assert advise(["creep"], silent) == []
-
-
-def test_a_page_describes_a_user_s_effects():
-    effect = replace(
-        CATALOGUE["sensor_bias"],
-        signature="a trace of ours",
-        source="our bench",
-        next_experiment="our own motion",
-    )
-    result = replace(diagnosis(rivals=("creep",)), catalogue={**CATALOGUE, "sensor_bias": effect})
-    for part in ("a trace of ours", "our bench", "For sensor bias, record our own motion."):
-        assert part in words(page(result))
 
 
 def test_a_report_is_a_page_and_the_pictures_in_it(tmp_path, monkeypatch):
@@ -337,23 +289,6 @@ def test_a_report_names_no_folder_of_its_author(monkeypatch, tmp_path):
     assert "<code>~/secret/a.csv</code>" in html
     assert str(tmp_path) not in html
     assert str(Path.home()) not in html
-
-
-def test_the_first_screen_alone_is_what_a_notebook_shows(monkeypatch):
-    result = diagnosis()
-    monkeypatch.setattr(Diagnosis, "simulate", lambda self: DRAWN)
-    html = result._repr_html_()
-    assert "What to do now" in words(html)
-    assert html.count('src="data:image/png;base64,') == 1
-    assert "<style" not in html
-
-
-def test_a_diagnosis_is_a_few_lines_that_name_its_verdict():
-    for verdict in ("named", "unknown", "nothing missing"):
-        lines = repr(diagnosis(verdict)).splitlines()
-        assert len(lines) <= 8
-        assert verdict in lines[0]
-        assert max(map(len, lines)) < 160
 
 
 def test_fitted_parameters_are_a_table_with_units():

@@ -112,10 +112,3 @@ def test_print_cuts_nothing_at_the_edge_of_the_paper(browser, reports):
     cut = "[...document.querySelectorAll('.scroll')].filter((e) => e.scrollWidth > e.clientWidth)"
     assert browser.execute_script(f"return {cut}.map((e) => e.outerHTML.slice(0, 200))") == []
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
-
-
-def test_on_a_phone_no_row_is_a_column_of_words(browser, reports):
-    for page in reports.values():
-        load(browser, page, 390, "light")
-        rows = "[...document.querySelectorAll('tr')].map((e) => e.getBoundingClientRect().height)"
-        assert browser.execute_script(f"return Math.max(...{rows})") < 110

@@ -91,15 +91,6 @@ def test_a_model_s_own_floor_and_light_are_kept():
     assert np.array_equal(shown.vis.headlight.ambient, model.vis.headlight.ambient)
 
 
-def test_a_thin_tendon_is_drawn_thicker_and_a_thick_one_as_it_is():
-    model = mujoco.MjModel.from_xml_string(BARE)
-    for width, factor in ((1e-5, 100.0), (0.05, 1.0)):
-        model.tendon_width[:] = width
-        shown = to_show(model).tendon_width[0]
-        assert shown >= factor * width * (1.0 - 1e-9)
-        assert width == model.tendon_width[0]
-
-
 def test_a_camera_on_a_moving_body_is_not_chosen():
     sights = '<camera name="{}" pos=".05 -.35 .1" xyaxes="1 0 0 0 0 1"/>'
     text = rope(

@@ -20,27 +20,21 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
 
-from tendon_mj.cli import main
-from tendon_mj.errors import EngineError, MissingPackageError
+from tendon_mj.errors import EngineError
 from tendon_mj.lab.replay import force_unit
 from tendon_mj.models import load_model
-from tendon_mj.plugin import sheaths
 from tendon_mj.show.live import open_window, prepare, serve
 from tendon_mj.show.live.scene import (
     MOST_TENDONS,
-    colour_bar,
-    colour_key,
     control_slider,
-    curve_colours,
     drawn_tendons,
-    key_height,
     reading_table,
     slider,
     tension_table,
     tension_text,
 )
 from tendon_mj.show.live.web import row_of_points
-from tendon_mj.show.live.window import curves_place, draw_curves, key_place, new_curves
+from tendon_mj.show.live.window import draw_curves, new_curves
 from tests.show.rigs import PULLED, TENSION, pulled, start_browser
 
 ROOT = Path(__file__).parents[2]
@@ -137,50 +131,6 @@ def test_a_tension_without_bound_leaves_the_figure_finite():
     figure = new_curves(np.zeros((1, 2, 3)), 20.0)
     draw_curves(figure, np.array([0.0]), np.array([[[np.inf, np.nan]]]), 8.0)
     assert np.isfinite(figure.linedata[:2]).all()
-
-
-def test_curves_and_key_lie_within_the_window_and_apart():
-    window = mujoco.MjrRect(0, 0, 853, 533)
-    curves, key = curves_place(window), key_place(window, key_height(2))
-    for place in (curves, key):
-        assert place.left >= 0
-        assert place.bottom >= 0
-        assert place.left + place.width <= window.width
-        assert place.bottom + place.height <= window.height
-    assert key.left + key.width <= curves.left
-
-
-def test_each_tendon_has_the_colour_that_the_model_gives_it():
-    model = pulled().simulation.model
-    model.tendon_rgba[0] = 0.8, 0.2, 0.4, 1.0
-    full, pale = curve_colours(model, [*sheaths(model)])[0]
-    np.testing.assert_allclose(full, [0.8, 0.2, 0.4], atol=1e-6)
-    assert (pale >= full).all()
-
-
-def test_the_key_of_colours_has_all_of_them():
-    colours = np.array([[[1.0, 0.0, 0.0], [1.0, 0.6, 0.6]]])
-    picture = colour_key((0.0, 20.0), ["t"], colours, 420, key_height(1))
-    assert picture.shape == (key_height(1), 420, 3)
-    seen = {tuple(pixel) for pixel in picture.reshape(-1, 3)}
-    for colour in ((68, 1, 84), (253, 231, 37), (255, 0, 0), (255, 153, 153)):
-        assert min(np.abs(np.subtract(pixel, colour)).max() for pixel in seen) <= 4
-
-
-def test_keys_explain_the_mark_only_where_a_tendon_can_slip():
-    for slips in (True, False):
-        assert ("slips" in colour_bar((2.0, 20.0), slips)) == slips
-    assert all(end in colour_bar((2.0, 20.0), False) for end in ("≤ 2 N", "11 N", "≥ 20 N"))
-    assert all(
-        end in colour_bar((0.0, 0.02), False, force_unit([0.02])) for end in ("≤ 0 mN", "≥ 20 mN")
-    )
-    huge = colour_bar((0.0, 1e8), False, force_unit([1e8]))
-    assert all(end in huge for end in ("≤ 0 MN", "50 MN", "≥ 100 MN"))
-    with_mark, without = (
-        colour_key((0.0, 20.0), [], np.zeros((0, 2, 3)), 420, key_height(0), slips)
-        for slips in (True, False)
-    )
-    assert (with_mark != without).any()
 
 
 def test_numbers_of_joints_and_touch_have_units():
@@ -328,33 +278,6 @@ def test_the_page_is_halted_goes_on_and_is_moved_by_hand(page):
     WebDriverWait(browser, PATIENCE).until(lambda b: output_tension(b) == 0.0)
 
 
-@pytest.mark.parametrize(("width", "height"), [(1280, 720), (390, 844)])
-def test_cable_and_curves_are_seen_without_scrolling(page, width, height):
-    """On a phone the panel lies folded at the bottom, and its curves are seen when it is opened."""
-    browser, _ = page
-    is_phone = width < 500
-    size = {"width": width, "height": height, "deviceScaleFactor": 0.1, "mobile": is_phone}
-    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-    try:
-        browser.refresh()
-        if is_phone:
-            folded = "//*[@role='button'][@aria-expanded='false']"
-            WebDriverWait(browser, PATIENCE).until(lambda b: b.find_elements(By.XPATH, folded))
-            row = browser.find_element(By.XPATH, folded)
-            sheet = browser.find_element(By.XPATH, "//button[normalize-space()='pause']")
-            assert sheet.rect["y"] > 0.6 * height, "the scene is free"
-            row.click()
-
-        def is_seen(browser):
-            charts = browser.find_elements(By.CSS_SELECTOR, ".uplot canvas")
-            return charts and 0 < charts[0].rect["y"] < height - charts[0].rect["height"]
-
-        WebDriverWait(browser, PATIENCE).until(is_seen)
-        assert browser.find_element(By.CSS_SELECTOR, ".uplot canvas").rect["x"] > 0
-    finally:
-        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-
-
 def test_a_translucent_body_and_the_tendon_in_it_turn_together_on_the_page(browser):
     def turned(seen):
         """Direction in which the pixels that are seen lie [rad]."""
@@ -380,12 +303,6 @@ def test_a_translucent_body_and_the_tendon_in_it_turn_together_on_the_page(brows
         finally:
             browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
     assert max(angles) < 5.0, np.round(angles, 1)
-
-
-def test_without_mjviser_its_installation_is_named(monkeypatch):
-    monkeypatch.setitem(sys.modules, "mjviser", None)
-    with pytest.raises(MissingPackageError, match=r"pip install 'tendon-mj\[web\]'"):
-        serve(pulled())
 
 
 def test_the_page_shows_what_the_plugin_draws():
@@ -432,11 +349,6 @@ def test_a_row_of_points_has_the_ends_and_no_gaps(most):
         np.testing.assert_allclose(own[-1], end)
     gaps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     assert gaps.max() <= max(0.01, 3.0 / (most - 6)) + 1e-9
-
-
-def test_no_tendon_is_no_point():
-    nothing = np.zeros((0, 2, 3)), np.zeros((0, 3), np.uint8)
-    assert not len(row_of_points(*nothing, 0.01)[0])
 
 
 def test_every_live_parameter_of_a_sheath_has_a_slider_that_admits_its_ends():
@@ -512,18 +424,3 @@ def test_a_page_is_served_for_a_given_time():
     *_, first, last = done.stdout.splitlines()
     assert first.startswith("http://localhost:")
     assert "× real time" in last
-
-
-@pytest.mark.parametrize(
-    ("arguments", "facts"),
-    [
-        (["--seconds", "-1"], "--seconds -1"),
-        (["--web", "--port", "99999"], "--port 99999 65535"),
-        (["--motion", "curl"], "CSV time_s"),
-    ],
-)
-def test_invalid_arguments_are_refused_in_a_line(arguments, facts, capsys):
-    pytest.importorskip("mjviser")
-    assert main(["view", "bench", *arguments]) == 2
-    error = " ".join(capsys.readouterr().err.split())
-    assert all(fact in error for fact in facts.split())

@@ -14,54 +14,14 @@ from experiments.cable_tool.candidates import CANDIDATES, CHOSEN
 from experiments.cable_tool.cross_validation import cross_validate, root_mean_square
 from experiments.cable_tool.fit import fit_tool
 from experiments.cable_tool.load_share import load_share
-from experiments.cable_tool.recording import COLUMNS, find_strokes, read_folder, read_recording
+from experiments.cable_tool.recording import read_folder
 from experiments.cable_tool.report import TORQUE_ASKED
 from experiments.cable_tool.tool import rate_ratios
 from experiments.cable_tool.transmission import predict_load
 from tendon_mj import theory
-from tendon_mj.errors import InvalidValueError, RecordingError
+from tendon_mj.errors import InvalidValueError
 from tests.experiments.cable_tool.synthetic import TOOL, made_up, suite
 from tests.refusals import refusing
-
-HEADER = ",".join(COLUMNS)
-ROWS = "\n".join(f"{t},{t},{0.1 * t},{-t},{-0.05 * t}" for t in (0.0, 1.0, 2.0))
-
-
-def written(folder, name, header=HEADER, rows=ROWS):
-    path = folder / f"{name}.csv"
-    path.write_text(f"{header}\n{rows}\n")
-    return path
-
-
-@pytest.mark.parametrize(
-    ("name", "pose", "pitch", "roll", "load", "rate", "group"),
-    [
-        ("tool_L4_0.1Hz_load010", "straight", 0, 0, 0.1, "0.1Hz", "straight"),
-        ("tool_L4_f2_load100", "straight", 0, 0, 1.0, "f2", "straight"),
-        ("pitch1_yaw0_load20", "pitch1", -60, 0, 0.2, "", "pitch"),
-        ("pitch4_yaw0_load20", "pitch4", 30, 0, 0.2, "", "pitch"),
-        ("roll5_yaw0_load80", "roll5", 0, 90, 0.8, "", "roll"),
-    ],
-)
-def test_a_name_says_pose_load_and_rate(tmp_path, name, pose, pitch, roll, load, rate, group):
-    result = read_recording(written(tmp_path, name))
-    assert (result.name, result.pose, result.rate, result.group) == (name, pose, rate, group)
-    assert result.load_share == pytest.approx(load)
-    assert np.degrees([result.pitch, result.roll]) == pytest.approx([pitch, roll])
-    np.testing.assert_allclose(result.load, [0.0, 0.05, 0.1])
-
-
-def test_what_is_not_of_the_rig_is_refused(tmp_path):
-    with refusing(RecordingError, "pitchN_yawN_loadPERCENT"):
-        read_recording(written(tmp_path, "other"))
-    with refusing(RecordingError, "row 1"):
-        read_recording(written(tmp_path, "roll1_yaw0_load40", header="a,b"))
-    rows = "0,nan,0,0,0\n" + "\n".join(f"{k},0,0,0,0" for k in range(1, 5))
-    with refusing(RecordingError, "row 2 | nan"):
-        read_recording(written(tmp_path, "roll1_yaw0_load40", rows=rows))
-    with refusing(RecordingError, "no CSV file"):
-        read_folder(tmp_path / "empty")
-
 
 NEVER = 1e6  # a take-up so long that the cable never comes to slide [rad]
 
@@ -89,15 +49,6 @@ def test_the_load_stays_between_the_lines_of_the_directions_at_any_rate(take_up)
     far = (strokes.travel > 0.4) & (strokes.direction < 0.0) & (strokes.excursion > -0.48)
     if take_up <= 0.1:
         np.testing.assert_allclose(load[far], line[far], atol=1e-6)
-
-
-def test_strokes_are_found_through_the_noise_of_an_encoder():
-    phase = np.linspace(0.0, 4.0 * np.pi, 2000)
-    angle = 0.5 * np.cos(phase) + 4e-4 * np.sign(np.sin(1e3 * phase))
-    strokes = find_strokes(angle)
-    assert np.count_nonzero(np.diff(strokes.direction)) in (3, 4)
-    assert strokes.travel.max() == pytest.approx(1.0, abs=0.01)
-    assert np.all(strokes.direction[50:450] == -1.0)
 
 
 PLANTED = {

@@ -13,7 +13,6 @@ from experiments.force_servo.linear_theory import (
     mode,
     overshoot,
     rise_time,
-    speed_after_backlash,
     step_error,
     with_damping,
     with_scheduled_gains,
@@ -48,15 +47,6 @@ def test_overshoot_from_rest_is_the_textbook_s(zeta):
     assert overshoot(1.0) == 0.0
     phase = np.linspace(0.0, 10.0, 101)
     np.testing.assert_allclose(step_error(1.0, phase), np.exp(-phase) * (1.0 + phase), atol=1e-5)
-
-
-def test_out_of_the_backlash_the_motor_comes_with_speed_but_no_more_than_it_can():
-    servo = with_damping(STIFF, Servo(), 1.0)
-    limit = 0.5 / mode(STIFF, servo, -1).damping
-    assert 0.0 < speed_after_backlash(STIFF, servo, -1, 60.0, 20.0) < limit
-    assert speed_after_backlash(STIFF, servo, -1, 90.0, 20.0) > speed_after_backlash(
-        STIFF, servo, -1, 30.0, 20.0
-    )
 
 
 @pytest.mark.parametrize("reverse", [False, True])

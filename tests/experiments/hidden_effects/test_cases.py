@@ -8,9 +8,8 @@ import pytest
 
 from experiments.hidden_effects.case import make_case
 from experiments.hidden_effects.excitation import Sensor
-from experiments.hidden_effects.hidden import with_imitators
-from experiments.hidden_effects.plan import HIDDEN, REAL_KINDS, SINGLE_EFFECTS, CasePlan, plan_suite
-from experiments.hidden_effects.strengths import calibration_projector, find_strength
+from experiments.hidden_effects.plan import CasePlan
+from experiments.hidden_effects.strengths import calibration_projector
 from tendon_mj.lab.recordings import read_recording
 from tendon_mj.lab.replay import Simulator, replay_recording
 from tendon_mj.models import load_model
@@ -31,58 +30,12 @@ TOO_HIGH = dataclasses.replace(
 )
 
 
-def test_a_suite_holds_every_effect_at_every_strength_once():
-    suite = plan_suite(3, ("effect",), (2.0, 5.0), (0.01,), 1, 0, 0)
-    assert sorted((p.names[0], p.target) for p in suite) == sorted(
-        (e, s) for e in SINGLE_EFFECTS for s in (2.0, 5.0)
-    )
-    assert len({p.seed for p in suite}) == len(suite)
-
-
-def reality(*kinds):
-    return plan_suite(3, kinds, (2.0, 5.0), (0.01, 0.002), 1, 8, 0)
-
-
-def test_effects_are_hidden_among_sessions_and_above_remainders_once_each():
-    sessions, remainders = reality("session"), reality("remainder")
-    for plans, hidden in ((sessions, set(HIDDEN) - {"sensor_bias"}), (remainders, set(HIDDEN))):
-        names = [p.names[0] for p in plans if p.names and p.rig == "bench"]
-        assert sorted(names) == sorted(hidden)
-    assert all("sensor_bias" not in p.names for p in sessions)  # which is set anew for each
-    assert sum(not p.names for p in sessions) == 2
-    assert 0 < sum(p.bends for p in sessions) < len(sessions)
-    for plan in remainders:  # what remains can neither be named nor imitate what is hidden
-        assert len(set(plan.small)) == 2
-        for name in (*plan.names, *plan.small):
-            others = {*plan.names, *plan.small} - {name}
-            assert not with_imitators(name) & others
-        assert plan.names[0] not in plan.exclude
-
-
-@pytest.mark.parametrize("kind", REAL_KINDS)
-def test_the_old_kinds_are_planned_as_if_there_were_no_others(kind):
-    old = plan_suite(3, ("effect", "pair"), (5.0,), (0.01,), 1, 0, 4)
-    both = plan_suite(3, ("effect", "pair", kind), (5.0,), (0.01,), 1, 0, 4)
-    content = [
-        {(p.names, p.target, p.noise) for p in plans if p.kind == "pair"} for plans in (old, both)
-    ]
-    assert content[0] == content[1]
-
-
 def test_calibration_removes_the_projection_on_its_sensitivities_and_nothing_else():
     rng = np.random.default_rng(0)
     along, other = rng.normal(size=(2, 50))
     left = calibration_projector([along])
     assert left(3.0 * along) == pytest.approx(np.zeros(50), abs=1e-12)
     assert left(other) @ along == pytest.approx(0.0, abs=1e-12)
-
-
-@pytest.mark.parametrize("power", [0.5, 1.0, 3.0])
-def test_the_search_finds_a_strength_or_says_that_the_range_ends(power):
-    result = find_strength(lambda s: 7.0 * s**power, 2.0, 1e-4, 10.0, 1.0)
-    assert result.reached
-    assert 7.0 * result.strength**power == pytest.approx(2.0, rel=0.1)
-    assert not find_strength(lambda s: 7.0 * s**power, 2.0, 1e-4, 0.01, 0.001).reached
 
 
 def test_lag_and_delay_shift_a_ramp_by_their_time():
@@ -148,18 +101,6 @@ def test_sessions_are_explained_by_what_each_has_of_its_own_and_not_without(quie
     shared = key["calibrated"]
     assert all(explained(r, {**shared, **key["sessions"][r.name]}) for r in made)
     assert not all(explained(r, shared) for r in made)
-
-
-def test_recordings_of_sessions_state_the_spread_of_zeros_and_pretension_and_know_the_bend(quiet):
-    key, made = quiet
-    wanted = {"sheath.pretension", "input_tension.offset", "output_tension.offset"}
-    for recording in made:
-        assert recording.session.keys() == wanted
-        own = key["sessions"][recording.name]
-        assert recording.known["sheath.extra_bend"] == own["sheath.extra_bend"]
-        for name, stated in recording.session.items():
-            assert abs(own[name] - stated.value) < 5.0 * stated.spread  # guesses, by a factor of 2
-    assert len({r.known["sheath.extra_bend"] for r in made}) == len(made)
 
 
 @pytest.mark.parametrize("plan", [ASYMMETRIC, REMAINDER], ids=["sessions", "remainder"])

@@ -16,10 +16,8 @@ from experiments.kaneko1991.figure_4bc import OVERDAMPED, measure_shift
 from experiments.kaneko1991.figure_4bc import TENDON as TENDON_4BC
 from experiments.kaneko1991.figure_5 import CONSTANT_FRICTION, measure_departure
 from experiments.kaneko1991.loop import (
-    displacement_history,
     measure_loop,
     predict_loop,
-    random_turning_points,
     sliding_branches,
     tension_sine,
 )
@@ -87,16 +85,6 @@ def test_routes_converge_to_the_closed_form():
     # at the strain of a real tendon finite strain remains, and nothing is said about an order
     assert "plugin in MuJoCo" not in result.order
     assert result.error["plugin in MuJoCo"].max() < 0.005
-
-
-def test_random_histories_repeat_and_have_a_range():
-    assert random_turning_points(5) == random_turning_points(5)
-    for points in random_turning_points(20):
-        time, travel = displacement_history(points)
-        assert travel[0] == 0.0
-        assert np.all(np.diff(time) > 0.0)
-        assert travel[-1] == pytest.approx(points[-1])
-        assert np.ptp(travel) > 0.8e-3
 
 
 def test_plugin_repeats_the_static_friction_of_the_sheath_alone():

@@ -1,7 +1,6 @@
 """The measured joint: recordings, rivals, splits and the study."""
 
 import json
-import math
 from dataclasses import replace
 from functools import partial
 
@@ -13,22 +12,19 @@ from experiments.measured_joint import bouc_wen, history_network, study
 from experiments.measured_joint.__main__ import measured_joint
 from experiments.measured_joint.bouc_wen import fit_bouc_wen
 from experiments.measured_joint.candidates import CANDIDATES
-from experiments.measured_joint.copied_curves import fit_continued_curves, fit_copied_curves
 from experiments.measured_joint.direct_fit import fit_directly
 from experiments.measured_joint.history_network import fit_history_network
-from experiments.measured_joint.joint_model import CAPSTAN, Number, values_in
+from experiments.measured_joint.joint_model import CAPSTAN
 from experiments.measured_joint.prandtl_ishlinskii import fit_prandtl_ishlinskii, play
 from experiments.measured_joint.prediction import error
 from experiments.measured_joint.recording import (
     ANGLE,
     COLUMNS,
     COMMAND,
-    REELS,
     TENSIONS,
     bend,
     bound_zeros,
     degrees,
-    read_folder,
 )
 from experiments.measured_joint.splits import BETWEEN, BEYOND, LEFT_OUT, make_splits
 from experiments.measured_joint.wound_in import WoundIn
@@ -37,24 +33,6 @@ from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings import Uncertain
 from tests.experiments.measured_joint.synthetic import FRICTION, PLANTED, UNCERTAIN, blank, rig
 from tests.refusals import refusing
-
-HEADER = "time_s,command_rad,joint_rad,tension_1_N,tension_2_N\n"
-
-
-def test_a_folder_is_read_in_the_order_of_the_bend(tmp_path):
-    for angle in (120, 0, 60):
-        path = tmp_path / f"bend_{angle:03d}deg.csv"
-        path.write_text(HEADER + "0.0,0.0,0.0,5.0,5.0\n0.1,0.1,0.0,5.1,4.9\n", "utf-8")
-    result = read_folder(tmp_path)
-    assert [degrees(r) for r in result] == [0, 60, 120]
-    assert bend(result[2]) == pytest.approx(2.0 * math.pi / 3.0)
-    for recording in result:
-        assert set(recording.measured) == set(COLUMNS)
-        assert set(REELS) < set(recording.drive.values())
-        assert all(not np.any(recording.columns[f"{reel}_m"]) for reel in REELS)
-    (tmp_path / "straight.csv").write_text(HEADER, "utf-8")
-    with refusing(RecordingError, "bend_NNNdeg"):
-        read_folder(tmp_path)
 
 
 def test_nothing_that_is_predicted_is_given():
@@ -99,14 +77,6 @@ def test_the_first_sample_reads_what_was_recorded(changed):
             assert series[column][0] == pytest.approx(recording.columns[column][0], abs=0.05)
 
 
-def test_friction_holds_tension_back_so_that_less_tendon_is_wound_in():
-    simulator = WoundIn([blank(180, 8)])
-    wound = simulator._wind_in(
-        [{**PLANTED, **{f"sheath_{k}.friction": mu for k in (1, 2)}} for mu in (0.0, 0.2, 0.4)]
-    )
-    assert np.all(np.diff(wound[:, 0], axis=0) < 0.0)
-
-
 def test_without_friction_the_tendon_is_a_spring():
     stiffness = PLANTED["sheath_1.axial_stiffness"]
     plain = {**PLANTED, "sheath_1.friction": 0.0, "sheath_2.friction": 0.0}
@@ -114,13 +84,6 @@ def test_without_friction_the_tendon_is_a_spring():
     # L = 1 m, pretension 0.2 N: what was S long carries 5 N
     unstretched = 1.0 / (1.0 + 0.2 / stiffness)
     assert wound[0] == pytest.approx(unstretched - 1.0 / (1.0 + 5.0 / stiffness), rel=1e-3)
-
-
-def test_the_same_in_longer_steps():
-    simulator = WoundIn([blank(120)])
-    fine, coarse = (s([PLANTED])[0][0] for s in (simulator, simulator.in_steps(2.0)))
-    assert np.abs(fine["joint_rad"] - coarse["joint_rad"]).max() < np.radians(0.5)
-    assert len(REELS) == len(TENSIONS)
 
 
 BENDS = (0, 120, 240)
@@ -139,19 +102,6 @@ def worst(predict, recording):
 
 def play_law(command, angle):
     return (1.0 - 0.1 * angle) * play(command, 0.3) + 0.2 * command + 0.05 * angle
-
-
-@pytest.mark.parametrize("fit", [fit_copied_curves, fit_continued_curves])
-def test_copied_curves_are_exact_where_curves_are_linear_in_the_bend(fit):
-    predict = fit([made(b, play_law) for b in BENDS])
-    for place in (0, 60, 120, 200):
-        assert worst(predict, made(place, play_law)) < 1e-12
-    given = [made(b, play_law) for b in (0, 120)]
-    beyond, nearest = made(240, play_law), given[1].columns[COLUMNS[0]]
-    if fit is fit_continued_curves:
-        assert worst(fit(given), beyond) < 1e-12
-    else:
-        assert fit(given)(beyond)[COLUMNS[0]] == pytest.approx(nearest)
 
 
 def bouc_wen_law(command, angle):
@@ -173,29 +123,6 @@ def test_a_rival_finds_a_law_between_the_given_bends(fit, law, within, monkeypat
     assert worst(fit([made(b, law) for b in BENDS]), made(60, law)) < within
 
 
-def test_play_follows_within_its_threshold_and_knows_no_rate():
-    series = np.random.default_rng(0).normal(size=200).cumsum()
-    played = play(series, 0.7)
-    assert np.abs(played - series).max() <= 0.7 + 1e-12
-    stretched = np.interp(np.linspace(0, 199, 996), np.arange(200), series)
-    assert play(stretched, 0.7)[::5] == pytest.approx(played)
-
-
-def test_the_hysteretic_variable_saturates_where_its_rate_vanishes():
-    command = np.linspace(0.0, 20.0, 400)
-    z = bouc_wen._hysteresis(command, 1.5, 0.5, 2.0)
-    assert z[-1] == pytest.approx((1.0 / 2.0) ** 0.5, rel=1e-3)
-    assert np.all(np.diff(z) >= -1e-12)
-
-
-def test_seeds_repeat(monkeypatch):
-    monkeypatch.setattr(history_network, "_MEMBERS", 1)
-    given = [made(b, play_law, 60) for b in (0, 240)]
-    first, again, other = (fit_history_network(given, s)(given[0]) for s in (1, 1, 2))
-    assert np.array_equal(first[COLUMNS[0]], again[COLUMNS[0]])
-    assert not np.array_equal(first[COLUMNS[0]], other[COLUMNS[0]])
-
-
 FOUND = ("spool's radius", "EA", "hinge's dry friction", "μ")
 FEW = tuple(n for n in CAPSTAN if n.name in FOUND)
 
@@ -206,14 +133,6 @@ def test_a_direct_fit_finds_planted_numbers_and_predicts_other_bends():
     assert result.values["EA"] == pytest.approx(900.0, rel=0.05)
     (unseen,) = rig((60,), seed=1)
     assert error(unseen, result(unseen)).rms[ANGLE] < 0.01
-
-
-def test_numbers_of_one_parameter_add_up_and_may_grow_with_the_bend():
-    base = Number("F", ("joint.frictionloss",), 0.0, 0.1)
-    growing = Number("F per rad", ("joint.frictionloss",), 0.0, 0.1, per_bend=True)
-    values = values_in((base, growing), (0.5, 0.2), [blank(0, 4), blank(180, 4)])
-    assert values["joint.frictionloss @ bend_000deg"] == pytest.approx(0.05)
-    assert values["joint.frictionloss @ bend_180deg"] == pytest.approx(0.05 + 0.02 * np.pi)
 
 
 def first_of_each(recordings):

@@ -57,12 +57,6 @@ def test_the_truth_explains_one_motion_however_it_is_described(measurement: Meas
             assert left < 0.2 * wrong, (name, column)
 
 
-def test_a_file_of_another_rig_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "other.csv").write_text("time_s,position_m\n0,0\n1,1\n")
-    with refusing(RecordingError, "columns are"):
-        read_measurement(tmp_path / "other.csv")
-
-
 def test_friction_and_damping_are_named_and_everything_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, measurement: Measurement
 ) -> None:

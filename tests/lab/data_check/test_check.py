@@ -548,14 +548,6 @@ def test_an_angle_that_jumps_by_a_turn_is_told_with_its_row_and_nothing_else_is(
             assert not list(spike_warnings(columns_of(jumping)))
 
 
-def test_times_in_a_larger_unit_than_named_are_told(pull: Recording) -> None:
-    (warning,) = timing_warnings(replace(pull, time=1e-3 * pull.time))
-    assert warning.identifier == "times_too_short"
-    assert "200 samples 10 µs apart, 1.99 ms in all" in warning.value
-    checked = check_recording(replace(pull, time=1e-3 * pull.time))
-    assert checked.simulated is None
-
-
 def test_rests_are_warned_of_only_where_they_are_too_close(pull: Recording) -> None:
     reel = np.resize(np.linspace(0.0, 1.2e-3, 7), 100)
     zeros = np.zeros(reel.size)

@@ -13,7 +13,6 @@ import pytest
 
 from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.lab.diagnosis import Problem, diagnose, uncertain_terms
-from tendon_mj.lab.diagnosis.check import make_simulator
 from tendon_mj.lab.recordings import Recording, Uncertain, read_recording, write_recording
 from tendon_mj.lab.replay import Parameter, Simulates, Simulator
 from tendon_mj.models import example_recording
@@ -160,23 +159,6 @@ def test_a_simulator_that_lacks_a_member_or_an_answer_is_refused(
     train, held_out = rig(1, {})
     with refusing(InvalidValueError, *facts):
         diagnose(train, held_out, simulator)
-
-
-@pytest.mark.parametrize("member", ["parameters", "__call__", "joints", "steps", "in_steps"])
-def test_every_member_of_the_protocol_is_needed(member: str) -> None:
-    assert hasattr(Simulates, member) or member in Simulates.__annotations__
-    members = {"parameters", "__call__", "joints", "steps", "in_steps"} - {member}
-    lacking = type("Lacking", (), {name: lambda *_: None for name in members})
-    with refusing(InvalidValueError, f"'Lacking' lacks '{member}'"):
-        make_simulator(lambda _: lacking(), [])  # type: ignore[arg-type]
-
-
-def test_derived_from_the_protocol_a_simulator_needs_two_members() -> None:
-    class Derived(Bare, Simulates):
-        pass
-
-    made = make_simulator(Derived, [])
-    assert (dict(made.joints), made.steps, made.in_steps(2.0)) == ({}, 0, made)
 
 
 @pytest.mark.parametrize("high", [0.02, 1.0, 1e3, 1e9])

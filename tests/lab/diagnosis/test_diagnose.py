@@ -10,7 +10,7 @@ import pytest
 from tendon_mj.errors import UnknownNameError
 from tendon_mj.lab.diagnosis import CATALOGUE, Diagnosis, diagnose
 from tendon_mj.lab.diagnosis.regimes import regimes
-from tendon_mj.lab.recordings import Measured, Uncertain
+from tendon_mj.lab.recordings import Uncertain
 from tendon_mj.lab.replay import Simulator
 from tests.lab.diagnosis.toy import (
     COLUMNS,
@@ -100,18 +100,6 @@ def test_an_effect_that_only_the_held_out_data_show_is_not_nothing() -> None:
     diagnosis = diagnose(train, held_out, Toy)
     assert diagnosis.verdict == "unknown"
     assert "On held-out data the calibrated model is off by" in diagnosis.sentence
-
-
-def test_noise_that_is_stated_too_large_is_warned_of() -> None:
-    train, held_out = rig(1, {})
-    loud = [
-        replace(r, measured={c: Measured(m.sensor, 1.0) for c, m in r.measured.items()})
-        for r in (*train, *held_out)
-    ]
-    diagnosis = diagnose(loud[:3], loud[3:], Toy)
-    assert "the noise in [measured], or its estimate" in diagnosis.sentence
-    assert any("is too large" in warning for warning in diagnosis.warnings)
-    assert diagnosis.result()["warnings"] == list(diagnosis.warnings)
 
 
 def test_unknown_names_are_refused_with_the_nearest() -> None:
@@ -236,18 +224,6 @@ def test_bins_of_a_regime_are_the_same_in_every_recording_and_have_units() -> No
     assert inner.bins.min() > 0
     assert inner.bins.max() < 5
     assert (outer.bins.min(), outer.bins.max()) == (0, 5)
-
-
-def test_a_drive_of_force_has_no_posture() -> None:
-    places = recording("places", 1, {})
-    pulls = replace(
-        places,
-        columns={**places.columns, "pull_N": 10.0 + 1e3 * places.columns["input_displacement_m"]},
-        drive={"pull_N": "reel"},
-    )
-    (of_places,), (of_pulls,) = regimes([places]), regimes([pulls])
-    assert "posture" in {regime.name for regime in of_places}
-    assert {regime.name for regime in of_pulls} == {r.name for r in of_places} - {"posture"}
 
 
 def test_noise_on_the_drive_turns_no_motion_around() -> None:

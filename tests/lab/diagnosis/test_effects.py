@@ -12,7 +12,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
+from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.diagnosis import CATALOGUE, Effect, candidates, diagnose
 from tendon_mj.lab.diagnosis.effects import by_identifier, check_bindings
 from tendon_mj.lab.diagnosis.effects.binding import (
@@ -168,11 +168,6 @@ def test_a_specification_that_no_fit_could_use_is_refused(
         replace(SLACK, **change)
 
 
-def test_an_effect_has_one_of_two_kinds() -> None:
-    with refusing(UnknownNameError, "'mising'", "'missing'"):
-        effect(on_joints(SLACK), kind="mising")
-
-
 def test_every_effect_of_the_catalogue_can_be_sent_to_a_process() -> None:
     rig = system({"a.backlash": 0.0, "a.friction": 0.1})
     sent = pickle.loads(pickle.dumps(CATALOGUE))
@@ -235,21 +230,6 @@ def test_an_effect_of_ones_own_is_named(catalogue: Sequence[Effect] | Mapping[st
     assert outcome.parameters["sheath.wear"].value == pytest.approx(2.0, rel=0.02)
     assert outcome.catalogue["wear"] is WEAR
     assert WEAR.name in outcome.sentence
-
-
-def test_without_it_what_it_explains_is_unknown() -> None:
-    made = measured(Longer, {"sheath.wear": 2.0})
-    outcome = diagnose(made[:3], made[3:], Longer)
-    assert outcome.verdict == "unknown"
-    excluded = diagnose(made[:3], made[3:], Longer, catalogue=[WEAR], exclude="wear")
-    assert excluded.verdict == "unknown"
-    assert excluded.result()["excluded"] == ["wear"]
-
-
-def test_names_of_another_catalogue_are_not_excluded() -> None:
-    made = measured(Longer, {})
-    with refusing(UnknownNameError, "'backlash'", "'wear'"):
-        diagnose(made[:3], made[3:], Longer, catalogue=[WEAR], exclude=["backlash"])
 
 
 def test_an_effect_of_ones_own_that_binds_nowhere_is_warned_of_with_near_names() -> None:

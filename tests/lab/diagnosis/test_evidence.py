@@ -11,14 +11,12 @@ import numpy as np
 import pytest
 
 from tendon_mj.lab.diagnosis import (
-    BeforeAfter,
     Diagnosis,
     collect_provenance,
     diagnose,
     files_of,
     noise_sensitivity,
     parameter_correlations,
-    residual_autocorrelations,
 )
 from tendon_mj.lab.diagnosis.audit import Autocorrelation, autocorrelation, with_noise
 from tendon_mj.lab.recordings import write_recording
@@ -112,17 +110,6 @@ def test_white_noise_is_white_and_a_wave_is_not() -> None:
     still = autocorrelation(np.arange(20.0), np.full(20, 3.0))
     np.testing.assert_array_equal(still.values, 0.0)
     assert still.lags.size == 5  # a quarter of the samples
-
-
-def test_every_signal_has_its_residuals_before_and_after() -> None:
-    row = named().simulate()[0]
-    outcome = residual_autocorrelations(row)
-    assert list(outcome) == list(row.measured.measured)
-    before, after = outcome["output_tension_N"]
-    assert after.white
-    assert not before.white
-    same = residual_autocorrelations(BeforeAfter(row.measured, row.after, row.after))
-    np.testing.assert_array_equal(same["output_tension_N"][0].values, after.values)
 
 
 def test_provenance_tells_versions_date_and_the_bytes_of_files(tmp_path: Path) -> None:

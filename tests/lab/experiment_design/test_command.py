@@ -61,14 +61,3 @@ def test_a_tie_gets_a_template_that_decides_it(
     as_bend = {BEND: template.known[BEND] + np.pi / 3.0}  # 0.15 (π + π/3) = 0.2 π
     by_friction, by_bend = (row[0][COLUMN] for row in Simulator([template])([as_friction, as_bend]))
     assert np.sqrt(np.mean((by_friction - by_bend) ** 2)) > 2.0 * NOISE
-
-
-def test_bounds_that_do_not_fit_are_refused_before_the_diagnosis(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    made = record(tmp_path, "a", 0, 0.8)
-    (tmp_path / "bounds.toml").write_text(BOUNDS.replace("ment_m", "mnt_m"), encoding="utf-8")
-    given = ["diagnose", made, "--out", str(tmp_path / "out"), "--no-sysid"]
-    assert main([*given, "--next", str(tmp_path / "bounds.toml")]) == 2
-    assert "did you mean 'input_displacement_m'" in capsys.readouterr().err
-    assert not (tmp_path / "out" / "result.json").exists()

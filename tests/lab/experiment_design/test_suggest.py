@@ -14,7 +14,7 @@ from tendon_mj.lab.experiment_design import (
     check_bounds,
     suggest_experiment,
 )
-from tendon_mj.lab.recordings import Measured, Uncertain, read_recording
+from tendon_mj.lab.recordings import Measured, Uncertain
 from tests.lab.diagnosis import test_alternatives as angle_alone
 from tests.lab.experiment_design.rig import (
     DRIVE,
@@ -167,16 +167,6 @@ def test_where_nothing_ties_nothing_is_suggested() -> None:
     assert nothing.recording is None
     assert nothing.differences == ()
     assert "Nothing ties" in nothing.sentence
-
-
-def test_the_template_can_be_written_and_read(tmp_path) -> None:
-    found = suggested(ALIKE_WHEN_SMALL, {B: 3.0}, bounds())
-    path = found.write(tmp_path / "next")
-    assert path is not None
-    again = read_recording(path)
-    assert again == found.recording
-    assert not again.columns[TENSION].any()
-    assert "not recorded yet" in again.source
 
 
 def test_the_suggestion_is_the_same_each_time() -> None:

@@ -24,7 +24,6 @@ from tendon_mj.lab.finger import (
     simulate_finger,
     summarise,
     tap,
-    tracking_error,
 )
 from tendon_mj.lab.finger.motions import ANGLES, curl, hold
 from tendon_mj.models import JOINTS, TENDONS, Finger, build_finger, load_model, spool_angles
@@ -238,19 +237,6 @@ def test_the_ends_of_the_ranges_are_within_reach(model):
     for end in ("low", "high"):
         ends = {f"{name}_rad": getattr(joint, end) for name, joint in FINGER.joints.items()}
         simulate_finger(asked(**ends), model)
-
-
-@pytest.mark.parametrize("trajectory", [curl(), press()], ids=lambda t: t.name)
-def test_tracking_errors_are_what_the_columns_differ_by(model, trajectory):
-    answer = simulate_finger(trajectory, model)
-    errors = tracking_error(answer)
-    assert len(errors) == (4 if trajectory.by_tension else 3)
-    for column, error in errors.items():
-        name, unit = column.split("_")[0], column.rpartition("_")[2]
-        off = answer.columns[column] - answer.columns[f"asked_{name}_{unit}"]
-        assert error.rmse == pytest.approx(np.sqrt(np.mean(off**2)), rel=1e-12)
-        assert error.largest == np.abs(off).max()
-        assert error.bias == pytest.approx(off.mean(), rel=1e-12)
 
 
 def test_a_motion_by_name_is_the_drive_of_its_trajectory(model):

@@ -11,12 +11,9 @@ from tendon_mj.lab.fleet.changes import find_change
 from tendon_mj.lab.fleet.observation import Number, NumberSeries
 from tendon_mj.lab.fleet.result import (
     change_sentence,
-    odd_day,
     other_kind,
-    timing_remarks,
     unlike,
 )
-from tendon_mj.lab.recordings import Recording
 
 DATES = tuple(datetime(2026, 3, 1) + timedelta(days=k) for k in range(8))
 RIG = RigResult(name="hand", dates=DATES, misfit=1.1, left=1.1, compared=5)
@@ -82,13 +79,6 @@ def test_a_rig_of_another_model_or_description_has_a_remark():
     assert not unlike({"rig_0": usual})
 
 
-def test_a_misfit_that_lies_in_one_recording_is_reported_with_its_day():
-    dates = DATES[:6]
-    remark = odd_day(dates, [1.0, 1.2, 0.9, 1.0, 1.1, 64.0], 1.1)
-    assert remark == "most of its misfit is on 2026-03-06, 8 noise"
-    assert not odd_day(dates, [0.1, 0.1, 0.1, 0.1, 0.1, 3.0], 1.1)
-
-
 @pytest.mark.parametrize(
     ("days", "compared", "verdict", "needs"),
     [
@@ -111,15 +101,3 @@ def test_a_fleet_that_its_model_does_not_describe_has_a_warning():
     assert not FleetResult([nearly, nearly, RIG], {}, {}).warning
     assert not FleetResult([ill, RIG, RIG], {}, {}).warning
     assert not FleetResult([replace(RIG, error="no recordings")], {}, {}).warning
-
-
-def test_odd_times_are_reported_once_a_kind():
-    time = np.concatenate([np.arange(200) * 0.01, 7.0 + np.arange(200) * 0.01])
-    recordings = [
-        Recording(name=f"day_{k}", model="m", source="s", time=time, columns={"a_m": 0.0 * time})
-        for k in range(3)
-    ]
-    (remark,) = timing_remarks(recordings)
-    assert remark.startswith("day_0, column 'time_s': 1 gap")
-    assert remark.endswith("so in 3 recordings")
-    assert not timing_remarks([replace(recordings[0], time=np.arange(400) * 0.01)])

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tendon_mj.cli import main
-from tendon_mj.errors import InvalidValueError, RecordingError
+from tendon_mj.errors import RecordingError
 from tendon_mj.lab.fleet import compare_states
 from tendon_mj.lab.recordings import read_recording
 from tendon_mj.lab.replay import load_recorded
@@ -67,8 +67,3 @@ def test_another_known_number_is_refused_and_no_change_says_what_is_nearest(flee
     said = compare_states([old], [new], load_recorded(old)).sentence
     assert "What explains most is sheath.friction" in said
     assert "of 5 that are asked" in said
-
-
-def test_a_reproducibility_below_zero_is_refused(fleet: Path) -> None:
-    with pytest.raises(InvalidValueError, match="must be 0 or more"):
-        compared(fleet, "hand_1", [0], [1], reproducibility=-0.1)

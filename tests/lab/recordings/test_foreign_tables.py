@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import subprocess
 import sys
 from pathlib import Path
 
@@ -316,17 +315,6 @@ def test_equal_stamps_of_a_coarse_clock_are_spread_evenly_and_said(
         assert_allclose(steps, step, rtol=0.03)
 
 
-def test_check_says_what_was_done_to_a_table(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    shown = np.floor(np.arange(60) * 0.7 + 1e-9) * 0.01
-    (tmp_path / "r.csv").write_text(csv(PLAIN | {"time_s": shown}))
-    (tmp_path / "r.toml").write_text(TOML)
-    result = check((tmp_path / "r.csv",), out=tmp_path / "out")
-    assert "column 'time_s'" in result["table_warnings"][0]
-    assert "nothing looks wrong" not in capsys.readouterr().out
-
-
 def test_one_double_row_moves_no_other_time(tmp_path: Path) -> None:
     time = np.insert(TIME, 30, TIME[30])
     table = {"time_s": time, "reel_m": np.insert(REEL, 30, REEL[30]), "pull_N": [20.0] * 61}
@@ -412,49 +400,6 @@ def test_a_long_silence_is_said_and_a_column_without_a_value_refused(tmp_path: P
 # --- refusals
 
 
-def test_all_faults_of_a_file_are_in_one_message(tmp_path: Path) -> None:
-    table = {
-        "when": ["2026-03-02T10:15:02", "2026-03-02T10:15:03", "2026-03-02T10:15:04"],
-        "reel_m": ["0", "x", "1e40"],
-        "pull_n": ["1", "2", "3"],
-        "load_N": ["1", "inf", "3"],
-        "angle": ["1", "2", "3"],
-    }
-    toml = """[columns]
-lever_rad = "angel"
-"""
-    described = TOML.replace("pull_N", "pull_n") + 'load_N = { sensor = "b" }\n'
-    (tmp_path / "r.toml").write_text(described + toml)
-    (tmp_path / "r.csv").write_text(csv(table))
-    with refusing(
-        RecordingError,
-        "r.csv, row 1: no column is named 'time_s'",
-        'time_s = "when"',
-        "r.csv, row 3, column 'reel_m': 'x'",
-        "'pull_n' does not end in a unit",
-        "did you mean '_N'?",
-        'pull_N = "pull_n"',
-        "[columns] 'lever_rad': unknown column 'angel'; did you mean 'angle'?",
-    ):
-        read_recording(tmp_path / "r.csv")
-    repaired = described.replace("pull_n", "pull_N").replace("load_N", "reel_2_m")
-    (tmp_path / "r.toml").write_text(repaired + '[columns]\ntime_s = "when"\npull_N = "load_N"\n')
-    with refusing(
-        RecordingError, "'x' is not a number", "row 3, column 'load_N': inf", "'reel_2_m': unknown"
-    ):
-        read_recording(tmp_path / "r.csv")
-
-
-def test_all_faults_of_a_log_are_in_one_message(tmp_path: Path) -> None:
-    path = log(tmp_path / "r.mcap", *(("/a", START + k, {"x": "high"}) for k in range(3)))
-    entries = ['{ topic = "/b", field = "x" }', '{ topic = "/a", field = "x" }']
-    path.with_suffix(".toml").write_text(
-        TOML + f"[columns]\nreel_m = {entries[0]}\npull_N = {entries[1]}\n"
-    )
-    with refusing(RecordingError, "unknown topic '/b'", "field 'x' is 'high', not a number"):
-        read_recording(path)
-
-
 def cells_of(rows: dict[str, object], mark: str = ",", decimal: str = ".") -> str:
     return csv(rows).replace(",", mark).replace(".", decimal)
 
@@ -534,11 +479,6 @@ def test_marks_between_thousands_beside_decimal_commas_are_refused(tmp_path: Pat
         read(tmp_path, "time_s;reel_m;pull_N\n0,1;0,0;999\n0,2;0,0;1.000\n")
 
 
-def test_a_table_whose_index_has_no_name_is_told_what_to_write(tmp_path: Path) -> None:
-    with refusing(RecordingError, "no column is named 'time_s'"):
-        read(tmp_path, csv({"": DATES, "reel_m": REEL, "pull_N": PULL}))
-
-
 def test_rows_of_messages_are_those_of_the_file_below_a_preamble_and_units(tmp_path: Path) -> None:
     rows = csv({"s": TIME, "m": REEL, "N": PULL}).replace("\n0.04,", "\n0.04,x")
     with refusing(RecordingError, "row 7, column 'reel_m'", "is not a number"):
@@ -604,34 +544,6 @@ def test_a_clock_that_goes_back_is_no_counter_that_begins_again(tmp_path: Path) 
         read(tmp_path, csv({"n": time, "reel_m": REEL, "pull_N": PULL}), entry)
 
 
-@pytest.mark.parametrize(
-    ("start", "said"),
-    [
-        (b"PK\x03\x04\x14\0", "a workbook; .*: save its sheet as CSV"),
-        (b"PAR1\x15\x04", "rename it to r.parquet"),
-        (b"\x89MCAP0\r\n", "rename it to r.mcap"),
-        (b"\x89HDF\r\n", "an HDF5 file; .*h5py"),
-    ],
-)
-def test_a_file_named_csv_is_named_as_what_it_is(tmp_path: Path, start: bytes, said: str) -> None:
-    (tmp_path / "r.toml").write_text(TOML)
-    (tmp_path / "r.csv").write_bytes(start + bytes(range(256)))
-    with pytest.raises(RecordingError, match=said):
-        read_recording(tmp_path / "r.csv")
-
-
-def test_what_a_file_of_opensim_is_converted_with_makes_a_csv_that_is_read(tmp_path: Path) -> None:
-    table = csv(PLAIN).replace(",", "\t")
-    path = tmp_path / "r.sto"
-    path.write_text("Forces\nversion=1\ninDegrees=no\nendheader\n" + table)
-    path.with_suffix(".toml").write_text(TOML)
-    with pytest.raises(RecordingError, match="a file of OpenSim") as caught:
-        read_recording(path)
-    program = str(caught.value).partition("in Python: ")[2]
-    subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True)
-    is_plain(read_recording(tmp_path / "r.csv"))
-
-
 @pytest.mark.parametrize("numbers", [False, True])
 def test_times_of_day_over_midnight_are_refused_as_that(tmp_path: Path, numbers: bool) -> None:
     seconds = [(86395 + k) % 86400 for k in range(10)]
@@ -651,30 +563,6 @@ def test_a_period_below_the_counts_of_a_column_is_refused(tmp_path: Path, top: i
         return
     with refusing(RecordingError, "'raw': goes from 0 to 5000,", "period = 4096"):
         read(tmp_path, table, entry)
-
-
-def test_a_clock_is_proposed_where_numbers_grow_and_never_a_text(tmp_path: Path) -> None:
-    """Names alone mislead: `T_amb` reads as a time, and `pool` as `pull` or `reel`."""
-    columns = {"T_amb": [22.4] * len(TIME), "pool_m": ["RUN"] * len(TIME), "Run [ms]": TIME * 1e3}
-    (tmp_path / "r.csv").write_text(csv({**columns, "COUNTS": REEL, "LOAD": PULL}))
-    (tmp_path / "r.toml").write_text(TOML)
-    with pytest.raises(RecordingError) as caught:
-        read_recording(tmp_path / "r.csv")
-    said = str(caught.value)
-    assert 'time_ms = "Run [ms]"' in said
-    assert "pool_m" not in said
-    assert 'T_amb"' not in said
-
-
-def test_a_name_that_is_in_columns_already_is_not_advised_to_be_put_there(tmp_path: Path) -> None:
-    table = csv({"time_s": TIME, "reel_m": REEL, "pull": PULL})
-    toml = TOML.replace("pull_N", "pull") + '[columns]\npull_N = "pull"\n'
-    (tmp_path / "r.csv").write_text(table)
-    (tmp_path / "r.toml").write_text(toml)
-    with pytest.raises(RecordingError, match=r"write 'pull_N', as \[columns\] names it") as caught:
-        read_recording(tmp_path / "r.csv")
-    assert "add to" not in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 UNSAID = {"reel": ("reel.pos", "Reel", "reel_2"), "pull": ("pull", "cell.pull"), "t": ("t", "Time")}
@@ -717,18 +605,6 @@ def test_what_is_proposed_for_columns_is_what_the_file_says_or_is_refused_when_p
         outcomes["read"] += 1
         has_the_columns(recording)
     assert min(outcomes.values()) > 20
-
-
-def test_a_unit_that_nobody_said_is_asked_for_with_the_column_and_what_would_do(
-    tmp_path: Path,
-) -> None:
-    table = csv({"time_s": TIME, "reel.pos": REEL / 1e-5, "pull_N": PULL})
-    with refusing(RecordingError, 'reel_m = { column = "reel.pos", unit = "unit?" }'):
-        read(tmp_path, table)
-    entry = '[columns]\nreel_m = { column = "reel.pos", factor = 0.01, unit = "UNIT" }\n'
-    with refusing(RecordingError, "[columns] 'reel_m'", "'reel.pos'", "in place of 'unit?'", "mm"):
-        read(tmp_path, table, entry.replace("UNIT", "unit?"))
-    has_the_columns(read(tmp_path, table, entry.replace("UNIT", "mm")))
 
 
 def test_check_reads_the_recordings_of_a_folder(tmp_path: Path) -> None:

@@ -131,11 +131,6 @@ def test_a_broken_description_is_refused_with_table_and_key(
     assert what in message
 
 
-def test_a_description_that_is_not_utf8_is_refused_with_its_row(tmp_path: Path) -> None:
-    message = refusal(tmp_path, toml=TOML.encode().replace(b"made up", b"made \xb5p"))
-    assert message.startswith(f"{tmp_path / 'rig.toml'}, row 2, column 1: byte 0xb5 is not UTF-8")
-
-
 def test_a_missing_table_is_refused_with_the_nearest_file(tmp_path: Path) -> None:
     (tmp_path / "bend_060.csv").write_text(CSV)
     meant = str(tmp_path / "bend_060.csv")  # with its folder, to be copied

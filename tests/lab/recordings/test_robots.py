@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tendon_mj.cli.recordings import check
-from tendon_mj.errors import MissingPackageError, RecordingError
+from tendon_mj.errors import RecordingError
 from tendon_mj.lab.diagnosis.audit import collect_provenance, files_of
 from tendon_mj.lab.recordings import Recording, read_recording, tables_in
 from tests.lab.recordings.tables import bag, dataset
@@ -192,17 +191,6 @@ def test_a_file_of_several_episodes_is_refused_as_that(tmp_path: Path) -> None:
     file = next(write_dataset(tmp_path, 3).rglob("*.parquet"))
     with refusing(RecordingError, "file-000.parquet: holds episodes 0 to 1", "episode_0"):
         read_recording(file, tmp_path / "all.toml")
-
-
-def test_a_missing_reader_of_bags_is_told_with_how_to_install_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "metadata.yaml").touch()
-    (tmp_path / "run.toml").write_text(TOML + OF_BAG)
-    monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
-    with refusing(MissingPackageError, "pip install 'tendon-mj[rosbags]'"):
-        read_recording(tmp_path / "run")
 
 
 RIG = """model = "bench"

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tendon_mj.lab.replay import engineering_unit, force_unit, from_to, quantity
+from tendon_mj.lab.replay import engineering_unit, force_unit, quantity
 from tendon_mj.plugin import GAINS, PARAMETERS
 
 
@@ -55,13 +55,6 @@ def test_a_value_is_written_as_engineers_read_it(value, unit, said):
 )
 def test_forces_that_are_shown_together_have_at_most_four_digits(forces, symbol):
     assert force_unit(forces).symbol == symbol
-
-
-def test_two_values_share_the_unit_of_the_larger():
-    assert from_to(0.0698, 0.00192, "rad") == "4° → 0.11°"
-    assert from_to(3.6e-4, 2e-6, "m") == "360 → 2 µm"
-    assert from_to(1.5e-3, 2e-6, "m", " to ") == "1.5 to 0.002 mm"
-    assert from_to(0.19, 0.15, "-") == "0.19 → 0.15"
 
 
 @pytest.mark.parametrize(

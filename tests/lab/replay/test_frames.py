@@ -7,7 +7,7 @@ from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.finger import lasting, press, simulate_finger, tap
 from tendon_mj.lab.replay import FrameRecorder, check_frames, frictionless, record_frames
 from tendon_mj.models import Bench, build_bench, load_model
-from tendon_mj.show.render.offscreen import add_cable, cable_radius, colour_limits, without_tendons
+from tendon_mj.show.render.offscreen import without_tendons
 from tests.refusals import refusing
 from tests.rigs import compiled, lever, rope
 
@@ -35,18 +35,6 @@ def test_a_frame_shows_its_own_time_and_the_sensors_tensions(model):
     mujoco.mj_forward(model, data)
     shown = [data.sensor(name).data[0] for name in ("input_tension", "output_tension")]
     assert cable.tensions[-1, [0, -1]] == pytest.approx(shown, rel=1e-9)
-
-
-def test_tension_falls_along_a_pulled_tendon(model):
-    frames = record_frames(model, wind_in, duration=0.5, fps=20)
-    assert (np.diff(frames.cables["sheath"].tensions[-1]) < 0.0).all()
-
-
-def test_a_row_of_controls_holds_on_after_its_end(model):
-    row = np.linspace(0.0, 1e-3, 100)[:, None]
-    frames = record_frames(model, row, duration=0.2, fps=50)
-    assert frames.controls[-1] == row[-1]
-    assert frames.controls[1] == row[40]
 
 
 @pytest.mark.parametrize(
@@ -80,34 +68,6 @@ def test_an_unstable_simulation_is_named_with_its_time(tmp_path, monkeypatch):
         record_frames(model, lambda time: [1e300], duration=1.0)
 
 
-def test_a_cable_is_a_capsule_a_segment_and_a_bead_a_guide(model):
-    frames = record_frames(model, wind_in, duration=0.2, fps=10)
-    cable, scale = frames.cables["sheath"], colour_limits(frames.cables)
-    assert scale.vmin <= cable.tensions.min() + 1e-9
-    assert scale.vmax >= cable.tensions.max() - 1e-9
-    scene = mujoco.MjvScene(model, 100)
-    add_cable(scene, cable.points[-1], cable.tensions[-1], scale, 0.001)
-    kinds = [scene.geoms[k].type for k in range(scene.ngeom)]
-    assert kinds.count(mujoco.mjtGeom.mjGEOM_CAPSULE) == 5
-    assert kinds.count(mujoco.mjtGeom.mjGEOM_SPHERE) == 4
-    assert not np.allclose(scene.geoms[0].rgba, scene.geoms[4].rgba)
-
-
-def test_a_full_scene_takes_no_more(model):
-    frames = record_frames(model, wind_in, duration=0.1, fps=10)
-    cable, scene = frames.cables["sheath"], mujoco.MjvScene(model, 3)
-    add_cable(scene, cable.points[0], cable.tensions[0], colour_limits(frames.cables), 0.001)
-    assert scene.ngeom == 3
-
-
-def test_the_model_itself_keeps_its_looks(model):
-    before = model.tendon_rgba.copy(), model.site_rgba.copy()
-    bare = without_tendons(model)
-    assert bare.tendon_rgba[0, 3] == 0.0
-    assert (model.tendon_rgba == before[0]).all()
-    assert (model.site_rgba == before[1]).all()
-
-
 def test_only_the_sites_on_the_path_are_hidden():
     """A path names sites, geoms and pulleys by numbers of three kinds."""
     text = rope(
@@ -128,13 +88,6 @@ def test_only_the_sites_on_the_path_are_hidden():
     bare = without_tendons(model)
     hidden = {model.site(k).name for k in range(model.nsite) if bare.site_rgba[k, 3] == 0.0}
     assert hidden == {"a", "b", "c", "d"}
-
-
-def test_cables_side_by_side_do_not_touch(model):
-    frames = record_frames(model, wind_in, duration=0.1, fps=10)
-    one = frames.cables["sheath"]
-    beside = type(one)(one.points + np.array([0.0, 0.0, 0.001]), one.tensions)
-    assert cable_radius(model, {"one": one, "other": beside}) < 0.0005
 
 
 def test_frames_of_a_replay_change_no_reading_and_show_its_poses():

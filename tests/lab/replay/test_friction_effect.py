@@ -73,12 +73,6 @@ def test_the_sentence_is_of_the_joint_that_lags_and_of_its_tendon():
     assert "less than without friction" in sentence
 
 
-def test_the_sentence_does_without_a_twin_and_is_empty_without_friction():
-    model, frames, twin = fingers(index=0.1)
-    assert "arrive at the output of index." in friction_sentence(model, frames, None)
-    assert friction_sentence(model, twin, frames) == ""
-
-
 @pytest.mark.parametrize(
     ("share", "degrees", "lags"),
     [(1.0, 0.04, False), (1.0, 0.06, True), (0.4, 5.0, False), (0.6, 5.0, True)],

@@ -21,7 +21,7 @@ from tendon_mj.lab.replay import (
 from tendon_mj.models import load_model, load_spec, model_path
 from tests.lab.recorded import recorded
 from tests.refusals import refusing
-from tests.rigs import lever, rope
+from tests.rigs import rope
 
 TIME = np.arange(0.0, 0.4, 0.005)
 DRIVEN = {  # model -> driven column and its actuator, measured columns and their sensors
@@ -214,21 +214,6 @@ def test_a_text_of_the_model_that_is_none_of_ours_is_refused_by_name(name, data)
         read(model)
 
 
-def test_a_text_of_somebody_else_is_no_interval():
-    spec = load_spec("bench")
-    spec.add_text(name="music.interval", data="a fifth")
-    spec.add_text(name="break.interval", data="1 2")
-    assert "break" not in read_intervals(spec.compile())
-
-
-def test_the_text_says_what_was_written_and_keeps_its_comments(tmp_path):
-    path = patch_model("bench", {"sheath.friction": 0.2}, tmp_path / "model.xml")
-    text = path.read_text("utf-8")
-    assert "sheath.friction = 0.2 [-]" in text
-    assert "<!-- what the sensors show -->" in text
-    assert "The paper's Fig. 1" in text
-
-
 # models of one's own
 
 OWN = """<?xml version="1.0"?>
@@ -318,14 +303,6 @@ def test_a_mass_is_written_with_its_inertia_and_a_damping_ratio_as_what_it_was(b
     for field in ("body_mass", "body_inertia", "body_ipos", "dof_invweight0", "actuator_biasprm"):
         np.testing.assert_allclose(getattr(written, field), getattr(meant.model, field), rtol=1e-12)
     assert values_of(written)["servo.kv"] == pytest.approx(kept, rel=1e-12)
-
-
-def test_two_numbers_of_an_actuators_user_data_become_three_when_its_command_is_late(tmp_path):
-    motor = '<motor name="motor" joint="slide" user="2 0.5"/>'
-    (tmp_path / "slide.xml").write_text(lever(motor, joint='name="slide" type="slide"'))
-    written = patched(tmp_path / "slide.xml", {"motor.command_delay": 0.1}, tmp_path)
-    expected = {"command_scale": 2.0, "command_offset": 0.5, "command_delay": 0.1}
-    assert {f"motor.{n}": v for n, v in expected.items()}.items() <= values_of(written).items()
 
 
 def test_user_data_of_someone_else_is_not_overwritten(tmp_path):
@@ -433,19 +410,6 @@ def test_a_muscle_s_gear_is_what_mujoco_makes_of_it(before, gear, tmp_path):
     np.testing.assert_allclose(
         adjustable.model.actuator_lengthrange, compiled.actuator_lengthrange, rtol=1e-3
     )
-
-
-def test_a_mass_is_written_beside_a_muscle_that_is_not_in_the_text(tmp_path):
-    """Of which MuJoCo seeks the range of lengths anew, to its own tolerance."""
-    joint, geom = 'name="h" axis="0 1 0" range="-1 1"', 'size="0.05" pos="0.1 0 0"'
-    child = lever('<muscle name="pull" joint="h"/>', joint=joint, geom=geom, body='name="c"')
-    (tmp_path / "child.xml").write_text(child)
-    asset = '<asset><model name="child" file="child.xml"/></asset><worldbody>'
-    text = MUSCLE.format(name="biceps").replace("<worldbody>", asset)
-    text = text.replace("</body>", '<attach model="child" body="c" prefix="x_"/></body>')
-    (tmp_path / "arm.xml").write_text(text)
-    written = patched(tmp_path / "arm.xml", {"arm.mass": 1.5}, tmp_path)
-    assert written.body("arm").mass[0] == 1.5
 
 
 @pytest.mark.parametrize(

@@ -82,37 +82,12 @@ def test_a_delay_shows_what_was_and_before_the_first_sample_nothing_moved(delay)
     np.testing.assert_allclose(read, wave(was), atol=16.0 / 8.0 * CLOCK.timestep**2)
 
 
-def test_a_delay_of_a_sample_is_the_sample_before_and_beyond_the_end_the_beginning():
-    read = Readout(delay=TIME[1] - TIME[0]).of(wave(GRID), CLOCK, TIME)
-    np.testing.assert_allclose(read[1:], wave(TIME - 3.0)[:-1], atol=1e-9)
-    read = Readout(delay=10.0).of(wave(GRID), CLOCK, TIME)
-    np.testing.assert_array_equal(read, np.full(len(TIME), wave(0.0)))
-
-
 @pytest.mark.parametrize("lag", [1e-9, 0.004, 0.1, 50.0])
 def test_a_lag_solves_its_equation_exactly_for_what_is_linear(lag):
     """lag y' = x − y for x = a t from rest: y = a (t − lag (1 − e^{−t/lag}))."""
     smooth = low_pass(3.0 * GRID, CLOCK.timestep, lag)
     exact = 3.0 * (GRID + lag * np.expm1(-GRID / lag))
     np.testing.assert_allclose(smooth, exact, rtol=1e-9, atol=1e-12)
-
-
-def test_a_lag_leaves_a_constant_alone_and_tends_to_nothing():
-    np.testing.assert_allclose(low_pass(np.full(50, 7.0), 0.001, 0.02), 7.0, rtol=1e-12)
-    np.testing.assert_allclose(low_pass(wave(GRID), 0.005, 1e-12), wave(GRID), atol=1e-9)
-
-
-def test_a_lag_of_slow_signals_is_a_delay():
-    slow = np.sin(0.5 * GRID)
-    late = Readout(delay=0.02).of(slow, CLOCK, TIME)[20:]
-    smooth = Readout(lag=0.02).of(slow, CLOCK, TIME)[20:]
-    np.testing.assert_allclose(smooth, late, atol=1e-4)  # (ω lag)² of it
-
-
-def test_lag_and_delay_commute_once_what_they_began_with_has_passed():
-    both = Readout(lag=0.05, delay=0.02).of(wave(GRID), CLOCK, TIME)
-    lagged = Readout(lag=0.05).of(wave(GRID), CLOCK, TIME)
-    np.testing.assert_allclose(both[1:], lagged[:-1], atol=1e-9)
 
 
 # behind a gear
@@ -236,11 +211,3 @@ def test_gravity_pulls_along_its_axis():
     across = placed(**still, gravity__y=10.0)
     np.testing.assert_array_equal(across, placed(**still))
     assert np.abs(along - across).max() > 1e-3
-
-
-def test_units_are_those_of_hinges_and_slides():
-    units = {name: p.unit for name, p in Adjustable(slider()).parameters().items()}
-    assert units["slide.stiffness"] == "N/m"
-    assert units["servo.kv"] == "N s/m"
-    assert units["place.lag"] == "s"
-    assert units["gravity.x"] == "m/s²"

@@ -237,14 +237,6 @@ def test_a_parameter_does_what_building_with_it_does(parameters, numbers):
     )
 
 
-def test_a_spring_can_rest_elsewhere_and_a_hinge_can_rub():
-    still = joint_recording(drive=np.zeros(50))
-    bent = replay_recording(still, parameters={"joint.springref": 0.3, "joint.damping": 0.01})
-    assert bent.columns["joint_rad"][-1] > 0.01
-    rubbing = replay_recording(joint_recording(), parameters={"joint.frictionloss": 1.0})
-    assert np.abs(rubbing.columns["joint_rad"]).max() < 1e-2
-
-
 def test_the_rigs_scales_and_offsets_are_applied_to_columns():
     recording = joint_recording()
     plain = replay_recording(recording)

@@ -13,8 +13,6 @@ from tendon_mj.lab.recordings import Measured, Uncertain
 from tendon_mj.lab.replay import (
     UNKNOWN,
     Adjustable,
-    Parameter,
-    Simulates,
     Simulator,
     replay_recording,
     suppress_unsolved_warnings,
@@ -257,21 +255,6 @@ def test_only_a_servo_prescribes_a_motion_that_nobody_measured(actuator, sensor,
 def test_every_live_parameter_has_a_unit(name):
     for parameter in Adjustable(load_model(name)).parameters().values():
         assert parameter.kind != "live" or parameter.unit != UNKNOWN
-
-
-def test_anything_of_its_shape_can_stand_in_for_it():
-    class Line(Simulates):
-        def __init__(self):
-            self.parameters = {"line.slope": Parameter(1.0, "N", "live")}
-
-        def __call__(self, parameter_sets):
-            return [[{"force_N": s.get("line.slope", 1.0) * np.ones(3)}] for s in parameter_sets]
-
-    line = Line()
-    assert line([{"line.slope": 2.0}])[0][0]["force_N"][0] == 2.0
-    assert line.joints == {}
-    assert line.steps == 0
-    assert line.in_steps(2.0) is line
 
 
 def test_a_column_in_another_unit_than_its_sensor_is_refused():

@@ -58,23 +58,6 @@ def test_other_texts_are_not_axes(texts, draws, facts):
         axes(*texts, draws=draws)
 
 
-@pytest.mark.parametrize(
-    ("symbol", "name"),
-    [
-        ("mu", "friction"),
-        ("EA", "axial_stiffness"),
-        ("T_0", "pretension"),
-        ("frictoin", "friction"),
-    ],
-)
-def test_a_symbol_after_the_name_of_a_tendon_is_hinted_at_whatever_its_sheath_is_called(
-    symbol, name
-):
-    known = ["casing.friction", "casing.axial_stiffness", "casing.pretension", "lever.frictionloss"]
-    with refusing(UnknownNameError, f"did you mean 'cable.{name}'"):
-        parse_axes([f"cable.{symbol}=0.1"], 0, known, {"casing": "cable"})
-
-
 def test_a_design_has_every_combination_once_and_the_same_draws_for_each():
     varied = axes("mcp.damping=0:1:3", "flexor.friction=0.1:0.3", "gravity.z=-9.81,0", draws=7)
     design = Design(varied, 7, seed=1)
@@ -104,15 +87,6 @@ def test_more_combinations_than_a_sweep_has_are_refused_before_any_is_drawn():
     grids = axes("mcp.damping=0:1:1e6", "flexor.friction=0:1:1e7", "gravity.z=0:1:1e7")
     with refusing(InvalidValueError, "10000000", "100000000000000000000"):  # over 2^64
         Design(grids, 0, seed=0)
-
-
-def test_variance_is_shared_by_who_causes_it():
-    x, y = np.random.default_rng(5).uniform(size=(2, 4000))
-    assert share_of_variance(x, x, 2) == pytest.approx(1.0)
-    assert share_of_variance(y, x, 2) == pytest.approx(0.0, abs=0.03)
-    assert share_of_variance(x, x + y, 2) == pytest.approx(0.5, abs=0.03)
-    assert share_of_variance(x, np.floor(2 * x) + y, 2) == pytest.approx(0.75, abs=0.03)
-    assert share_of_variance(x, np.ones_like(x), 2) == 0.0
 
 
 @pytest.mark.parametrize("scale", [1e-300, 1.0, 1e300])

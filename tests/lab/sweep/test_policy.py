@@ -142,13 +142,6 @@ def test_another_policy_is_another_sweep(policy, arm, tmp_path):
         run_sweep(arm_sweep(arm, policy("pull")), tmp_path / "out", on=Workers(processes=1))
 
 
-def test_a_file_is_what_it_is_when_imported(tmp_path, arm):
-    (tmp_path / "typed.py").write_text(
-        "def act(model, data: int):\n    pass\nassert act.__annotations__ == {'data': int}\n"
-    )
-    assert arm_sweep(arm, read_policy(f"{tmp_path / 'typed.py'}:act")).rollouts.policy.name == "act"
-
-
 @pytest.mark.parametrize(
     ("name", "kind", "facts"),
     [
@@ -176,13 +169,6 @@ def test_a_policy_that_fails_is_refused_with_its_rollout_and_time(policy, arm):
         table(arm_sweep(arm, policy("divide")))
     with refusing(InvalidValueError, "pull.command_scale", "acts.py"):
         arm_sweep(arm, policy("pull"), "pull.command_scale=0.9:1.1")
-
-
-def test_a_policy_is_the_name_of_a_file_and_of_a_function(tmp_path):
-    with refusing(InvalidValueError, "none.py"):
-        read_policy(f"{tmp_path / 'none.py'}:pull")
-    with refusing(InvalidValueError, "acts:pull", "file.py:name"):
-        read_policy("acts:pull")
 
 
 @pytest.mark.parametrize(

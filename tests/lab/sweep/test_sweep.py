@@ -186,13 +186,6 @@ def test_a_policy_sees_the_model_s_own_user_data(tmp_path):
     assert (angles[1] > 0.0).all()
 
 
-def test_a_motion_has_the_steps_nearest_to_its_duration_and_one_at_least():
-    model = mujoco.MjModel.from_xml_string(ARM)
-    assert len(motion_recording("arm", model, None, 0.6 * model.opt.timestep).time) == 2
-    with refusing(InvalidValueError, "--duration", "1e-09 s", "0.002 s"):
-        motion_recording("arm", model, None, 1e-9)
-
-
 def test_tasks_last_from_a_fifth_of_a_second_to_two():
     assert batch_size(1e-3, 100_000) == 391  # 256 tasks
     assert batch_size(1e-3, 100) == 200  # all in one

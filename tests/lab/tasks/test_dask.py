@@ -1,12 +1,6 @@
 """Laws of tasks on a Dask scheduler, with two workers on this machine."""
 
-import io
-import json
-import logging
-import os
-import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -67,53 +61,3 @@ def test_an_address_where_nobody_answers_is_refused(monkeypatch):
     monkeypatch.setattr(workers, "_CONNECT", 0.3)
     with refusing(WorkerError, "tcp://127.0.0.1:1", "dask scheduler"):
         run(functions.scaled, 1, scheduler="tcp://127.0.0.1:1")
-
-
-class Ending(Kept):
-    """Results in memory; a process is killed with the third."""
-
-    def __init__(self, process):
-        super().__init__()
-        self.process = process
-
-    def write(self, key, result):
-        super().write(key, result)
-        if len(self.results) == 3:
-            self.process.kill()
-            self.process.wait()
-
-
-def test_a_scheduler_that_ends_is_reported_in_one_line(tmp_path):
-    log, address = io.StringIO(), tmp_path / "address"
-    handler = logging.StreamHandler(log)
-    handler.setLevel(logging.ERROR)
-    loggers = [logging.getLogger(name) for name in ("distributed", "tornado.application")]
-    command = [sys.executable, "-m", "dask"]
-    options = ["--no-dashboard", "--scheduler-file", str(address)]
-    settings = {
-        "env": {**os.environ, "PYTHONPATH": str(ROOT)},
-        "stdout": subprocess.DEVNULL,
-        "stderr": subprocess.DEVNULL,
-    }
-    on_loopback = ["--host", "127.0.0.1", "--port", "0"]
-    begun = [subprocess.Popen([*command, "scheduler", *on_loopback, *options], **settings)]
-    for logger in loggers:
-        logger.addHandler(handler)
-    try:
-        begun.append(
-            subprocess.Popen([*command, "worker", "--nthreads", "1", *options], **settings)
-        )
-        while not address.exists() or not address.read_text():
-            time.sleep(0.05)
-        store = Ending(begun[0])
-        scheduler = json.loads(address.read_text())["address"]
-        with refusing(WorkerError, scheduler, "goes on where it was"):
-            run(functions.logged, str(tmp_path), store, scheduler=scheduler)
-    finally:
-        for logger in loggers:
-            logger.removeHandler(handler)
-        for process in begun:
-            process.terminate()
-            process.wait()
-    assert 3 <= len(store.results) < len(KEYS)
-    assert log.getvalue() == ""

@@ -5,7 +5,6 @@ import pickle
 import subprocess
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -50,36 +49,9 @@ def test_what_was_done_before_is_not_computed_again_and_progress_says_so():
     run(functions.doomed, None, Kept(done=KEYS))  # begins no process
 
 
-def test_what_is_begun_is_begun_once_workers_are_there(monkeypatch):
-    begun = []
-    run(functions.doomed, None, Kept(done=KEYS), begin=lambda: begun.append("nothing to do"))
-    on = Workers(processes=1)
-    run(functions.threads, 3, Kept(done=KEYS[1:]), on=on, begin=lambda: begun.append("one task"))
-    monkeypatch.setattr(workers, "_processes", lambda *a: (_ for _ in ()).throw(WorkerError("0")))
-    with pytest.raises(WorkerError):
-        run(functions.threads, 3, Kept(), begin=lambda: begun.append("no workers"))
-    assert begun == ["nothing to do", "one task"]
-
-
 def test_a_refusal_names_the_task_and_ends_the_run():
     with pytest.raises(TendonError, match="task_00: 0 is too much"):
         run(functions.refused, None, Kept(), on=Workers(processes=1))
-
-
-def test_no_more_processes_are_begun_than_there_are_tasks(monkeypatch):
-    begun = []
-
-    class Counted(ProcessPoolExecutor):
-        """Tells of how many processes it may be."""
-
-        def __init__(self, count, *arguments):
-            begun.append(count)
-            super().__init__(count, *arguments)
-
-    monkeypatch.setattr(workers, "ProcessPoolExecutor", Counted)
-    store = run(functions.scaled, 2, Kept(done=KEYS[:10]), on=Workers(processes=workers.MOST))
-    assert store.results == {key: 2 * number(key) for key in KEYS[10:]}
-    assert begun == [2]
 
 
 PROGRAM = """

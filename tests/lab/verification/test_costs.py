@@ -1,7 +1,6 @@
 """The models whose steps are timed are the ones that they stand for."""
 
 import dataclasses
-import time
 
 import mujoco
 import numpy as np
@@ -11,19 +10,15 @@ from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.lab.finger import prepare_finger, tap
 from tendon_mj.lab.replay import full_state, rollout_sensors
 from tendon_mj.lab.verification import (
-    Quartiles,
     StepCost,
     finger_step_cost,
     measure_models,
     mujoco_tendon_bench,
-    smooth_controls,
     thread_speedups,
-    times_in_turns,
     without_tension_sensors,
 )
 from tendon_mj.lab.verification.costs import (
     bench_step_cost,
-    memory_of,
     mujoco_tendon_finger,
     prepare_model,
 )
@@ -84,13 +79,6 @@ def test_without_friction_the_bench_is_as_stiff_as_with_mujocos_own_tendon():
     np.testing.assert_allclose(pulled[0], pulled[1], rtol=rel, atol=1e-6)
 
 
-def test_a_model_with_mujocos_own_tendons_has_no_plugin():
-    for spec in (mujoco_tendon_bench(Bench()), mujoco_tendon_finger(Finger())):
-        model = spec.compile()
-        assert model.nplugin == 0
-        assert (model.tendon_stiffness > 0.0).any()
-
-
 def test_a_step_cost_is_positive_and_its_ratio_that_of_the_times():
     cost = bench_step_cost(Bench(guides=4), rounds=1)
     assert cost.step > 0.0
@@ -100,30 +88,6 @@ def test_a_step_cost_is_positive_and_its_ratio_that_of_the_times():
     assert cost.added.median == pytest.approx(3e-6)
     short = dataclasses.replace(tap(), time=tap().time / 10.0)
     assert finger_step_cost(short, friction=0.3, rounds=1).ratio > 0.0
-
-
-def test_tasks_are_timed_in_turns():
-    order = []
-    spent = times_in_turns(
-        [lambda: order.append("slow") or time.sleep(0.02), lambda: order.append("fast")], rounds=3
-    )
-    assert order == ["slow", "fast"] * 3
-    assert spent.shape == (3, 2)
-    assert (spent[:, 0] >= 0.02).all()
-
-
-def test_a_spread_is_the_median_between_its_quartiles():
-    assert Quartiles.of(np.array([4.0, 0.0, 3.0, 1.0, 2.0])) == Quartiles(2.0, 1.0, 3.0)
-
-
-def test_the_sheaths_state_is_a_part_of_the_memory():
-    model = build_bench(Bench()).compile()
-    memory, without = memory_of(model), memory_of(mujoco_tendon_bench(Bench()).compile())
-    assert memory["plugin_state"] == mujoco.MjData(model).plugin_state.nbytes
-    assert without["plugin_state"] == 0
-    for part in ("buffer", "state"):
-        assert memory[part] - without[part] >= memory["plugin_state"]
-    assert memory["total"] == memory["buffer"] + memory["arena"]
 
 
 def test_rollouts_are_compared_for_each_number_of_threads():
@@ -146,18 +110,6 @@ def test_each_driven_tendon_gets_a_sheath_and_nothing_else_changes(arm):
     assert list(sheaths(model.sheathed.model)) == list(sheaths(model.unsensed.model))
     assert model.unsensed.model.nsensordata < model.sheathed.model.nsensordata
     np.testing.assert_array_equal(model.plain.controls, model.sheathed.controls)
-
-
-def test_controls_are_smooth_and_within_their_ranges(arm):
-    model = prepare_model(str(arm)).plain.model
-    controls = smooth_controls(model, 2000)
-    assert controls.shape == (2000, 2)
-    assert controls[:, 0].min() >= 0.0
-    assert controls.max() <= 1.0
-    assert controls.min() >= -1.0
-    assert (controls.std(axis=0) > 0.05).all()
-    assert np.abs(np.diff(controls, axis=0)).max() < 10.0 * model.opt.timestep
-    np.testing.assert_array_equal(controls, smooth_controls(model, 2000))
 
 
 def test_the_cost_has_both_memories(arm):
