@@ -150,11 +150,11 @@ class Called(_Mark):
         self.signature = signature
 
 
-class AddressOf(_Mark):
-    """Function without arguments: the address of an entry, by its symbol."""
+class Addresses(_Mark):
+    """Function of an index: the address of one of some entries, by their symbols."""
 
-    def __init__(self, symbol: str) -> None:
-        self.symbol = symbol
+    def __init__(self, *symbols: str) -> None:
+        self.symbols = symbols
 
 
 class Shared(_Mark):
