@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Final, Protocol, SupportsFloat, TypeAlias, TypedDict, get_type_hints
+from typing import Any, Final, SupportsFloat, TypeAlias, TypedDict, get_type_hints
 
 import numpy as np
 
@@ -175,13 +175,6 @@ class Command:
     torque: float  # [N m]
 
 
-class Memories(Protocol):
-    """An array of one memory."""
-
-    def __getitem__(self, index: int) -> Memory: ...
-    def __setitem__(self, index: int, memory: Memory) -> None: ...
-
-
 Commands: TypeAlias = Records[Command]  # in a ring
 
 STATE, MEMORY, COMMAND = record_type(State), record_type(Memory), record_type(Command)
@@ -189,12 +182,13 @@ BINDING = record_type(Binding)
 _BOUND_COUNT: Final = len(get_type_hints(Bound))
 _BOUND: Final[int] = STATE.fields["instance"][1]  # type: ignore[index]
 _COUNT, _MEMORY_COUNT, _COMMAND_COUNT = (t.itemsize // 8 for t in (STATE, MEMORY, COMMAND))
-_TRIAL = _COUNT - _MEMORY_COUNT  # where the last member begins
-_COMMITTED = _TRIAL - _MEMORY_COUNT
+TRIAL: Final[int] = STATE.fields["trial"][1]  # type: ignore[index]
+_COMMITTED: Final[int] = STATE.fields["committed"][1]  # type: ignore[index]
 _GAIN_COUNT = len(GAINS)
 state_at: Callable[[int], State] = Record(STATE)
 binding_at: Callable[[int], Binding] = Record(BINDING)
-_memories_at, _commands_at = Array(MEMORY), Array(COMMAND)
+_memory_at: Callable[[int], Memory] = Record(MEMORY)
+_commands_at = Array(COMMAND)
 
 
 MOST_COMMANDS: Final = 100_000  # on their way
@@ -242,27 +236,14 @@ def gains_at(address: int) -> FloatArray:
     return doubles(address, _GAIN_COUNT)
 
 
-@compiled
-def trial_memory(address: int) -> Memories:
-    """Memory on trial."""
-    return _memories_at(address + 8 * _TRIAL, 1)
-
-
-scratch_memory: Callable[[], int] = LocalDoubles(_MEMORY_COUNT)
+scratch_memory: Callable[[], int] = LocalDoubles(_MEMORY_COUNT)  # for what must leave no trace
 
 
 @compiled
-def copied_memory(address: int, place: int) -> Memories:
-    """A copy of the memory on trial, at a place of its own, for what must leave no trace."""
-    copy_doubles(place, address + 8 * _TRIAL, _MEMORY_COUNT)
-    return _memories_at(place, 1)
-
-
-@compiled
-def committed_memory(address: int) -> Memories:
-    """Memory that the last finished step left."""
-    memory: Memories = _memories_at(address + 8 * _COMMITTED, 1)
-    return memory
+def trial_memory(address: int, place: int) -> Memory:
+    """Memory for a step on trial, at a place: a copy of what the last finished step left."""
+    copy_doubles(place, address + _COMMITTED, _MEMORY_COUNT)
+    return _memory_at(place)
 
 
 def view(plugin_state: FloatArray, start: int) -> Any:
