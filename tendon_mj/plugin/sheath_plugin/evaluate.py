@@ -12,7 +12,7 @@ import math
 from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import free, geared_control, is_stage, malloc
-from tendon_mj.plugin.abi.memory import address_of, coordinates, copy_doubles, doubles
+from tendon_mj.plugin.abi.memory import coordinates, copy_doubles, doubles
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
 from tendon_mj.plugin.sheath_plugin.bind import is_bound
 from tendon_mj.plugin.sheath_plugin.drive import (
@@ -52,7 +52,6 @@ from tendon_mj.plugin.sheath_plugin.inextensible import (
     solve,
 )
 from tendon_mj.plugin.sheath_plugin.input_force import follow_spring, input_force
-from tendon_mj.plugin.sheath_plugin.path import update_path, update_spans
 from tendon_mj.plugin.sheath_plugin.response import respond
 from tendon_mj.plugin.sheath_plugin.signature import pose_sum
 from tendon_mj.plugin.sheath_plugin.state import (
@@ -85,7 +84,6 @@ def _store_trial(
     wound_in: float,
     wound_out: float,
     spring_length: float,
-    time: float,
 ) -> None:
     """Store the result of an evaluation for ``commit``."""
     ea = state.law.axial_stiffness
@@ -107,7 +105,6 @@ def _store_trial(
         store_trial_strain(state, segments)
     state.trial_wound_in, state.trial_wound_out = wound_in, wound_out
     state.trial_spring_length = spring_length
-    state.trial_time = time
     state.has_trial = 1.0
 
 
@@ -200,22 +197,15 @@ def _are_finite(segments: Segments) -> bool:
 
 
 @compiled
-def _update_path(m: Model, d: Data, address: int, fresh: bool, stage: bool) -> None:
+def _update_path(m: Model, d: Data, address: int, stage: bool) -> None:
     """Bring lengths, bends and spans up to date."""
     state = state_at(address)
     segments, guides, path = unpack(address)
     if state.fixed != 0.0:
         lay_fixed(state, segments, guides)
-        return
-    plain = state.arcs == 0.0 and state.pulleys == 0.0 and state.inner_guides == 0.0
-    if not plain or state.input_at_last != 0.0:
+    else:
         arcs = unpack_arcs(address)
         trace_path(m, d, state, segments, guides, arcs, coordinates(path), stage)
-        return
-    start = d.ten_wrapadr[int(state.tendon)]
-    points = coordinates(address_of(d.wrap_xpos) + 24 * start)
-    update_path(points, coordinates(path), segments, guides, fresh)
-    update_spans(m, int(state.tendon), segments)  # bodies are others in another model
 
 
 @compiled
@@ -276,11 +266,11 @@ def _evaluate_driven(m: Model, d: Data, address: int, force: FloatArray) -> None
         state.has_trial = 0.0
         return
     apply_forces(m, d, state, segments, force)
-    if not stage:
-        state.trial_elapsed = elapsed
-        _store_trial(state, segments, guides, 0.0, 0.0, 0.0, time)
-    else:
+    if stage:
         _show_trial(segments, guides)
+        return
+    state.trial_time, state.trial_elapsed = time, elapsed
+    _store_trial(state, segments, guides, 0.0, 0.0, 0.0)
 
 
 @compiled
@@ -335,11 +325,11 @@ def _evaluate_wound(
         state.has_trial = 0.0
         return
     apply_forces(m, d, state, segments, d.qfrc_passive)
-    if not stage:
-        state.trial_elapsed = elapsed
-        _store_trial(state, segments, guides, wound_in, wound_out, rest, time)
-    else:
+    if stage:
         _show_trial(segments, guides)
+        return
+    state.trial_time, state.trial_elapsed = time, elapsed
+    _store_trial(state, segments, guides, wound_in, wound_out, rest)
 
 
 @compiled
@@ -373,7 +363,7 @@ def evaluate(m: Model, d: Data, address: int) -> None:
     if state.finished == 0.0:
         state.commit_time = d.time - m.opt.timestep
     time, stage, elapsed = _moment(m, d, state)
-    _update_path(m, d, address, state.started == 0.0, stage)
+    _update_path(m, d, address, stage)
     state.applied = 0.0
     if state.driven == 0.0:
         _evaluate_wound(m, d, address, time, elapsed, stage)

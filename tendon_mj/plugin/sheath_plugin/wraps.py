@@ -105,9 +105,13 @@ def _set_span(
 
 
 @compiled
-def _store(path: FloatArray, k: int, points: FloatArray, at: int) -> None:
-    """Keep a point of the path for those who look at it."""
-    path[3 * k], path[3 * k + 1], path[3 * k + 2] = vector(points, at)
+def _store(path: FloatArray, k: int, points: FloatArray, at: int) -> bool:
+    """Keep a point of the path; return whether it has moved since the last call."""
+    point = vector(points, at)
+    if vector(path, k) == point:
+        return False
+    path[3 * k], path[3 * k + 1], path[3 * k + 2] = point
+    return True
 
 
 @compiled
@@ -254,8 +258,9 @@ def trace_path(
 ) -> None:
     """Lengths, bends and spans of a tendon on any path, and the points of its guides.
 
-    ``path`` receives the coordinates of each guide and end [m]; ``stage``: this is an inner stage
-    of the integrator, which must leave no trace.
+    ``path`` receives the coordinates of each guide and end [m]; between sites that have not moved
+    since the last call lengths and bends are as they were. ``stage``: this is an inner stage of the
+    integrator, which must leave no trace.
     """
     tendon = int(state.tendon)
     step = 1 if state.input_at_last == 0.0 else -1
@@ -272,13 +277,15 @@ def trace_path(
     j, divisor, arc = 0, 1.0, 0
     bends = False  # whether the site at hand is a guide: guide j − 1
     came = (0.0, 0.0, 0.0)  # direction of the last span of the branch that has one
-    _store(path, 0, points, at)
+    fresh = state.started == 0.0
+    here = _store(path, 0, points, at) or fresh  # whether the point at hand has moved
+    turned = True  # whether the direction may have changed in which the tendon comes to it
     for _ in range(int(state.inner_guides)):
         segments[j].length, segments[j].point = SHORTEST, -1.0
         segments[j].divisor = divisor
         guides[j].angle = 0.0
         j += 1
-        _store(path, j, points, at)
+        here = _store(path, j, points, at) or fresh
     while step * (end - element) > 0:
         kind = kinds[element + step]
         if kind == PULLEY:
@@ -290,19 +297,24 @@ def trace_path(
             element += 2 * step
             at += 2 * step
             came, bends = (0.0, 0.0, 0.0), False
-            _store(path, j, points, at)
+            here, turned = _store(path, j, points, at) or fresh, True
             continue
         goes = minus(vector(points, at + step), vector(points, at))
-        if bends:
+        ahead = kind != SITE or _store(path, j + 1, points, at + step) or fresh
+        moved = here or ahead
+        if bends and (moved or turned):
             guides[j - 1].angle = angle_between(came, goes)
-        came = goes if goes != (0.0, 0.0, 0.0) else came
+        is_spot = goes == (0.0, 0.0, 0.0)
+        came, turned = came if is_spot else goes, moved or (turned and is_spot)
         if kind == SITE:
             near = bodies[objects[element]]
             far = bodies[objects[element + step]]
-            segments[j].length = max(SHORTEST, norm(goes))
+            if moved:
+                segments[j].length = max(SHORTEST, norm(goes))
             _set_span(segments, j, at - start, step, near, far, divisor)
             element += step
             at += step
+            here = ahead
         else:
             behind, passed = _over_geom(
                 m,
@@ -325,7 +337,7 @@ def trace_path(
             at += passed * step
             element += 2 * step
             arc += 1
-        _store(path, j + 1, points, at)
+            here, turned = _store(path, j + 1, points, at) or fresh, True
         bends = element != end and kinds[element + step] != PULLEY
         if bends:
             j += 1
