@@ -13,7 +13,7 @@ import warp as wp
 from tendon_mj.warp.groups import Groups
 from tendon_mj.warp.motion import Dynamics, input_force, span_jacobian
 from tendon_mj.warp.path import Scene, trace_path
-from tendon_mj.warp.response import Motion, damping_of, respond, step_of, tendon_damping
+from tendon_mj.warp.response import damping_of, respond, step_of, tendon_damping
 from tendon_mj.warp.tendons import Tendons, capstan, follow_speed, reset_sheath, sheath_at
 
 wp.set_module_options({"enable_backward": False})
@@ -169,7 +169,7 @@ def _set_bounds(t: Tendons, y: Groups, c: int, w: int) -> None:
 
 
 @wp.func
-def _read_input(b: Dynamics, q: Motion, t: Tendons, y: Groups, i: int, w: int) -> bool:
+def _read_input(b: Dynamics, t: Tendons, y: Groups, i: int, w: int) -> bool:
     """Read T_0, and the tensions that groups held; return whether it is finite."""
     k = y.sheath[i]
     tendon = t.tendon[k]
@@ -178,31 +178,31 @@ def _read_input(b: Dynamics, q: Motion, t: Tendons, y: Groups, i: int, w: int) -
     y.constant[i, w] = force
     incoming = wp.max(_ZERO, -force)
     y.input[i, w] = incoming
-    damping = tendon_damping(q, tendon, w)
-    if q.implicit:
+    damping = tendon_damping(b, tendon, w)
+    if b.implicit:
         for n in range(y.damper.shape[0]):
             a = y.damper[n]
             if a >= 0:
-                if q.actuator_trntype[a] == _TENDON and q.actuator_trnid[a][0] == tendon:
-                    gear = wp.float64(q.actuator_gear[w % q.actuator_gear.shape[0], a][0])
-                    damping += gear * gear * damping_of(q, a, w)
+                if b.actuator_trntype[a] == _TENDON and b.actuator_trnid[a][0] == tendon:
+                    gear = wp.float64(b.actuator_gear[w % b.actuator_gear.shape[0], a][0])
+                    damping += gear * gear * damping_of(b, a, w)
     y.damping[i, w] = damping
     return wp.isfinite(force)
 
 
 @wp.kernel
-def set_up(m: Scene, b: Dynamics, q: Motion, t: Tendons, y: Groups) -> None:
+def set_up(m: Scene, b: Dynamics, t: Tendons, y: Groups) -> None:
     """Paths, groups and input tensions in the pose at hand; threads (members, worlds)."""
     i, w = wp.tid()
     k, now = y.sheath[i], b.time[w]
     if now < t.trial_time[k, w]:
         reset_sheath(t, k, w)
     elif t.has_trial[k, w] and now > t.trial_time[k, w]:
-        commit_member(t, y, q.qvel, q.timestep, i, w)
+        commit_member(t, y, b.qvel, b.timestep, i, w)
     t.trial_time[k, w] = now
     trace_path(m, t, sheath_at(t, k, w))
     _gather(t, y, i, w)
-    y.active[i, w] = _read_input(b, q, t, y, i, w)
+    y.active[i, w] = _read_input(b, t, y, i, w)
     t.has_trial[k, w] = y.active[i, w]
     if not y.active[i, w]:
         t.unsolved[w, k] += 1
@@ -275,7 +275,7 @@ def _beyond(
 
 
 @wp.kernel
-def answer(q: Motion, t: Tendons, y: Groups) -> None:
+def answer(b: Dynamics, t: Tendons, y: Groups) -> None:
     """Slip of each group; its M̂⁻¹ Dᵀ and mobility if it rubs; threads (cells, worlds)."""
     c, w = wp.tid()
     i = y.member[c]
@@ -283,7 +283,7 @@ def answer(q: Motion, t: Tendons, y: Groups) -> None:
         return
     k, low, high = y.sheath[i], y.low[i], y.high[i]
     base, row, first = y.solved_row[c], y.row[c], y.first_dof[i]
-    h, speed = step_of(q, w), _speed(y, c, q.qvel, w)
+    h, speed = step_of(b, w), _speed(y, c, b.qvel, w)
     if t.started[k, w]:
         tail = _tail(y, c, y.first_cell[i + 1], w)
         speed += _beyond(t, y, c, tail, speed, h, w)
@@ -294,7 +294,7 @@ def answer(q: Motion, t: Tendons, y: Groups) -> None:
         y.solved[n, w] = 0.0
     for e in range(first, y.first_dof[i + 1]):
         y.solved[base + y.dof[e] - low, w] = y.D[row + e - first, w]
-    respond(q, y, y.solved, base, low, high, y.damper.shape[0], w)
+    respond(b, y, y.solved, base, low, high, y.damper.shape[0], w)
     mobility, along = wp.float64(0.0), wp.float64(0.0)
     for e in range(first, y.first_dof[i + 1]):
         moves = wp.float64(y.solved[base + y.dof[e] - low, w])
@@ -585,10 +585,10 @@ def _release(t: Tendons, y: Groups, w: int) -> bool:
 
 
 @wp.kernel(module="unique", module_options={"max_unroll": 0}, enable_backward=False)
-def solve_groups(q: Motion, t: Tendons, y: Groups) -> None:
+def solve_groups(b: Dynamics, t: Tendons, y: Groups) -> None:
     """Friction of all groups of a world; threads (worlds,)."""
     w = wp.tid()
-    h = step_of(q, w)
+    h = step_of(b, w)
     rough = int(0)
     for i in range(y.sheath.shape[0]):
         if y.active[i, w]:
@@ -599,7 +599,7 @@ def solve_groups(q: Motion, t: Tendons, y: Groups) -> None:
     tries = wp.where(rough > 0, 1 + 2 * rough, 0)
     while tries > 0:
         tries -= 1
-        _settle(y, q.nv, h, rough, w)
+        _settle(y, b.nv, h, rough, w)
         if not _release(t, y, w):
             tries = 0
     for i in range(y.sheath.shape[0]):
@@ -667,7 +667,7 @@ def _show(
 
 
 @wp.kernel
-def publish(q: Motion, t: Tendons, y: Groups) -> None:
+def publish(b: Dynamics, t: Tendons, y: Groups) -> None:
     """Tensions of segments, which are kept on trial behind each cell; threads (members, worlds)."""
     i, w = wp.tid()
     k = y.sheath[i]
@@ -688,7 +688,7 @@ def publish(q: Motion, t: Tendons, y: Groups) -> None:
         if owner >= 0:
             tension = y.tension[y.head[owner, w], w]
         _show(t, y, k, row, tension, changes, w)
-    h = step_of(q, w)
+    h = step_of(b, w)
     # from the last group on, as a group's tension is that of those before it
     cells = y.first_cell[i + 1] - y.first_cell[i]
     for back in range(cells):
