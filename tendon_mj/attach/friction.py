@@ -376,11 +376,7 @@ def joint_warnings(spec: mujoco.MjSpec, driven: Sequence[NewSheath]) -> list[str
         name for name, j in joints.items() if tendons.is_limited(j.actfrclimited, j.actfrcrange)
     ]
     on = [t for t, ends in crossed.items() if any(j.name in limited for j in ends)]
-    sensed = [
-        sensor.name
-        for sensor in spec.sensors
-        if sensor.type == mujoco.mjtSensor.mjSENS_JOINTACTFRC and sensor.objname in joints
-    ]
+    sensed = tendons.force_sensors(spec, joints)
     messages = []
     if limited:
         messages.append(

@@ -111,6 +111,14 @@ def check_kinds(kinds: Sequence[str]) -> None:
             raise InvalidValueError(f"sensor {kind!r} is given more than once")
 
 
+def note_of(spec: mujoco.MjSpec, element: str, suffix: str) -> mujoco.MjsText | None:
+    """Custom text ``<element><suffix>``, of which `attach` renames both parts alike."""
+    for text in spec.texts:
+        if suffix in text.name and text.name.replace(suffix, "", 1) == element:
+            return text
+    return None
+
+
 class Sensors:
     """Adds sensors of sheaths to a model.
 
