@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.plugin.abi import C
+from tendon_mj.plugin.abi import attribute_of, plugin_at
 from tendon_mj.plugin.compiled_checks import (
     DRAWN,
     ELASTICITY,
@@ -49,16 +49,11 @@ class Branch(NamedTuple):
 ALL_OF_IT = Branch(0, 0, -1, "")  # of a tendon without pulleys
 
 
-def _config(model: mujoco.MjModel, instance: int, attribute: str) -> str:
-    raw = C.mj_getPluginConfig(model._address, instance, attribute.encode())
-    return (raw or b"").decode()
-
-
 def sheaths(model: mujoco.MjModel) -> dict[str, Instance]:
     """Every sheath of a model by name; an unnamed one goes by its tendon's name."""
     named = {}
     for k in range(model.nplugin):
-        if _is_of(model, k, NAME) and not _config(model, k, "sensor"):
+        if _is_of(model, k, NAME) and not attribute_of(model._address, k, "sensor"):
             tendon = _tendon_name(model, attachment(model._address, k).tendon)
             name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k) or tendon
             named[name] = Instance(tendon, int(model.plugin_stateadr[k]), k)
@@ -73,7 +68,7 @@ def _tendon_name(model: mujoco.MjModel, tendon: float) -> str:
 def sensor_kind(model: mujoco.MjModel, sensor: int) -> str:
     """Kind of a sheath's sensor, one of `KINDS`; empty for any other sensor."""
     instance = int(model.sensor_plugin[sensor])
-    return _config(model, instance, "sensor") if _is_of(model, instance, NAME) else ""
+    return attribute_of(model._address, instance, "sensor") if _is_of(model, instance, NAME) else ""
 
 
 def servos(model: mujoco.MjModel) -> dict[str, int]:
@@ -90,10 +85,7 @@ def servos(model: mujoco.MjModel) -> dict[str, int]:
 
 
 def _is_of(model: mujoco.MjModel, instance: int, plugin: str) -> bool:
-    if instance < 0:
-        return False
-    slot = int(model.plugin[instance])
-    return bool(C.mjp_getPluginAtSlot(slot).contents.name == plugin.encode())
+    return instance >= 0 and plugin_at(model.plugin[instance]) == plugin
 
 
 def unused_parameters(model: mujoco.MjModel, instance: int) -> dict[str, str]:
