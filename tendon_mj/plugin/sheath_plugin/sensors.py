@@ -12,16 +12,6 @@ from tendon_mj.native import Record, apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.memory import address_of, doubles
 from tendon_mj.plugin.sheath_plugin import attributes as at
-from tendon_mj.plugin.sheath_plugin.attributes import (
-    BEND_ANGLE,
-    INPUT_TENSION,
-    OUTPUT_TENSION,
-    REEL_DISPLACEMENT,
-    SLIP,
-    TENSION,
-    UNSOLVED,
-    numbers_of,
-)
 from tendon_mj.plugin.sheath_plugin.bind import (
     has_own_state,
     new_binding,
@@ -49,22 +39,22 @@ def _measure(address: int, kind: int, out: int) -> None:
     segments, guides, _ = unpack(address)
     ea, last = tension_unit(state), len(guides)
     shown = doubles(out, last + 1)
-    if kind == INPUT_TENSION:
+    if kind == at.INPUT_TENSION:
         shown[0] = ea * segments[0].tension
-    elif kind == OUTPUT_TENSION:
+    elif kind == at.OUTPUT_TENSION:
         shown[0] = ea * segments[last].tension
-    elif kind == TENSION:
+    elif kind == at.TENSION:
         for j in range(last + 1):
             shown[j] = ea * segments[j].tension
-    elif kind == REEL_DISPLACEMENT:
+    elif kind == at.REEL_DISPLACEMENT:
         shown[0] = state.trial_wound_in
-    elif kind == UNSOLVED:
+    elif kind == at.UNSOLVED:
         shown[0] = state.unsolved
     else:
         for i in range(last):
-            if kind == BEND_ANGLE:
+            if kind == at.BEND_ANGLE:
                 shown[i] = guides[i].angle
-            elif kind == SLIP:
+            elif kind == at.SLIP:
                 shown[i] = guides[i].slip if guides[i].flow != 0.0 else 0.0
             else:
                 shown[i] = guides[i].friction_work + guides[i].trial_friction_work
@@ -145,7 +135,7 @@ def show(m: Model, d: Data, instance: int) -> None:
         if not has_own_state(m, d, int(source)):
             continue
         sheath = state_of(m, d, int(source))
-        count = numbers_of(kind, int(state_at(sheath).guides))
+        count = at.numbers_of(kind, int(state_at(sheath).guides))
         if 0 < count <= widths[sensor]:
             adr = m.sensor_adr[sensor]
             _measure(sheath, kind, address_of(d.sensordata) + 8 * adr)
