@@ -10,12 +10,9 @@ import warp as wp
 
 from tendon_mj.warp.groups import Groups
 from tendon_mj.warp.motion import Dynamics
-from tendon_mj.warp.tendons import Tendons
+from tendon_mj.warp.tendons import ONE, ZERO, Tendons
 
 wp.set_module_options({"enable_backward": False})
-
-_ONE = wp.constant(wp.float64(1.0))
-_ZERO = wp.constant(wp.float64(0.0))
 
 
 @wp.func
@@ -28,21 +25,21 @@ def step_of(b: Dynamics, w: int) -> wp.float64:
 def damping_of(b: Dynamics, actuator: int, w: int) -> wp.float64:
     """Force per velocity of an actuator, if it is implicit [N s/m or N m s/rad]."""
     if not (b.implicit and b.has_forces):
-        return _ZERO
+        return ZERO
     if b.actuator_forcelimited[actuator]:
         limits = b.actuator_forcerange[w % b.actuator_forcerange.shape[0], actuator]
         force = b.actuator_force[w, actuator]
         if force <= limits[0] or force >= limits[1]:
-            return _ZERO
+            return ZERO
     parameters = b.actuator_biasprm[w % b.actuator_biasprm.shape[0], actuator]
-    return wp.max(_ZERO, -wp.float64(parameters[2]))
+    return wp.max(ZERO, -wp.float64(parameters[2]))
 
 
 @wp.func
 def tendon_damping(b: Dynamics, tendon: int, w: int) -> wp.float64:
     """Linear damping of a tendon itself, if it is implicit [N s/m]."""
     if not (b.implicit and b.damper != 0.0):
-        return _ZERO
+        return ZERO
     return wp.float64(b.tendon_damping[w % b.tendon_damping.shape[0], tendon])
 
 
@@ -61,7 +58,7 @@ def _factor(b: Dynamics, y: Groups, w: int) -> None:
     if b.joints_damp:
         for i in range(b.nv):
             damping = wp.float64(b.dof_damping[w % b.dof_damping.shape[0], i])
-            _add_to_diagonal(b, y, i, h * wp.max(_ZERO, damping), w)
+            _add_to_diagonal(b, y, i, h * wp.max(ZERO, damping), w)
     for n in range(y.joint_damper.shape[0]):
         actuator = y.joint_damper[n]
         adr = b.moment_rowadr[w, actuator]
@@ -71,7 +68,7 @@ def _factor(b: Dynamics, y: Groups, w: int) -> None:
     for back in range(b.nv):
         k = b.nv - 1 - back
         start, others = b.M_rowadr[k], b.M_rownnz[k] - 1
-        inverse = _ONE / y.factor[start + others, w]
+        inverse = ONE / y.factor[start + others, w]
         y.inverse[k, w] = inverse
         for down in range(others):  # from the nearest ancestor on
             a = others - 1 - down
@@ -92,7 +89,7 @@ def _solve(
     for back in range(high - low):
         i = high - 1 - back
         value = wp.float64(x[at + i, w])
-        if value != _ZERO:
+        if value != ZERO:
             start = b.M_rowadr[i]
             for a in range(start, start + b.M_rownnz[i] - 1):
                 j = at + b.M_colind[a]
@@ -141,7 +138,7 @@ def respond(
     """Replace a force on dofs from ``low`` to ``high`` by M̂⁻¹ times it, with the first dampers."""
     _solve(b, y, x, base, low, high, w)
     for n in range(dampers):
-        if y.damper_scale[n, w] != _ZERO:
+        if y.damper_scale[n, w] != ZERO:
             scaled = y.damper_scale[n, w] * _along(b, y, n, x, base, low, high, w)
             for i in range(low, high):
                 u = wp.float64(y.damper_row[n * b.nv + i, w])
@@ -164,12 +161,12 @@ def _add_damper(b: Dynamics, y: Groups, tendon: wp.array[wp.int32], n: int, w: i
         damping = tendon_damping(b, tendon[y.sheath[-1 - source]], w)
         for e in range(y.first_dof[-1 - source], y.first_dof[-source]):
             y.damper_row[row + y.dof[e], w] = y.input_row[e, w]
-    y.damper_scale[n, w] = _ZERO
-    if damping > _ZERO:
+    y.damper_scale[n, w] = ZERO
+    if damping > ZERO:
         respond(b, y, y.damper_row, row, 0, b.nv, n, w)
         strength = step_of(b, w) * damping
         mobility = _along(b, y, n, y.damper_row, row, 0, b.nv, w)
-        y.damper_scale[n, w] = strength / (_ONE + strength * mobility)
+        y.damper_scale[n, w] = strength / (ONE + strength * mobility)
 
 
 @wp.kernel(module="unique", module_options={"max_unroll": 0}, enable_backward=False)
