@@ -15,9 +15,7 @@ from tendon_mj.plugin.compiled_checks import (
 )
 from tendon_mj.plugin.servo_plugin import state as sv
 from tendon_mj.plugin.servo_plugin.law import commit, evaluate
-from tendon_mj.plugin.servo_plugin.state import GAINS
 from tendon_mj.plugin.sheath_plugin import attributes as at
-from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES
 from tendon_mj.plugin.sheath_plugin.bind import (
     is_bound,
     new_binding,
@@ -33,14 +31,14 @@ from tendon_mj.plugin.sheath_plugin.state import binding_at as sheath_binding_at
 _BINDING_COUNT = sv.BINDING.itemsize // 8
 _passing = LocalDoubles(_BINDING_COUNT)  # what is bound for the moment
 _FEEDBACKS, _SWITCH = at.as_rows(sv.FEEDBACKS), at.as_rows(sv.SWITCH)
-_DEFAULTS = tuple(gain.default or 0.0 for gain in GAINS.values())
-_GAIN = {name: k for k, name in enumerate(GAINS)}
+_DEFAULTS = tuple(gain.default or 0.0 for gain in sv.GAINS.values())
+_GAIN = {name: k for k, name in enumerate(sv.GAINS)}
 _LOOSENING = (
     (_GAIN["tension_gain"], _GAIN["loosening_tension_gain"]),
     (_GAIN["velocity_gain"], _GAIN["loosening_velocity_gain"]),
 )
 _FRICTION, _INERTIA = _GAIN["observer_friction"], _GAIN["motor_inertia"]
-_SHEATH_FRICTION = ATTRIBUTES.index("friction")
+_SHEATH_FRICTION = at.ATTRIBUTES.index("friction")
 
 
 @compiled

@@ -13,23 +13,9 @@ from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import free, geared_control, is_stage, malloc
 from tendon_mj.plugin.abi.memory import coordinates, copy_doubles, doubles
-from tendon_mj.plugin.sheath_plugin import friction, groups, inextensible, strain
+from tendon_mj.plugin.sheath_plugin import drive, friction, groups, inextensible, strain
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
 from tendon_mj.plugin.sheath_plugin.bind import is_bound
-from tendon_mj.plugin.sheath_plugin.drive import (
-    CHOSEN_STIFFNESS,
-    begin_yield,
-    end_yield,
-    flank_stiffness,
-    lay_driven,
-    lay_wound,
-    on_drum,
-    refill_inputs,
-    solve_branches,
-    torque_on_drive,
-    wound_by,
-    yield_of,
-)
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import lay_fixed
 from tendon_mj.plugin.sheath_plugin.forces import apply_forces, pull_segment
 from tendon_mj.plugin.sheath_plugin.input_force import follow_spring, input_force
@@ -137,7 +123,7 @@ def _commit_elastic(state: State, segments: Segments, guides: Guides) -> None:
     for j in range(len(segments)):
         segments[j].previous_tension = segments[j].trial_tension
     if state.driven != 0.0:
-        refill_inputs(segments, guides)
+        drive.refill_inputs(segments, guides)
     state.wound_in, state.wound_out = state.trial_wound_in, state.trial_wound_out
     state.spring_length = state.trial_spring_length
 
@@ -153,7 +139,7 @@ def _solve(state: State, segments: Segments, guides: Guides, elapsed: float) -> 
     solved = False
     for tried in range(tangents + 1):
         if state.driven != 0.0:
-            solved = solve_branches(state, segments, guides)
+            solved = drive.solve_branches(state, segments, guides)
         else:
             solved = solve_flow(segments, guides, dragged, False)
         if not (solved and tried < tangents and strain.move_tangents(state, segments, elapsed)):
@@ -226,14 +212,14 @@ def _evaluate_driven(m: Model, d: Data, address: int, force: FloatArray) -> None
     segments, guides, _ = unpack(address)
     time, stage, elapsed = _moment(m, d, state)
     if state.finished == 0.0:
-        lay_driven(state, segments)
+        drive.lay_driven(state, segments)
     _shift_guides(segments, guides)
     strain.fill_strain(state, segments, elapsed)
-    begin_yield(segments)
+    drive.begin_yield(segments)
     finite = _solve_from_last_step(state, segments, guides, elapsed, True)
     for j in range(len(segments)):
         segments[j].stored = segments[j].unshifted
-    end_yield(segments, stage)
+    drive.end_yield(segments, stage)
     if not finite:
         for i in range(len(guides)):  # nor is what its branches draw through one another
             guides[i].flow = 0.0
@@ -259,7 +245,7 @@ def _evaluate_wound(
         _refuse(state)
         return
     if state.started == 0.0:
-        lay_wound(m, d, state, segments)
+        drive.lay_wound(m, d, state, segments)
     rest = state.spring_length
     if state.own_spring != 0.0:
         rest = m.tendon_lengthspring[int(state.tendon), 1]
@@ -269,11 +255,11 @@ def _evaluate_wound(
             state.has_trial = 0.0
             return
     friction.update_ratios(address, state, guides, time)
-    drive = wound_by(m, d, state.reel_joint, state.reel_radius)
-    drive += geared_control(m, d, int(state.reel_actuator))
-    flank = flank_stiffness(m, state, elapsed)
-    wound_in = on_drum(state, segments, drive, flank)
-    wound_out = wound_by(m, d, state.output_joint, state.output_radius)
+    travel = drive.wound_by(m, d, state.reel_joint, state.reel_radius)
+    travel += geared_control(m, d, int(state.reel_actuator))
+    flank = drive.flank_stiffness(m, state, elapsed)
+    wound_in = drive.on_drum(state, segments, travel, flank)
+    wound_out = drive.wound_by(m, d, state.output_joint, state.output_radius)
 
     # for this evaluation only: wound tendon leaves the two end segments, the sheath's mount yields
     if state.arcs > 0.0:
@@ -286,7 +272,7 @@ def _evaluate_wound(
     input_length = segments[0].length
     segments[0].length = input_length + state.law.sheath_compliance * state.laid_pretension
     segments[0].support_compliance = state.law.sheath_compliance * state.law.axial_stiffness
-    possible = math.isfinite(drive + wound_out)
+    possible = math.isfinite(travel + wound_out)
     finite = _solve_from_last_step(state, segments, guides, elapsed, possible)
     segments[0].length = input_length
     if state.arcs > 0.0:
@@ -294,7 +280,7 @@ def _evaluate_wound(
             segments[j].stored = segments[j].unshifted
     segments[last].stored = segments[last].unshifted
     segments[0].stored = segments[0].unshifted
-    state.reel_torque = torque_on_drive(state, segments, drive - wound_in, flank)
+    state.reel_torque = drive.torque_on_drive(state, segments, travel - wound_in, flank)
     if not finite:
         state.has_trial = 0.0
         return
@@ -343,7 +329,7 @@ def evaluate(m: Model, d: Data, address: int) -> None:
         _evaluate_wound(m, d, address, time, elapsed, stage)
     else:
         if not state.law.axial_stiffness > 0.0 and state.inextensible == 0.0:
-            state.law.axial_stiffness = CHOSEN_STIFFNESS
+            state.law.axial_stiffness = drive.CHOSEN_STIFFNESS
         _, guides, _ = unpack(address)
         friction.update_ratios(address, state, guides, time)
         state.started = 1.0
@@ -428,7 +414,7 @@ def _let_guides_yield(m: Model, d: Data, work: int) -> None:
                 for i in range(nv):
                     along += row[i] * answer[i]
                 mobility += abs(along)
-            yields = yield_of(state_at(address), segments[j], mobility, h)
+            yields = drive.yield_of(state_at(address), segments[j], mobility, h)
             segments[j].support_compliance = yields
             k += 1
     free(spans)
