@@ -115,64 +115,24 @@ def _store(path: FloatArray, k: int, points: FloatArray, at: int) -> bool:
 
 
 @compiled
-def _wrap(
-    m: Model,
-    d: Data,
-    element: int,
-    points: FloatArray,
-    at: int,
-    step: int,
-    arc: Arc,
-    state: State,
-    segments: Segments,
-    guides: Guides,
-    j: int,
-    stage: bool,
-) -> tuple[float, bool]:
-    """Fill in the guides and segments on a geom that the tendon touches, from segment j on.
+def _contact(
+    m: Model, d: Data, element: int, before: Vector, first: Vector, second: Vector, behind: Vector
+) -> tuple[float, float, Vector, Vector, Vector, Vector]:
+    """Arc on a geom between two tangent points, and the spans before and behind it.
 
     Returns:
-        Length of the arc before the first guide [m], and behind the last; whether the guides are
-        where they have not slid to.
+        Length [m] and turn [rad] of the arc; in the frame of the geom, the tangent points and the
+        directions in which the tendon comes and goes.
     """
     geom = m.wrap_objid[element]
-    frame = d.geom_xmat[geom]
-    centre = vector(d.geom_xpos[geom], 0)
+    frame, centre = d.geom_xmat[geom], vector(d.geom_xpos[geom], 0)
     radius = m.geom_size[geom, 0]
-    first, second = vector(points, at + step), vector(points, at + 2 * step)
-    before = minus(first, vector(points, at))
-    behind = minus(vector(points, at + 3 * step), second)
-    length = turn = 0.0
     p, q = into(frame, minus(first, centre)), into(frame, minus(second, centre))
     u, v = into(frame, before), into(frame, behind)
-    if norm(minus(q, p)) <= _ONE_POINT * radius:
-        turn = angle_between(before, behind)  # inside the geom, or just touching
-    else:
-        length, turn = _arc(m.wrap_type[element], radius, p, q, u)
-    there = back = 0.0
-    jumped = arc.touches == 0.0 or _is_flipped(arc, p, q)
-    if not jumped:
-        there = _shift(p, (arc.x1, arc.y1, arc.z1), u)
-        back = _shift(q, (arc.x2, arc.y2, arc.z2), v)
-    elif arc.touches == 0.0 and state.finished != 0.0 and state.inextensible == 0.0:
-        turn = 0.0  # its guides move to it without friction
-    if not stage:
-        arc.trial_touches = 1.0
-        arc.trial_x1, arc.trial_y1, arc.trial_z1 = p
-        arc.trial_x2, arc.trial_y2, arc.trial_z2 = q
-    count = int(state.arc_guides)
-    for k in range(count):
-        guide = guides[j + k]
-        guide.is_on_arc = 1.0
-        guide.angle = turn / count
-        part = (k + 0.5) / count
-        moved = (1.0 - part) * there + part * back
-        source = segments[j + k + 1] if moved > 0.0 else segments[j + k]
-        guide.shift = moved / (1.0 + source.previous_tension)
-        if k > 0:
-            segments[j + k].length = max(SHORTEST, length / count)
-            segments[j + k].point = -1.0
-    return 0.5 * length / count, jumped
+    if norm(minus(q, p)) <= _ONE_POINT * radius:  # inside the geom, or just touching
+        return 0.0, angle_between(before, behind), p, q, u, v
+    length, turn = _arc(m.wrap_type[element], radius, p, q, u)
+    return length, turn, p, q, u, v
 
 
 @compiled
@@ -217,15 +177,34 @@ def _over_geom(
     goes = minus(vector(points, at + step), vector(points, at))
     behind, passed = goes, 1
     if d.wrap_obj.flat[at + step] == geom:
-        drum = m.geom_bodyid[geom]
-        half, jumped = _wrap(
-            m, d, element, points, at, step, arc, state, segments, guides, j, stage
-        )
+        drum, passed = m.geom_bodyid[geom], 3
+        first, second = vector(points, at + step), vector(points, at + 2 * step)
+        behind = minus(vector(points, at + 3 * step), second)
+        length, turn, p, q, u, v = _contact(m, d, element, goes, first, second, behind)
+        there = back = 0.0
+        jumped = arc.touches == 0.0 or _is_flipped(arc, p, q)
+        if not jumped:
+            there = _shift(p, (arc.x1, arc.y1, arc.z1), u)
+            back = _shift(q, (arc.x2, arc.y2, arc.z2), v)
+        elif arc.touches == 0.0 and state.finished != 0.0 and state.inextensible == 0.0:
+            turn = 0.0  # its guides move to it without friction
+        if not stage:
+            arc.trial_touches = 1.0
+            arc.trial_x1, arc.trial_y1, arc.trial_z1 = p
+            arc.trial_x2, arc.trial_y2, arc.trial_z2 = q
         for k in range(count):
+            guide, part = guides[j + k], (k + 0.5) / count
+            guide.is_on_arc, guide.angle = 1.0, turn / count
+            moved = (1.0 - part) * there + part * back
+            source = segments[j + k + 1] if moved > 0.0 else segments[j + k]
+            guide.shift = moved / (1.0 + source.previous_tension)
+            if k > 0:
+                segments[j + k].length = max(SHORTEST, length / count)
+                segments[j + k].point = -1.0
             _store(path, j + k + 1, points, at + (step if 2 * k < count else 2 * step))
+        half = 0.5 * length / count
         segments[j].length = max(SHORTEST, norm(goes) + half)
         _set_span(segments, j, at - start, step, near, drum, divisor)
-        behind, passed = minus(vector(points, at + 3 * step), vector(points, at + 2 * step)), 3
         segments[j + count].length = max(SHORTEST, norm(behind) + half)
         _set_span(segments, j + count, at - start + 2 * step, step, drum, far, divisor)
     else:
