@@ -60,6 +60,14 @@ def sheaths(model: mujoco.MjModel) -> dict[str, Instance]:
     return named
 
 
+def _sheath(model: mujoco.MjModel, name: str) -> Instance:
+    """A sheath by its name."""
+    known = sheaths(model)
+    if name not in known:
+        raise UnknownNameError("sheath", name, known)
+    return known[name]
+
+
 def _tendon_name(model: mujoco.MjModel, tendon: float) -> str:
     """Name of a tendon; empty without one, as in a binary model that another release wrote."""
     return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TENDON, int(tendon)) or ""
@@ -126,10 +134,7 @@ def segment_tensions(
     Raises:
         UnknownNameError: no such sheath.
     """
-    known = sheaths(model)
-    if sheath not in known:
-        raise UnknownNameError("sheath", sheath, known)
-    state, segments, _, path = sheath_view(data.plugin_state, known[sheath].state)
+    state, segments, _, path = sheath_view(data.plugin_state, _sheath(model, sheath).state)
     return path.copy(), tension_units(state) * segments["tension"]
 
 
@@ -151,7 +156,7 @@ def tension_path(
         UnknownNameError: no such sheath.
     """
     points, tensions = segment_tensions(model, data, sheath)
-    instance = sheaths(model)[sheath]
+    instance = _sheath(model, sheath)
     state, segments, guides, _ = sheath_view(data.plugin_state, instance.state)
     if state.arcs == 0.0 and state.pulleys == 0.0:
         return points, tensions
@@ -183,16 +188,14 @@ def most_bent_branch(model: mujoco.MjModel, sheath: str) -> Branch:
     Raises:
         UnknownNameError: no such sheath.
     """
-    known = sheaths(model)
-    if sheath not in known:
-        raise UnknownNameError("sheath", sheath, known)
-    tendon = model.tendon(known[sheath].tendon).id
+    instance = _sheath(model, sheath)
+    tendon = model.tendon(instance.tendon).id
     path = model.wrap_type[model.tendon_adr[tendon] :][: model.tendon_num[tendon]]
     if mujoco.mjtWrap.mjWRAP_PULLEY.value not in path:
         return ALL_OF_IT
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    guides = sheath_view(data.plugin_state, known[sheath].state).guides
+    guides = sheath_view(data.plugin_state, instance.state).guides
     pulleys = np.flatnonzero(guides["is_pulley"]).tolist()
     spans = list(zip([0, *(k + 1 for k in pulleys)], [*pulleys, len(guides)], strict=True))
     number = int(np.argmax([guides["angle"][first:last].sum() for first, last in spans]))
