@@ -9,6 +9,7 @@ from __future__ import annotations
 import mujoco
 
 from tendon_mj.native import Text, apart, compiled, entry
+from tendon_mj.plugin import compiled_checks
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import free, malloc, mj_fwdActuation, mj_passive, mj_rne, warn
 from tendon_mj.plugin.abi.memory import (
@@ -18,15 +19,6 @@ from tendon_mj.plugin.abi.memory import (
     doubles,
     letters,
     word,
-)
-from tendon_mj.plugin.compiled_checks import (
-    check_elements,
-    check_more,
-    has_refused,
-    message,
-    refuse,
-    sensor_width,
-    sheath_state,
 )
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin import bind, evaluate, groups
@@ -300,28 +292,28 @@ def reset(m: Model, state: int, block: int, instance: int) -> None:
 @entry("tendon_mj_sheath_nstate", "i32(mjModel, i32)")
 def nstate(m: Model, instance: int) -> int:
     """`nstate` of `mjpPlugin`."""
-    out = message()
+    out = compiled_checks.message()
     letters(out)[0] = 0
-    return sheath_state(m, out, instance)
+    return compiled_checks.sheath_state(m, out, instance)
 
 
 @entry("tendon_mj_sheath_nsensordata", "i32(mjModel, i32, i32)")
 def nsensordata(m: Model, instance: int, sensor: int) -> int:
     """`nsensordata` of `mjpPlugin`."""
-    return sensor_width(m, instance)
+    return compiled_checks.sensor_width(m, instance)
 
 
 @entry("tendon_mj_sheath_init", "i32(mjModel, mjData, i32)")
 def init(m: Model, d: Data, instance: int) -> int:
     """`init` of `mjpPlugin`."""
-    out = message()
+    out = compiled_checks.message()
     letters(out)[0] = 0
-    sheath_state(m, out, instance)
-    check_more(m, out, instance)
-    check_elements(m, out, instance)
-    if not (has_refused(out) or at.is_sensor(m, instance)):
+    compiled_checks.sheath_state(m, out, instance)
+    compiled_checks.check_more(m, out, instance)
+    compiled_checks.check_elements(m, out, instance)
+    if not (compiled_checks.has_refused(out) or at.is_sensor(m, instance)):
         bind.check_bindable(m, out, instance)
-    refuse(out, d, instance)
+    compiled_checks.refuse(out, d, instance)
     d.plugin_data[instance] = 0
     return 0
 

@@ -12,11 +12,7 @@ from tendon_mj.native import Record, apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.memory import address_of, doubles
 from tendon_mj.plugin.sheath_plugin import attributes as at
-from tendon_mj.plugin.sheath_plugin.bind import (
-    has_own_state,
-    new_binding,
-    range_of,
-)
+from tendon_mj.plugin.sheath_plugin import bind
 from tendon_mj.plugin.sheath_plugin.names import tendon_of_sensor
 from tendon_mj.plugin.sheath_plugin.state import (
     SENSORS,
@@ -96,11 +92,11 @@ def _find_shown(m: Model, d: Data, instance: int) -> None:
     sensors = m.nsensor
     address = binding_of(d, instance, SENSORS)
     if address == 0 or sensors > _binding_at(address).capacity:
-        address = new_binding(d, instance, SENSORS, _COUNT + sensors + 1)
+        address = bind.new_binding(d, instance, SENSORS, _COUNT + sensors + 1)
         _binding_at(address).capacity = sensors
     bound, shown = _binding_at(address), _shown_at(address)
     owners = m.sensor_plugin
-    first, last = range_of(owners, m.nsensor, instance)
+    first, last = bind.range_of(owners, m.nsensor, instance)
     bound.first_sheath = at.first_sheath(m, instance)
     bound.signature = _present(d, instance)
     bound.first_sensor, bound.last_sensor = first, last
@@ -132,7 +128,7 @@ def show(m: Model, d: Data, instance: int) -> None:
         source = shown[sensor]
         if owners[sensor] != instance or source < 0.0:
             continue
-        if not has_own_state(m, d, int(source)):
+        if not bind.has_own_state(m, d, int(source)):
             continue
         sheath = state_of(m, d, int(source))
         count = at.numbers_of(kind, int(state_at(sheath).guides))
@@ -144,7 +140,7 @@ def show(m: Model, d: Data, instance: int) -> None:
 @compiled
 def show_ends(m: Model, d: Data, instance: int) -> None:
     """Fill the sensors on the sheath's own instance with T_in and T_out."""
-    if not has_own_state(m, d, instance):
+    if not bind.has_own_state(m, d, instance):
         return
     sheath = state_of(m, d, instance)
     state, bound = state_at(sheath), binding_at(binding_of(d, instance, SHEATH))
