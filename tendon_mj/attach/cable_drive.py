@@ -191,7 +191,7 @@ def _stiff_sheath(spec: mujoco.MjSpec, drive: CableDrive, stated: Mapping[str, s
     """The sheath of a cable that does not stretch, on the fixed tendon of its joint."""
     element = spec.tendon(drive.tendon) if not drive.joint else _add_cable(spec, drive)
     config = {"guides": "1", "inner_guides": "1", "radius": repr(drive.radius), **stated}
-    return NewSheath(element, drive.tendon, config, "", "", "", True, None)
+    return NewSheath(element, drive.tendon, config, is_driven=True)
 
 
 def _gears(spec: mujoco.MjSpec, cables: Sequence[NewSheath]) -> list[CableDrive]:
@@ -210,7 +210,7 @@ def _gears(spec: mujoco.MjSpec, cables: Sequence[NewSheath]) -> list[CableDrive]
 def _motor_cables(spec: mujoco.MjSpec, motors: Sequence[Motor], law: Law) -> list[NewSheath]:
     """The sheaths of cables that stretch, two for each motor."""
     return [
-        NewSheath(tendon, tendon.name, config | _stated(law), "", "", "", False, None)
+        NewSheath(tendon, tendon.name, config | _stated(law), is_driven=False)
         for tendon, config in add_motors(spec, motors)
     ]
 
@@ -263,12 +263,7 @@ def _weightless(joints: Sequence[mujoco.MjsJoint]) -> str:
 
 def _unsensed(spec: mujoco.MjSpec, joints: Sequence[mujoco.MjsJoint]) -> str:
     """Warning of sensors of actuators that now turn motors."""
-    names = [joint.name for joint in joints]
-    sensed = [
-        sensor.name
-        for sensor in spec.sensors
-        if sensor.type == mujoco.mjtSensor.mjSENS_JOINTACTFRC and sensor.objname in names
-    ]
+    sensed = tendons.force_sensors(spec, [joint.name for joint in joints])
     if not sensed:
         return ""
     return (

@@ -223,7 +223,6 @@ def add_sheaths(
     take, (taken, sensors) = instances.take_name, instances.taken_names(spec)
     joints = add_spools(spec, [sheath.spool for sheath in sheaths if sheath.spool])
     spec.activate_plugin(NAME)
-    shown = instances.Sensors(spec)
     for sheath in sheaths:
         tendon = sheath.tendon.name = sheath.name
         own = take(taken, f"{tendon}_sheath") if name is None else name
@@ -240,7 +239,7 @@ def add_sheaths(
         for kind in kinds:
             short, prefix = (kind,) if alone else (), tendon if name is None else name
             sensor = take(sensors, *short, f"{prefix}_{kind}")
-            shown.add(config, kind, sensor, take(taken, f"{own}.{kind}"))
+            instances.add_sensor_of(spec, config, kind, sensor, take(taken, f"{own}.{kind}"))
 
 
 def remove_friction(spec: mujoco.MjSpec, tendon: str | Sequence[str]) -> mujoco.MjSpec:
@@ -376,11 +375,7 @@ def joint_warnings(spec: mujoco.MjSpec, driven: Sequence[NewSheath]) -> list[str
         name for name, j in joints.items() if tendons.is_limited(j.actfrclimited, j.actfrcrange)
     ]
     on = [t for t, ends in crossed.items() if any(j.name in limited for j in ends)]
-    sensed = [
-        sensor.name
-        for sensor in spec.sensors
-        if sensor.type == mujoco.mjtSensor.mjSENS_JOINTACTFRC and sensor.objname in joints
-    ]
+    sensed = tendons.force_sensors(spec, joints)
     messages = []
     if limited:
         messages.append(

@@ -111,42 +111,38 @@ def check_kinds(kinds: Sequence[str]) -> None:
             raise InvalidValueError(f"sensor {kind!r} is given more than once")
 
 
-class Sensors:
-    """Adds sensors of sheaths to a model.
+def note_of(spec: mujoco.MjSpec, element: str, suffix: str) -> mujoco.MjsText | None:
+    """Custom text ``<element><suffix>``, of which `attach` renames both parts alike."""
+    for text in spec.texts:
+        if suffix in text.name and text.name.replace(suffix, "", 1) == element:
+            return text
+    return None
 
-    Those with one number share an instance of their kind, and have the tendon as their object: in
+
+def add_sensor_of(
+    spec: mujoco.MjSpec, sheath: Mapping[str, str], kind: str, name: str, instance: str
+) -> mujoco.MjsSensor:
+    """Add a sensor of a sheath with this configuration; ``name`` and ``instance`` are free names.
+
+    Sensors with one number share an instance of their kind, and have the tendon as their object: in
     each step MuJoCo goes through all sensors for every instance. One with as many numbers as its
     sheath has guides has its own instance, as MuJoCo asks for their number before it knows the
     object.
     """
-
-    def __init__(self, spec: mujoco.MjSpec) -> None:
-        self._spec = spec
-        self._shared = {
-            config["sensor"]: plugin
-            for plugin in spec.plugins
-            if plugin.plugin_name == NAME and plugin.name
-            if is_shared(config := plugin.config)
-        }
-
-    def add(self, sheath: dict[str, str], kind: str, name: str, instance: str) -> mujoco.MjsSensor:
-        """Add a sensor of a sheath with this configuration.
-
-        ``name`` and ``instance`` are free names of it and of its own instance.
-        """
-        tendon = sheath["tendon"]
-        sensor = add_plugin_sensor(self._spec, name, tendon)
-        if not is_one_number(kind):
-            config = {"tendon": tendon, "sensor": kind, "guides": sheath.get("guides")}
-            sensor.plugin = add_instance(self._spec, instance, config, NAME)
-            return sensor
-        if kind not in self._shared:
-            taken = {plugin.name for plugin in self._spec.plugins}
-            shared = free_name(taken, kind, f"{kind}_sensors")
-            self._shared[kind] = add_instance(self._spec, shared, {"sensor": kind}, NAME)
-        sensor.plugin = self._shared[kind]
-        sensor.plugin.active = True  # which instances that were read from a file do not pass on
+    sensor = add_plugin_sensor(spec, name, sheath["tendon"])
+    if not is_one_number(kind):
+        config = {"tendon": sheath["tendon"], "sensor": kind, "guides": sheath.get("guides")}
+        sensor.plugin = add_instance(spec, instance, config, NAME)
         return sensor
+    ours = [p for p in spec.plugins if p.plugin_name == NAME and p.name]
+    shared = [p for p in ours if is_shared(p.config) and p.config["sensor"] == kind]
+    if not shared:
+        taken = {plugin.name for plugin in spec.plugins}
+        own = free_name(taken, kind, f"{kind}_sensors")
+        shared = [add_instance(spec, own, {"sensor": kind}, NAME)]
+    sensor.plugin = shared[-1]
+    sensor.plugin.active = True  # which instances that were read from a file do not pass on
+    return sensor
 
 
 def add_plugin_sensor(spec: mujoco.MjSpec, name: str, tendon: str) -> mujoco.MjsSensor:
@@ -187,7 +183,8 @@ def add_sensor(
         raise InvalidValueError(f"the model already has a sensor {name!r}")
     free = free_name(sensors, kind, f"{sheath}_{kind}")
     instance = free_name(taken, f"{sheath}.{kind}")
-    return Sensors(spec).add(sheaths[sheath], kind, free if name is None else name, instance)
+    own = free if name is None else name
+    return add_sensor_of(spec, sheaths[sheath], kind, own, instance)
 
 
 def show_tension(spec: mujoco.MjSpec, low: float, high: float) -> mujoco.MjSpec:

@@ -37,23 +37,14 @@ class Mjcf:
         self._before, self.root, self._after = _parse_mjcf(path)
         self._include(self.root, path)
 
-    def joint(self, name: str) -> Element:
-        """A joint by name; this and the next raise `TendonError` where the text has none."""
-        bodies = self.root.findall("worldbody")
-        return self._named("joint", name, (j for body in bodies for j in body.iter("joint")))
+    def element(self, kind: str, name: str) -> Element:
+        """A joint, body, tendon, actuator or sensor by name.
 
-    def body(self, name: str) -> Element:
-        """A body by name."""
-        worlds = self.root.findall("worldbody")
-        return self._named("body", name, (b for world in worlds for b in world.iter("body")))
-
-    def tendon(self, name: str) -> Element:
-        """A tendon of either kind by name."""
-        return self._named("tendon", name, self.root.iterfind("tendon/*"))
-
-    def actuator(self, name: str) -> Element:
-        """An actuator of any kind by name."""
-        return self._named("actuator", name, self.root.iterfind("actuator/*"))
+        Raises:
+            TendonError: the text has none of this name.
+        """
+        where = f"worldbody//{kind}" if kind in ("body", "joint") else f"{kind}/*"
+        return self._named(kind, name, self.root.iterfind(where))
 
     def actuators(self, model: mujoco.MjModel) -> dict[int, Element]:
         """Number of an actuator in the compiled file → its element, of those in the text."""
@@ -64,12 +55,8 @@ class Mjcf:
         names = [model.actuator(k).name for k in range(model.nactuator)]
         return {k: named[name] for k, name in enumerate(names) if name in named}
 
-    def sensor(self, name: str) -> Element:
-        """A sensor of any kind by name."""
-        return self._named("sensor", name, self.root.iterfind("sensor/*"))
-
     def plugin(self, name: str) -> Element:
-        """Configuration of a sheath or servo, which may go by its tendon's name."""
+        """Configuration of a sheath or servo, which may go by its tendon's name; as `element`."""
         inline = [p for p in self.root.iter("plugin") if p.find("config") is not None]
         plugins = {str(i.get("name")): i for i in self.root.iterfind("extension/plugin/instance")}
         for plugin in inline:
@@ -279,7 +266,7 @@ def _write_motors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> Non
     for joint in before.joints:
         if joint.armature != spec.joint(joint.name).armature:
             armature = number_text(spec.joint(joint.name).armature)
-            text.joint(joint.name).set("armature", armature)
+            text.element("joint", joint.name).set("armature", armature)
     elements = text.actuators(before.compile())
     for k, (old, new) in enumerate(zip(before.actuators, spec.actuators, strict=True)):
         if old.target != new.target:

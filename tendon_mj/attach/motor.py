@@ -14,14 +14,14 @@ from typing import NamedTuple
 
 import mujoco
 
-from tendon_mj.attach.instances import instances, take_name
+from tendon_mj.attach.instances import instances, note_of, take_name
 from tendon_mj.attach.keyframes import (
     insert_joints,
     keyframes,
     restore_keyframes,
     without_joints,
 )
-from tendon_mj.attach.spool import INERTIA, MASS, check_alone
+from tendon_mj.attach.spool import INERTIA, MASS, check_alone, let_turn_freely
 from tendon_mj.attach.tendons import listed, only_joint
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.sheath import Law
@@ -80,12 +80,10 @@ def _add(
     turned = spec.joint(motor.joint)
     body = spec.worldbody.add_body(name=name, explicitinertial=True, mass=MASS)
     body.ipos, body.inertia = [0.0, 0.0, 0.0], [INERTIA] * 3
-    joint = body.add_joint(name=name, type=turned.type, axis=turned.axis, ref=turned.ref)
-    joint.pos, joint.springref, joint.margin = [0.0, 0.0, 0.0], 0.0, 0.0
-    joint.limited = _OFF
+    joint = body.add_joint(name=name, type=turned.type, axis=turned.axis)
+    let_turn_freely(joint)
+    joint.ref, joint.armature = turned.ref, motor.armature
     joint.actfrclimited, joint.actfrcrange = turned.actfrclimited, turned.actfrcrange
-    joint.stiffness, joint.springdamper, joint.damping = [0.0] * 3, [0.0, 0.0], [0.0] * 3
-    joint.armature, joint.frictionloss, joint.actgravcomp = motor.armature, 0.0, False
     guides = _guides(motor.law.friction * motor.law.extra_bend)
     along = [0.0, *((k + 0.5) / guides for k in range(guides)), 1.0]
     path = []
@@ -166,17 +164,17 @@ def added_motors(spec: mujoco.MjSpec, removed: Container[str]) -> list[Added]:
     motors, configs = [], [c for _, c in instances(spec) if "sensor" not in c]
     for config in configs:
         cable, name = config.get("tendon", ""), config.get("reel_joint", "")
-        notes = [t for t in spec.texts if _NOTE in t.name and t.name.replace(_NOTE, "", 1) == cable]
+        note = note_of(spec, cable, _NOTE)
         cables = [c["tendon"] for c in configs if name and c.get("reel_joint") == name]
         gears = [t.name for t in spec.tendons if name and only_joint(t) == name]
-        if not notes or not any(one in removed for one in cables + gears):
+        if note is None or not any(one in removed for one in cables + gears):
             continue
         if not all(one in removed for one in cables + gears):
             raise InvalidValueError(f"{listed(cables + gears)} are of one motor: name all")
         moved, joint = _actuators_on(spec, name), spec.joint(name)
-        same = len(moved) == len(notes[0].data.split()) - 1
+        same = len(moved) == len(note.data.split()) - 1
         check_alone(spec, cable, joint, same_motors=same, sites=len(spec.tendon(cable).path))
-        motors.append(Added(notes[0], joint, config["output_joint"], cables, moved))
+        motors.append(Added(note, joint, config["output_joint"], cables, moved))
     return motors
 
 

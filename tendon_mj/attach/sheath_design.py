@@ -73,11 +73,11 @@ class NewSheath(NamedTuple):
     tendon: mujoco.MjsTendon
     name: str  # that the tendon has or will have
     config: dict[str, str]  # of the plugin instance, but for the tendon's name
-    idle: str  # why friction can do nothing, and the remedy; or empty
-    passing: str  # force that passes the sheath, and the remedy; or empty
-    too_stiff: str  # for the time step, and the remedy; or empty
     is_driven: bool  # whether MuJoCo's forces along the tendon give the input tension
-    spool: SpoolDesign | None
+    idle: str = ""  # why friction can do nothing, and the remedy
+    passing: str = ""  # force that passes the sheath, and the remedy
+    too_stiff: str = ""  # for the time step, and the remedy
+    spool: SpoolDesign | None = None
 
 
 class Designer:
@@ -147,7 +147,7 @@ class Designer:
             self._spec, tendon, name, request.spool, at_last, config, actuators, compiled
         )
         too_stiff = "" if spool else self._step_warning(tendon, is_driven)
-        return NewSheath(tendon, name, config, idle, passing, too_stiff, is_driven, spool)
+        return NewSheath(tendon, name, config, is_driven, idle, passing, too_stiff, spool)
 
     def _step_warning(self, tendon: mujoco.MjsTendon, driven: bool) -> str:
         """`step_warning` of a stated EA, if the model is as complete as to be compiled."""

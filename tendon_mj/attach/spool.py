@@ -22,7 +22,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from tendon_mj.attach.instances import free_name
+from tendon_mj.attach.instances import note_of, take_name
 from tendon_mj.attach.keyframes import Keyframe, insert_joints, keyframes, without_joints
 from tendon_mj.attach.tendons import has_own_spring
 from tendon_mj.errors import InvalidValueError, UnsuitedTendonError
@@ -261,8 +261,7 @@ def add_spools(spec: mujoco.MjSpec, designs: Sequence[SpoolDesign]) -> dict[str,
     names: dict[str, str] = {}
     before, angles = keyframes(spec), {}
     for design in designs:
-        name = free_name(taken, f"{design.tendon}_spool")
-        taken.add(name)
+        name = take_name(taken, f"{design.tendon}_spool")
         names[design.tendon], angles[name] = name, design.angles
         _add_drum(name, design)
         _forget_drives(spec, design.tendon)
@@ -290,11 +289,16 @@ def _add_drum(name: str, design: SpoolDesign) -> None:
         conaffinity=0,
     )
     joint = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=design.axis)
-    joint.pos, joint.ref, joint.springref = [0.0, 0.0, 0.0], 0.0, 0.0
-    joint.limited = joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
-    joint.stiffness, joint.springdamper = [0.0] * 3, [0.0, 0.0]
+    let_turn_freely(joint)
     joint.armature, joint.damping = design.armature, [design.damping, 0.0, 0.0]
-    joint.frictionloss, joint.actgravcomp = 0.0, False
+
+
+def let_turn_freely(joint: mujoco.MjsJoint) -> None:
+    """Let nothing that holds a joint follow from the model's defaults."""
+    joint.pos, joint.ref, joint.springref, joint.margin = [0.0, 0.0, 0.0], 0.0, 0.0, 0.0
+    joint.limited = joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
+    joint.stiffness, joint.springdamper, joint.damping = [0.0] * 3, [0.0, 0.0], [0.0] * 3
+    joint.armature, joint.frictionloss, joint.actgravcomp = 0.0, 0.0, False
 
 
 def remove_spools(spec: mujoco.MjSpec, reel_joints: Mapping[str, str]) -> list[Keyframe]:
@@ -350,20 +354,13 @@ def check_alone(
 
 def kept_drives(spec: mujoco.MjSpec, tendon: str) -> list[_Settings]:
     """Settings of a tendon's motors before they turned its spool; none without a note of them."""
-    note = _settings_note(spec, tendon)
+    note = note_of(spec, tendon, _NOTE)
     numbers = [] if note is None else list(map(float, note.data.split()))
     width = len(_Settings._fields)
     return [_Settings(*numbers[k : k + width]) for k in range(0, len(numbers), width)]
 
 
 def _forget_drives(spec: mujoco.MjSpec, tendon: str) -> None:
-    note = _settings_note(spec, tendon)
+    note = note_of(spec, tendon, _NOTE)
     if note is not None:
         spec.delete(note)
-
-
-def _settings_note(spec: mujoco.MjSpec, tendon: str) -> mujoco.MjsText | None:
-    for text in spec.texts:
-        if _NOTE in text.name and text.name.replace(_NOTE, "", 1) == tendon:
-            return text
-    return None

@@ -48,14 +48,11 @@ def largest_stiffness(model: mujoco.MjModel, tendon: str) -> float:
     return stiffness_limits(model, [names.index(tendon)])[0]
 
 
-def stiffness_limits(model: mujoco.MjModel, tendons: Sequence[int]) -> list[float]:
-    """`largest_stiffness` of several spatial tendons, by their ids."""
-    return _limits(model, tendons, np.zeros(model.nv))
-
-
-def _limits(model: mujoco.MjModel, tendons: Sequence[int], damping: FloatArray) -> list[float]:
-    """Limits where the integrator takes the ``damping`` of each degree of freedom implicitly."""
-    data, inertia = _inertia(model, damping)
+def stiffness_limits(
+    model: mujoco.MjModel, tendons: Sequence[int], *, damped: bool = False
+) -> list[float]:
+    """`largest_stiffness` of several spatial tendons, by their ids; ``damped`` as of `_inertia`."""
+    data, inertia = _inertia(model, damped=damped)
     limits = []
     for tendon in tendons:
         limit = np.inf
@@ -67,12 +64,14 @@ def _limits(model: mujoco.MjModel, tendons: Sequence[int], damping: FloatArray) 
     return limits
 
 
-def _inertia(model: mujoco.MjModel, damping: FloatArray) -> tuple[mujoco.MjData, FloatArray]:
-    """M + h B/2 in the pose `qpos0`, with the data of that.
+def _inertia(model: mujoco.MjModel, *, damped: bool) -> tuple[mujoco.MjData, FloatArray]:
+    """M in the pose `qpos0`, or M + h B/2 if it is ``damped``, with the data of that.
 
     That is the inertia of a motion that changes its sense from step to step where the integrator
     takes the damping B implicitly: (M + h B) v⁺ = M v⁻ + h f with v⁻ = −v⁺.
     """
+    explicit = model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4
+    damping = np.maximum(model.dof_damping, 0.0) * (damped and not explicit)
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
     inertia, unit = np.zeros((model.nv, model.nv)), np.eye(model.nv)
@@ -98,9 +97,7 @@ def step_warning(
             f" of {stiffness:.4g} N, and the guides yield for the rest: take a step of"
             f" {_rounded_down(shorter):.2g} s, or leave the axial stiffness out"
         )
-    step, explicit = model.opt.timestep, model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4
-    damping = np.zeros(model.nv) if explicit else np.maximum(model.dof_damping, 0.0)
-    largest = _STABLE * _limits(model, [tendon], damping)[0]
+    step, largest = model.opt.timestep, _STABLE * stiffness_limits(model, [tendon], damped=True)[0]
     if stiffness <= largest * (1.0 + _ROUNDING):
         return ""
     shorter = step * math.sqrt(_STABLE * stiffness_limits(model, [tendon])[0] / stiffness)
@@ -124,12 +121,10 @@ def drums_warning(model: mujoco.MjModel, drums: Sequence[tuple[str, float]], law
     up to the next guide. Where that guide holds it is a spring (EA + 2c/h) r²/ℓ on the joint, with
     the axial damping c. A step carries the largest eigenvalue of all these with M up to 4/h².
     """
-    step, explicit = model.opt.timestep, model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4
-    damping = np.zeros(model.nv) if explicit else np.maximum(model.dof_damping, 0.0)
-    springs = np.zeros(model.nv)
+    step, springs = model.opt.timestep, np.zeros(model.nv)
     for joint, spring in drums:
         springs[model.joint(joint).dofadr] += spring
-    modes = np.linalg.eig(np.linalg.solve(_inertia(model, damping)[1], np.diag(springs)))
+    modes = np.linalg.eig(np.linalg.solve(_inertia(model, damped=True)[1], np.diag(springs)))
     fastest = int(np.argmax(modes.eigenvalues.real))
     stiffness = law.axial_stiffness + 2.0 * law.axial_damping / step
     share = step**2 * stiffness * float(modes.eigenvalues[fastest].real) / _STABLE

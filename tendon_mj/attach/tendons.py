@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from fnmatch import fnmatchcase
 from typing import Any, NamedTuple
 
@@ -263,6 +263,12 @@ def actuators_by_tendon(spec: mujoco.MjSpec) -> dict[str, list[mujoco.MjsActuato
         if actuator.trntype == mujoco.mjtTrn.mjTRN_TENDON:
             actuators.setdefault(actuator.target, []).append(actuator)
     return actuators
+
+
+def force_sensors(spec: mujoco.MjSpec, joints: Collection[str]) -> list[str]:
+    """Names of the sensors of actuators' forces on these joints (jointactuatorfrc)."""
+    kind = mujoco.mjtSensor.mjSENS_JOINTACTFRC
+    return [s.name for s in spec.sensors if s.type == kind and s.objname in joints]
 
 
 def force_on_tendon(

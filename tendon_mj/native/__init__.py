@@ -7,8 +7,9 @@ from tendon_mj.native.marks import ARRAYS as ARRAYS
 from tendon_mj.native.marks import CONSTRUCTOR as CONSTRUCTOR
 from tendon_mj.native.marks import ENGINE as ENGINE
 from tendon_mj.native.marks import ENGINE_ARRAY as ENGINE_ARRAY
+from tendon_mj.native.marks import ENTRIES as ENTRIES
 from tendon_mj.native.marks import Address as Address
-from tendon_mj.native.marks import AddressOf as AddressOf
+from tendon_mj.native.marks import Addresses as Addresses
 from tendon_mj.native.marks import Array as Array
 from tendon_mj.native.marks import Called as Called
 from tendon_mj.native.marks import Constants as Constants

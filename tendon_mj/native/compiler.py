@@ -122,80 +122,93 @@ def _as_type(context: Any, builder: Any, address: Any, kind: Any) -> Any:
     return _as_integer(builder, address)
 
 
-def _cast_to(kind: Any) -> Any:
+def _intrinsic(returned: Any, given: tuple[Any, ...], build: Callable[..., Any]) -> Any:
+    """A function for compiled code: ``build(context, builder, *values)`` of ``given`` types.
+
+    A struct or an array may be given as its address.
+    """
+
     @intrinsic
-    def cast(typing_context: Any, address: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return _as_type(context, builder, arguments[0], kind)
+    def operation(typing_context: Any, *arguments: Any) -> Any:
+        def lower(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            packed = cgutils.unpack_tuple(builder, values[0])
+            cast = [
+                _as_integer(builder, value)
+                if isinstance(kind, _Place | types.CPointer)
+                else context.cast(builder, value, kind, wanted)
+                for value, kind, wanted in zip(packed, signature.args[0], given, strict=True)
+            ]
+            return build(context, builder, *cast)
 
-        return kind(types.intp), build
-
-    return cast
-
-
-@_meaning_of(marks.Word)
-def _word(mark: marks.Word) -> Any:
-    @intrinsic
-    def word(typing_context: Any, address: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            value = builder.load(_at(builder, arguments[0], _WORD))
-            value.align = 1
-            return value
-
-        return types.int64(types.intp), build
-
-    return word
-
-
-@_meaning_of(marks.Wrapping)
-def _wrapping(mark: marks.Wrapping) -> Any:
-    @intrinsic
-    def operation(typing_context: Any, a: Any, b: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return getattr(builder, mark.instruction)(*arguments)
-
-        return types.int64(types.int64, types.int64), build
+        return returned(types.StarArgTuple(arguments)), lower
 
     return operation
 
 
-@_meaning_of(marks.Text)
-def _text(mark: marks.Text) -> Any:
-    @intrinsic
-    def address(typing_context: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            constant = context.insert_const_string(builder.module, mark.content)
-            return builder.ptrtoint(constant, _WORD)
+def _operation(
+    kind: type, returned: Any, *given: Any
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Let each of a kind of marks be a function: ``build(mark, context, builder, *values)``."""
 
-        return types.intp(), build
+    def register(build: Callable[..., Any]) -> Callable[..., Any]:
+        _meaning_of(kind)(lambda mark: _intrinsic(returned, given, functools.partial(build, mark)))
+        return build
 
-    return address
-
-
-@_meaning_of(marks.LocalDoubles)
-def _local_doubles(mark: marks.LocalDoubles) -> Any:
-    @intrinsic
-    def address(typing_context: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            numbers = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), mark.count))
-            return builder.ptrtoint(numbers, _WORD)
-
-        return types.intp(), build
-
-    return address
+    return register
 
 
-@_meaning_of(marks.AddressOf)
-def _address_of(mark: marks.AddressOf) -> Any:
-    @intrinsic
-    def address(typing_context: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            kind = ir.FunctionType(ir.VoidType(), [])
-            function = cgutils.get_or_insert_function(builder.module, kind, mark.symbol)
-            return builder.ptrtoint(function, _WORD)
+def _cast_to(kind: Any) -> Any:
+    """The function of an address that is a value of a type that stands for what is there."""
+    return _intrinsic(
+        kind,
+        (types.intp,),
+        lambda context, builder, address: _as_type(context, builder, address, kind),
+    )
 
-        return types.intp(), build
 
+@_operation(marks.Word, types.int64, types.intp)
+def _word(mark: marks.Word, context: Any, builder: Any, address: Any) -> Any:
+    value = builder.load(_at(builder, address, _WORD))
+    value.align = 1
+    return value
+
+
+@_operation(marks.Wrapping, types.int64, types.int64, types.int64)
+def _wrapping(mark: marks.Wrapping, context: Any, builder: Any, a: Any, b: Any) -> Any:
+    return getattr(builder, mark.instruction)(a, b)
+
+
+@_operation(marks.Text, types.intp)
+def _text(mark: marks.Text, context: Any, builder: Any) -> Any:
+    return builder.ptrtoint(context.insert_const_string(builder.module, mark.content), _WORD)
+
+
+@_operation(marks.LocalDoubles, types.intp)
+def _local_doubles(mark: marks.LocalDoubles, context: Any, builder: Any) -> Any:
+    numbers = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), mark.count))
+    return builder.ptrtoint(numbers, _WORD)
+
+
+@_operation(marks.Addresses, types.intp, types.intp)
+def _addresses(mark: marks.Addresses, context: Any, builder: Any, index: Any) -> Any:
+    kind = ir.FunctionType(ir.VoidType(), [])
+    functions = [
+        cgutils.get_or_insert_function(builder.module, kind, symbol) for symbol in mark.symbols
+    ]
+    addresses = ir.Constant(
+        ir.ArrayType(_WORD, len(functions)), [function.ptrtoint(_WORD) for function in functions]
+    )
+    table = cgutils.global_constant(builder, "addresses", addresses)
+    return builder.load(builder.gep(table, [ir.IntType(32)(0), index]))
+
+
+@_operation(marks.Shared, types.intp)
+def _shared_numbers(mark: marks.Shared, context: Any, builder: Any) -> Any:
+    return builder.ptrtoint(_shared(builder.module, mark.symbol, mark.count), _WORD)
+
+
+@_operation(marks.Address, types.intp, types.intp)
+def _address(mark: marks.Address, context: Any, builder: Any, address: Any) -> Any:
     return address
 
 
@@ -220,54 +233,37 @@ def _record(mark: marks.Record) -> Any:
     return _cast_to(numba.from_dtype(mark.dtype))
 
 
-def _call(context: Any, builder: Any, wanted: Any, address: Any, values: Any, kinds: Any) -> Any:
+def _call(context: Any, builder: Any, wanted: Any, address: Any, values: Any) -> Any:
     """Call the C function at an address, of a signature."""
-    returned = wanted.return_type
-    c_result = ir.VoidType() if returned == types.void else context.get_value_type(returned)
+    is_void = wanted.return_type == types.void
+    c_result = ir.VoidType() if is_void else context.get_value_type(wanted.return_type)
     c_types = [context.get_value_type(kind) for kind in wanted.args]
     function = builder.inttoptr(address, ir.FunctionType(c_result, c_types).as_pointer())
-    given = [
-        _as_integer(builder, value)
-        if isinstance(kind, _Place | types.CPointer)
-        else context.cast(builder, value, kind, want)
-        for value, kind, want in zip(values, kinds, wanted.args, strict=True)
-    ]
-    result = builder.call(function, given)
-    return context.get_dummy_value() if returned == types.void else result
+    result = builder.call(function, values)
+    return context.get_dummy_value() if is_void else result
 
 
 @_meaning_of(marks.Called)
 def _called(mark: marks.Called) -> Any:
     wanted = _signature(mark.signature)
-
-    @intrinsic
-    def call(typing_context: Any, function: Any, *arguments: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            packed = cgutils.unpack_tuple(builder, values[1])
-            return _call(context, builder, wanted, values[0], packed, signature.args[1])
-
-        return wanted.return_type(types.intp, types.StarArgTuple(arguments)), build
-
-    return call
+    return _intrinsic(
+        wanted.return_type,
+        (types.intp, *wanted.args),
+        lambda context, builder, address, *values: _call(context, builder, wanted, address, values),
+    )
 
 
 @_meaning_of(marks.EngineFunction)
 def _engine_function(mark: marks.EngineFunction) -> Any:
     wanted = _signature(mark.signature)
+    place = [ir.IntType(32)(0), ir.IntType(32)(marks.ENGINE.index(mark.symbol))]
 
-    @intrinsic
-    def call(typing_context: Any, *arguments: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            count = marks.ARRAYS[marks.ENGINE_ARRAY]
-            array = _shared(builder.module, marks.ENGINE_ARRAY, count)
-            index = marks.ENGINE.index(mark.symbol)
-            address = builder.load(builder.gep(array, [ir.IntType(32)(0), ir.IntType(32)(index)]))
-            packed = cgutils.unpack_tuple(builder, values[0])
-            return _call(context, builder, wanted, address, packed, signature.args[0])
+    def call(context: Any, builder: Any, *values: Any) -> Any:
+        array = _shared(builder.module, marks.ENGINE_ARRAY, marks.ARRAYS[marks.ENGINE_ARRAY])
+        address = builder.load(builder.gep(array, place))
+        return _call(context, builder, wanted, address, values)
 
-        return wanted.return_type(types.StarArgTuple(arguments)), build
-
-    return call
+    return _intrinsic(wanted.return_type, wanted.args, call)
 
 
 def _shared(module: Any, symbol: str, count: int) -> Any:
@@ -275,18 +271,6 @@ def _shared(module: Any, symbol: str, count: int) -> Any:
     with contextlib.suppress(KeyError):
         return module.get_global(symbol)
     return ir.GlobalVariable(module, ir.ArrayType(_WORD, count), symbol)
-
-
-@_meaning_of(marks.Shared)
-def _shared_numbers(mark: marks.Shared) -> Any:
-    @intrinsic
-    def address(typing_context: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.ptrtoint(_shared(builder.module, mark.symbol, mark.count), _WORD)
-
-        return types.intp(), build
-
-    return address
 
 
 def _constant(builder: Any, name: str) -> Any:
@@ -346,18 +330,6 @@ def _write(
     number = context.cast(builder, value, kind, stored)
     builder.store(number, _at(builder, place, context.get_data_type(stored)))
     return context.get_dummy_value()
-
-
-@_meaning_of(marks.Address)
-def _address(mark: marks.Address) -> Any:
-    @intrinsic
-    def address(typing_context: Any, held: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return _as_integer(builder, arguments[0])
-
-        return types.intp(held), build
-
-    return address
 
 
 @infer_getattr

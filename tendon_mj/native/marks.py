@@ -6,7 +6,7 @@ machine code of the functions with `entry` and of all that they call.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple, TypeVar
 
 import numpy as np
@@ -150,11 +150,11 @@ class Called(_Mark):
         self.signature = signature
 
 
-class AddressOf(_Mark):
-    """Function without arguments: the address of an entry, by its symbol."""
+class Addresses(_Mark):
+    """Function of an index: the address of one of some entries, by their symbols."""
 
-    def __init__(self, symbol: str) -> None:
-        self.symbol = symbol
+    def __init__(self, *symbols: str) -> None:
+        self.symbols = symbols
 
 
 class Shared(_Mark):
@@ -182,9 +182,9 @@ class Constants:
         names: of the numbers, in order.
     """
 
-    def __init__(self, symbol: str, names: str) -> None:
+    def __init__(self, symbol: str, names: Sequence[str]) -> None:
         self.symbol = symbol
-        self.names = names.split()
+        self.names = names
         ARRAYS[symbol] = len(self.names)
         CONSTANTS.append(self)
 

@@ -1,6 +1,7 @@
 """The engine plugins: `sheath_plugin`, and `servo_plugin`, which uses it."""
 
 from tendon_mj.plugin.abi import C as C
+from tendon_mj.plugin.abi import attribute_of as attribute_of
 from tendon_mj.plugin.abi import offset as offset
 from tendon_mj.plugin.export import export_library as export_library
 from tendon_mj.plugin.instances import ALL_OF_IT as ALL_OF_IT

@@ -15,9 +15,10 @@ from collections.abc import Iterable
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from tendon_mj.errors import InvalidValueError, TendonError, suggestion
-from tendon_mj.plugin.abi import Draft
+from tendon_mj.plugin.abi import Draft, attribute_of, plugin_at
 from tendon_mj.plugin.compiled_checks import LISTS, MORE
 from tendon_mj.plugin.servo_plugin import FEEDBACKS, SWITCH
 from tendon_mj.plugin.sheath_plugin import (
@@ -46,9 +47,10 @@ _LENGTH = 1023  # bytes of a text
 def _names(model: Draft, kind: str) -> Iterable[str]:
     """Names of the kind that a model has, or words that an attribute may have."""
     if kind == "tendon":
-        return filter(None, model.names_of(_OBJ.mjOBJ_TENDON, model.ntendon))
+        tendons = (model.name(_OBJ.mjOBJ_TENDON, k) for k in range(model.ntendon))
+        return filter(None, tendons)
     if kind == "joint":
-        return model.names_of(_OBJ.mjOBJ_JOINT, model.njnt)
+        return [model.name(_OBJ.mjOBJ_JOINT, k) for k in range(model.njnt)]
     if kind in _WORDS:
         return _WORDS[kind]
     sheaths = [k for k in range(model.nplugin) if _is_sheath(model, k)]
@@ -57,7 +59,8 @@ def _names(model: Draft, kind: str) -> Iterable[str]:
 
 
 def _is_sheath(model: Draft, instance: int) -> bool:
-    return model.plugin_name(instance) == NAME and not model.config(instance)["sensor"]
+    is_ours = plugin_at(model.plugin[instance]) == NAME
+    return is_ours and not attribute_of(model.address, instance, "sensor")
 
 
 def _said(address: int, which: int, argument: int) -> str:
@@ -66,12 +69,12 @@ def _said(address: int, which: int, argument: int) -> str:
     Raises:
         InvalidValueError, UnknownNameError: a check fails.
     """
-    model = Draft(address, ("sensor",))
+    model = Draft(address)
     if which != MORE:
         name = ctypes.string_at(argument).decode(errors="replace")
         return suggestion(LISTS[which], name, _names(model, LISTS[which]))
-    instances = model.siblings(argument)
-    if instances[0] == argument and model.plugin_name(argument) == NAME:
+    instances = np.flatnonzero(model.plugin == model.plugin[argument]).tolist()
+    if instances[0] == argument and plugin_at(model.plugin[argument]) == NAME:
         check_tension_scale(model)
         for instance in instances:
             if _is_sheath(model, instance):
@@ -105,7 +108,9 @@ def _check_sheath(model: Draft, instance: int) -> None:
     tendon = int(bound.tendon)
     if tendon < 0:
         return
-    where = f"{model.where(instance)}: tendon {model.name(_OBJ.mjOBJ_TENDON, tendon)!r}"
+    name = model.name(_OBJ.mjOBJ_PLUGIN, instance)
+    where = f"plugin {NAME} instance {name!r}" if name else f"plugin {NAME}"
+    where += f": tendon {model.name(_OBJ.mjOBJ_TENDON, tendon)!r}"
     limit = model.tendon_springyield[tendon] if hasattr(model, "tendon_springyield") else 0.0
     if limit > 0.0:  # as it may from MuJoCo 4 on
         raise InvalidValueError(

@@ -35,24 +35,13 @@ from tendon_mj.plugin.abi.library import (
 from tendon_mj.plugin.abi.memory import letters, word
 from tendon_mj.plugin.servo_plugin import state as sv
 from tendon_mj.plugin.sheath_plugin import attributes as at
+from tendon_mj.plugin.sheath_plugin import names
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import is_fixed
 from tendon_mj.plugin.sheath_plugin.input_force import ON_TENDON, acts_on, has_spring
-from tendon_mj.plugin.sheath_plugin.names import (
-    SEVERAL,
-    TENDON,
-    is_same,
-    joint_of,
-    motor_of,
-    own_name,
-    place_of,
-    sheath_wound_by,
-    tendon_of,
-    tendon_of_sensor,
-)
 from tendon_mj.plugin.sheath_plugin.path import NOT_GIVEN, PULLEY, capacity, count_guides
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS, Bound, is_wound, size_of
 from tendon_mj.sheath import LARGEST, Parameter
-from tendon_mj.typing import FloatArray
+from tendon_mj.typing import FloatArray, IntArray
 
 _OBJ = mujoco.mjtObj
 _JOINT, _SITE = _OBJ.mjOBJ_JOINT.value, _OBJ.mjOBJ_SITE.value
@@ -303,9 +292,9 @@ def _name_of(m: Model, kind: int, index: int) -> int:
 def _value_of(m: Model, instance: int, attribute: int) -> int:
     """Address of an attribute's value, of a tendon's its name as `attach` has changed it."""
     if attribute == at.TENDON and not _is_servo(m, instance):
-        tendon = tendon_of(m, instance)
+        tendon = names.tendon_of(m, instance)
         if tendon >= 0:
-            return _name_of(m, TENDON, tendon)
+            return _name_of(m, names.TENDON, tendon)
     return at.text_at(m, instance, attribute)
 
 
@@ -327,7 +316,7 @@ def _say(
     if has_refused(out):
         return 0
     used = append(out, append(out, 0, _plugin(), _HALF), plugin_name(m, instance), _HALF)
-    own = own_name(m, instance)
+    own = names.own_name(m, instance)
     if own != 0:
         used = append(out, append(out, used, _instance(), _HALF), own, _HALF // 2)
         used = append(out, used, _quote(), _HALF)
@@ -473,7 +462,7 @@ def _sheath_on(m: Model, tendon: int, but: int) -> int:
     for other in range(m.nplugin if tendon >= 0 else 0):
         if other == but or at.index_of(plugin_name(m, other), _PLUGINS) != 0:
             continue
-        if not at.is_sensor(m, other) and tendon_of(m, other) == tendon:
+        if not at.is_sensor(m, other) and names.tendon_of(m, other) == tendon:
             return other
     return -1
 
@@ -523,7 +512,7 @@ def _guides_of_sensor(m: Model, instance: int) -> int:
         other = (instance - step + m.nplugin) % m.nplugin
         if not at.is_sheath(m, other, instance):
             continue
-        if is_same(at.text_at(m, other, at.TENDON), written):
+        if names.is_same(at.text_at(m, other, at.TENDON), written):
             return min(_capacity(m, other)[0], _MOST_STATE)
     return guides
 
@@ -600,7 +589,7 @@ def _check_size(m: Model, out: int, instance: int) -> int:
 @apart
 def check_elements(m: Model, out: int, instance: int) -> None:
     """Refuse actuators and sensors on an instance that are not of its sheath."""
-    tendon, reels, sensor = tendon_of(m, instance), 0, at.is_sensor(m, instance)
+    tendon, reels, sensor = names.tendon_of(m, instance), 0, at.is_sensor(m, instance)
     written = at.text_at(m, instance, at.TENDON)
     for k in range(m.nactuator):
         if m.actuator_plugin[k] == instance:
@@ -611,8 +600,8 @@ def check_elements(m: Model, out: int, instance: int) -> None:
             elif reels > 1:
                 _say(m, out, instance, -1, _second_reel(), name)
             elif m.actuator_trntype[k] == ON_TENDON:
-                other = _name_of(m, TENDON, m.actuator_trnid[k, 0])
-                if place_of(other, written, 0) < 0 or not acts_on(m, k, tendon):
+                other = _name_of(m, names.TENDON, m.actuator_trnid[k, 0])
+                if names.place_of(other, written, 0) < 0 or not acts_on(m, k, tendon):
                     _say(m, out, instance, -1, _other_reel(), name, other, written)
     for k in range(m.nsensor):
         if m.sensor_plugin[k] == instance:
@@ -626,13 +615,13 @@ def _check_tendon(m: Model, out: int, instance: int, tendon: int) -> None:
     """Refuse a tendon that is missing or another's, and joints that do not exist or cannot wind."""
     rival, written = _sheath_on(m, tendon, instance), at.text_at(m, instance, at.TENDON)
     if rival >= 0:
-        _say(m, out, instance, at.TENDON, _second(), own_name(m, rival))
+        _say(m, out, instance, at.TENDON, _second(), names.own_name(m, rival))
     if tendon < 0:
         _say_unknown(m, out, instance, at.TENDON, TENDONS, _unknown_tendon(), written)
     for joint in (at.REEL_JOINT, at.OUTPUT_JOINT):
-        text, index = at.text_at(m, instance, joint), joint_of(m, instance, joint)
-        if index == SEVERAL:
-            _say(m, out, instance, joint, _several_joints(), _name_of(m, TENDON, tendon))
+        text, index = at.text_at(m, instance, joint), names.joint_of(m, instance, joint)
+        if index == names.SEVERAL:
+            _say(m, out, instance, joint, _several_joints(), _name_of(m, names.TENDON, tendon))
         elif index < 0 and letters(text)[0] != 0:
             _say_unknown(m, out, instance, joint, JOINTS, _unknown_joint(), text)
         elif index >= 0 and m.jnt_type[index] < _SLIDE:
@@ -642,21 +631,21 @@ def _check_tendon(m: Model, out: int, instance: int, tendon: int) -> None:
 @apart
 def _check_object(m: Model, out: int, instance: int, sensor: int, tendon: int) -> None:
     """Refuse a sensor that shows the sheath of no tendon, or of another."""
-    shown, name = tendon_of_sensor(m, sensor), _name_of(m, _SENSOR, sensor)
+    shown, name = names.tendon_of_sensor(m, sensor), _name_of(m, _SENSOR, sensor)
     written, kind = at.text_at(m, instance, at.TENDON), m.sensor_objtype[sensor]
-    if kind not in (0, TENDON) or (kind == 0 and not at.is_given(m, instance, at.TENDON)):
+    if kind not in (0, names.TENDON) or (kind == 0 and not at.is_given(m, instance, at.TENDON)):
         _say(m, out, instance, -1, _no_object(), name)
     for k in range(m.ntendon if kind == 0 else 0):
-        if k != shown and place_of(_name_of(m, TENDON, k), written, 0) >= 0:
-            _say(m, out, instance, -1, _renamed(), name, written, _name_of(m, TENDON, k))
+        if k != shown and names.place_of(_name_of(m, names.TENDON, k), written, 0) >= 0:
+            _say(m, out, instance, -1, _renamed(), name, written, _name_of(m, names.TENDON, k))
     if shown < 0:
         _say_unknown(m, out, instance, at.TENDON, TENDONS, _unknown_tendon(), written)
         return
-    shows, is_sensor = _name_of(m, TENDON, shown), at.is_sensor(m, instance)
-    if place_of(shows, written, 0) < 0:
+    shows, is_sensor = _name_of(m, names.TENDON, shown), at.is_sensor(m, instance)
+    if names.place_of(shows, written, 0) < 0:
         _say(m, out, instance, -1, _other_object(), name, shows, written)
     elif not is_sensor and shown != tendon:
-        _say(m, out, instance, -1, _other_object(), name, shows, _name_of(m, TENDON, tendon))
+        _say(m, out, instance, -1, _other_object(), name, shows, _name_of(m, names.TENDON, tendon))
     if not is_sensor:
         return
     sheath = _sheath_on(m, shown, -1)
@@ -679,7 +668,7 @@ def _guides_of(m: Model, instance: int, tendon: int) -> tuple[float, float, floa
 @apart
 def check_bound(m: Model, out: int, instance: int, bound: Bound) -> None:
     """Refuse a sheath that cannot act on its tendon; the model is complete."""
-    tendon = tendon_of(m, instance)
+    tendon = names.tendon_of(m, instance)
     if is_fixed(m, tendon):
         _check_fixed(m, out, instance, tendon)
     else:
@@ -692,9 +681,19 @@ def check_bound(m: Model, out: int, instance: int, bound: Bound) -> None:
 
 
 @apart
+def _refuse_given(
+    m: Model, out: int, instance: int, attributes: IntArray, text: int, name: int
+) -> None:
+    """Refuse numbers of attributes that have no meaning, unless they are 0."""
+    for k in range(len(attributes)):
+        if at.number(m, instance, attributes[k]) != 0.0:
+            _say(m, out, instance, attributes[k], text, name)
+
+
+@apart
 def _check_fixed(m: Model, out: int, instance: int, tendon: int) -> None:
     """Refuse a fixed tendon without an actuator, and parameters that its cable cannot have."""
-    pullers, name = 0, _name_of(m, TENDON, tendon)
+    pullers, name = 0, _name_of(m, names.TENDON, tendon)
     for k in range(m.nactuator):
         pullers += _pulls(m, k, instance, tendon)
     if pullers == 0:
@@ -709,9 +708,7 @@ def _check_fixed(m: Model, out: int, instance: int, tendon: int) -> None:
             _say(m, out, instance, joint, _not_drawn(), name)
     if at.is_cable_spring(m, instance):
         _say(m, out, instance, at.SPRING, _not_drawn(), name)
-    for k in range(len(_OF_A_PATH)):
-        if at.number(m, instance, _OF_A_PATH[k]) != 0.0:
-            _say(m, out, instance, _OF_A_PATH[k], _not_drawn(), name)
+    _refuse_given(m, out, instance, _OF_A_PATH, _not_drawn(), name)
 
 
 @compiled
@@ -725,18 +722,15 @@ def _pulls(m: Model, actuator: int, instance: int, tendon: int) -> bool:
 @apart
 def _check_drive(m: Model, out: int, instance: int, bound: Bound, tendon: int) -> None:
     """Refuse parameters that do not go with what pulls the tendon."""
-    for k in range(len(_OF_A_DRUM)):
-        if at.number(m, instance, _OF_A_DRUM[k]) != 0.0:
-            _say(m, out, instance, _OF_A_DRUM[k], _drawn())
+    _refuse_given(m, out, instance, _OF_A_DRUM, _drawn(), 0)
     has_stiffness = at.is_given(m, instance, at.AXIAL_STIFFNESS)
-    name, is_cable = _name_of(m, TENDON, tendon), bound.own_spring != 0.0
+    name, is_cable = _name_of(m, names.TENDON, tendon), bound.own_spring != 0.0
     if not (has_stiffness or bound.driven != 0.0 or is_cable):
         _say(m, out, instance, at.AXIAL_STIFFNESS, _no_stiffness())
     if is_cable and not has_stiffness and not _is_linear(m, tendon):
         _say_stiffness(m, out, instance, _no_cable(), tendon)
-    for k in range(len(_OF_A_REEL)):
-        if bound.driven != 0.0 and at.number(m, instance, _OF_A_REEL[k]) != 0.0:
-            _say(m, out, instance, _OF_A_REEL[k], _given(), name)
+    if bound.driven != 0.0:
+        _refuse_given(m, out, instance, _OF_A_REEL, _given(), name)
 
 
 @apart
@@ -799,14 +793,12 @@ def _check_counts(m: Model, out: int, instance: int, tendon: int) -> None:
         _say(m, out, instance, at.GUIDES, _too_few(), text, _written(float(needed), 15, _digits()))
     guides, arcs, pulleys = _guides_of(m, instance, tendon)
     each = _count(m, instance, at.ARC_GUIDES, 1)
-    name, has_guides = _name_of(m, TENDON, tendon), at.is_given(m, instance, at.GUIDES)
+    name, has_guides = _name_of(m, names.TENDON, tendon), at.is_given(m, instance, at.GUIDES)
     if has_guides and _count(m, instance, at.GUIDES, 0) != guides:
         text = _written(float(guides), 15, _digits())
         _say(m, out, instance, at.GUIDES, _other_count(), name, text)
     if arcs > 0 and guides == arcs * each + pulleys:
-        for k in range(len(_UNDRAWN)):
-            if at.number(m, instance, _UNDRAWN[k]) != 0.0:
-                _say(m, out, instance, _UNDRAWN[k], _only_arcs(), name)
+        _refuse_given(m, out, instance, _UNDRAWN, _only_arcs(), name)
     if arcs > 0 and has_guides and not at.is_given(m, instance, at.ARC_GUIDES):
         _say(m, out, instance, at.TENDON, _no_arc_guides())
 
@@ -842,7 +834,7 @@ def servo_state(m: Model, out: int, instance: int) -> int:
 @apart
 def check_motor(m: Model, out: int, instance: int) -> None:
     """Refuse a servo that does not drive its tendon's motor, or not alone."""
-    count, sheath = 0, sheath_wound_by(m, instance, sv.TENDON)
+    count, sheath = 0, names.sheath_wound_by(m, instance, sv.TENDON)
     for k in range(m.nactuator):
         owner = m.actuator_plugin[k]
         if owner == instance:
@@ -850,11 +842,11 @@ def check_motor(m: Model, out: int, instance: int) -> None:
             _check_actuator(m, out, instance, k, sheath)
         elif sheath < 0 or owner < 0 or not _is_servo(m, owner):
             continue
-        elif sheath_wound_by(m, owner, sv.TENDON) == sheath:
-            _say(m, out, instance, sv.TENDON, _second_servo(), own_name(m, owner))
+        elif names.sheath_wound_by(m, owner, sv.TENDON) == sheath:
+            _say(m, out, instance, sv.TENDON, _second_servo(), names.own_name(m, owner))
     if count > 1:
         _say(m, out, instance, -1, _shared_servo(), _written(float(count), 15, _digits()))
-    joint = joint_of(m, sheath, at.REEL_JOINT) if sheath >= 0 else -1
+    joint = names.joint_of(m, sheath, at.REEL_JOINT) if sheath >= 0 else -1
     if joint < 0:
         return  # which the sheath refuses
     armature = m.dof_armature[m.jnt_dofadr[joint]]
@@ -866,7 +858,7 @@ def check_motor(m: Model, out: int, instance: int) -> None:
 
 @apart
 def _check_actuator(m: Model, out: int, instance: int, actuator: int, sheath: int) -> None:
-    name, joint = _name_of(m, _ACTUATOR, actuator), motor_of(m, actuator)
+    name, joint = _name_of(m, _ACTUATOR, actuator), names.motor_of(m, actuator)
     if joint < 0:
         _say(m, out, instance, -1, _no_joint(), name)
     elif sheath < 0:

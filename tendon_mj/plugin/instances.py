@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.plugin.abi import C
+from tendon_mj.plugin.abi import attribute_of, plugin_at
 from tendon_mj.plugin.compiled_checks import (
     DRAWN,
     ELASTICITY,
@@ -49,20 +49,23 @@ class Branch(NamedTuple):
 ALL_OF_IT = Branch(0, 0, -1, "")  # of a tendon without pulleys
 
 
-def _config(model: mujoco.MjModel, instance: int, attribute: str) -> str:
-    raw = C.mj_getPluginConfig(model._address, instance, attribute.encode())
-    return (raw or b"").decode()
-
-
 def sheaths(model: mujoco.MjModel) -> dict[str, Instance]:
     """Every sheath of a model by name; an unnamed one goes by its tendon's name."""
     named = {}
     for k in range(model.nplugin):
-        if _is_of(model, k, NAME) and not _config(model, k, "sensor"):
+        if _is_of(model, k, NAME) and not attribute_of(model._address, k, "sensor"):
             tendon = _tendon_name(model, attachment(model._address, k).tendon)
             name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, k) or tendon
             named[name] = Instance(tendon, int(model.plugin_stateadr[k]), k)
     return named
+
+
+def _sheath(model: mujoco.MjModel, name: str) -> Instance:
+    """A sheath by its name."""
+    known = sheaths(model)
+    if name not in known:
+        raise UnknownNameError("sheath", name, known)
+    return known[name]
 
 
 def _tendon_name(model: mujoco.MjModel, tendon: float) -> str:
@@ -73,7 +76,7 @@ def _tendon_name(model: mujoco.MjModel, tendon: float) -> str:
 def sensor_kind(model: mujoco.MjModel, sensor: int) -> str:
     """Kind of a sheath's sensor, one of `KINDS`; empty for any other sensor."""
     instance = int(model.sensor_plugin[sensor])
-    return _config(model, instance, "sensor") if _is_of(model, instance, NAME) else ""
+    return attribute_of(model._address, instance, "sensor") if _is_of(model, instance, NAME) else ""
 
 
 def servos(model: mujoco.MjModel) -> dict[str, int]:
@@ -90,10 +93,7 @@ def servos(model: mujoco.MjModel) -> dict[str, int]:
 
 
 def _is_of(model: mujoco.MjModel, instance: int, plugin: str) -> bool:
-    if instance < 0:
-        return False
-    slot = int(model.plugin[instance])
-    return bool(C.mjp_getPluginAtSlot(slot).contents.name == plugin.encode())
+    return instance >= 0 and plugin_at(model.plugin[instance]) == plugin
 
 
 def unused_parameters(model: mujoco.MjModel, instance: int) -> dict[str, str]:
@@ -134,10 +134,7 @@ def segment_tensions(
     Raises:
         UnknownNameError: no such sheath.
     """
-    known = sheaths(model)
-    if sheath not in known:
-        raise UnknownNameError("sheath", sheath, known)
-    state, segments, _, path = sheath_view(data.plugin_state, known[sheath].state)
+    state, segments, _, path = sheath_view(data.plugin_state, _sheath(model, sheath).state)
     return path.copy(), tension_units(state) * segments["tension"]
 
 
@@ -159,7 +156,7 @@ def tension_path(
         UnknownNameError: no such sheath.
     """
     points, tensions = segment_tensions(model, data, sheath)
-    instance = sheaths(model)[sheath]
+    instance = _sheath(model, sheath)
     state, segments, guides, _ = sheath_view(data.plugin_state, instance.state)
     if state.arcs == 0.0 and state.pulleys == 0.0:
         return points, tensions
@@ -191,16 +188,14 @@ def most_bent_branch(model: mujoco.MjModel, sheath: str) -> Branch:
     Raises:
         UnknownNameError: no such sheath.
     """
-    known = sheaths(model)
-    if sheath not in known:
-        raise UnknownNameError("sheath", sheath, known)
-    tendon = model.tendon(known[sheath].tendon).id
+    instance = _sheath(model, sheath)
+    tendon = model.tendon(instance.tendon).id
     path = model.wrap_type[model.tendon_adr[tendon] :][: model.tendon_num[tendon]]
     if mujoco.mjtWrap.mjWRAP_PULLEY.value not in path:
         return ALL_OF_IT
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    guides = sheath_view(data.plugin_state, known[sheath].state).guides
+    guides = sheath_view(data.plugin_state, instance.state).guides
     pulleys = np.flatnonzero(guides["is_pulley"]).tolist()
     spans = list(zip([0, *(k + 1 for k in pulleys)], [*pulleys, len(guides)], strict=True))
     number = int(np.argmax([guides["angle"][first:last].sum() for first, last in spans]))

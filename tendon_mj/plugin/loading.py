@@ -44,14 +44,6 @@ def _verify_version() -> None:
         )
 
 
-# members of `mjpPlugin`, as `registration` fills them
-_MEMBERS = (
-    "name nattribute attributes capabilityflags needstage nstate nsensordata init destroy copy"
-    " reset compute advance visualize actuator_act_dot sdf_distance sdf_gradient sdf_staticdistance"
-    " sdf_attribute sdf_aabb"
-)
-
-
 def _verify_struct() -> None:
     """Compare the members of `mjpPlugin` with the header that MuJoCo ships.
 
@@ -68,10 +60,10 @@ def _verify_struct() -> None:
         for part in code.split(";")
         if part.strip()
     ]
-    if declared != _MEMBERS.split():
+    expected = registration.MEMBERS.split()
+    if declared != expected:
         raise EngineError(
-            f"mujoco {mujoco.__version__} declares mjpPlugin as {declared}, not as "
-            f"{_MEMBERS.split()}"
+            f"mujoco {mujoco.__version__} declares mjpPlugin as {declared}, not as {expected}"
         )
 
 

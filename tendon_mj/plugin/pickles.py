@@ -16,18 +16,12 @@ from typing import Any
 import mujoco
 
 from tendon_mj.errors import EngineError
-from tendon_mj.plugin.abi import C, offset
-
-
-def plugin_at(slot: int) -> str:
-    """Name of the plugin in a slot, empty if there is none."""
-    plugin = C.mjp_getPluginAtSlot(slot)
-    return bytes(plugin.contents.name).decode() if plugin else ""
+from tendon_mj.plugin.abi import offset, plugin_at
 
 
 def plugins_of(model: mujoco.MjModel) -> dict[int, str]:
     """Slot to name of the plugins that a model has instances of."""
-    return {int(slot): plugin_at(int(slot)) for slot in set(model.plugin)}
+    return {int(slot): plugin_at(slot) for slot in set(model.plugin)}
 
 
 def register_pickles(names: tuple[str, ...]) -> None:

@@ -13,6 +13,7 @@ there: these refuse the instances of a model that has others.
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 
 import mujoco
 import numpy as np
@@ -22,7 +23,8 @@ from tendon_mj.native import (
     CONSTRUCTOR,
     ENGINE,
     ENGINE_ARRAY,
-    AddressOf,
+    ENTRIES,
+    Addresses,
     External,
     LocalDoubles,
     Shared,
@@ -54,6 +56,18 @@ _OFFSETS = np.array(list(_KNOWN.values()))
 _COUNT = len(LAYOUT.names)
 _layout, _scene = Shared(LAYOUT.symbol, _COUNT), Shared(SCENE.symbol, len(SCENE.names))
 
+# of `mjpPlugin`, each a word, but for two ints that share one
+MEMBERS = (
+    "name nattribute attributes capabilityflags needstage nstate nsensordata init destroy copy"
+    " reset compute advance visualize actuator_act_dot sdf_distance sdf_gradient sdf_staticdistance"
+    " sdf_attribute sdf_aabb"
+)
+_ORDER = tuple(MEMBERS.split())
+_SHARED = _ORDER.index("needstage")
+_WORD = {name: k - (k >= _SHARED) for k, name in enumerate(_ORDER)}
+_NAME, _ATTRIBUTE_COUNT, _ATTRIBUTES, _CAPABILITIES = range(_SHARED)
+NSTATE = _WORD["nstate"]
+
 _ACTUATOR, _SENSOR, _PASSIVE = 1, 2, 4  # mjtPluginCapabilityBit
 _STAGE = mujoco.mjtStage.mjSTAGE_ACC.value
 _WIDTH = 32  # of a row of text
@@ -61,7 +75,7 @@ _SHEATH_NAMES, _SERVO_NAMES = as_rows(ATTRIBUTES, _WIDTH), as_rows(SERVO_ATTRIBU
 _SLOT = 16  # of the sheath, after MuJoCo's own plugins, which are half as many, and a user's
 _PLACEHOLDERS = as_rows((f"tendon_mj.reserved.{k}" for k in range(_SLOT)), _WIDTH)
 _sheath, _servo = Text("tendon_mj.sheath"), Text("tendon_mj.servo")
-_WORDS = 19
+_WORDS = len(_ORDER) - 1
 _struct = Shared("tendon_mj_struct", _WORDS)  # mjpPlugin, which MuJoCo copies
 _names = Shared("tendon_mj_names", max(len(_SHEATH_NAMES), len(_SERVO_NAMES)))
 _slot = Shared("tendon_mj_slot", 1)
@@ -76,32 +90,18 @@ _ENGINE_NAMES = as_rows(ENGINE, _WIDTH)
 _functions = Shared(ENGINE_ARRAY, ARRAYS[ENGINE_ARRAY])
 _found = LocalDoubles(1)
 _library = Text("libmujoco")
-_find_engine = AddressOf("tendon_mj_find_engine")
+_find_engine = Addresses("tendon_mj_find_engine")
 _dlsym = External("dlsym", "ptr(ptr, ptr)")
 _dlopen = External("dlopen", "ptr(ptr, i32)")
 _dl_iterate_phdr = External("dl_iterate_phdr", "i32(ptr, ptr)")
 _strstr = External("strstr", "ptr(ptr, ptr)")
 
-# words of mjpPlugin
-_NAME, _ATTRIBUTE_COUNT, _ATTRIBUTES, _CAPABILITIES, NSTATE, _NSENSORDATA = range(6)
-_INIT, _DESTROY, _COPY, _RESET, _COMPUTE, _ADVANCE, _VISUALIZE = range(6, 13)
 
-_sheath_nstate = AddressOf("tendon_mj_sheath_nstate")
-_sheath_nsensordata = AddressOf("tendon_mj_sheath_nsensordata")
-_sheath_init = AddressOf("tendon_mj_sheath_init")
-_sheath_destroy = AddressOf("tendon_mj_sheath_destroy")
-_sheath_reset = AddressOf("tendon_mj_sheath_reset")
-_sheath_compute = AddressOf("tendon_mj_sheath_compute")
-_sheath_advance = AddressOf("tendon_mj_sheath_advance")
-_sheath_visualize = AddressOf("tendon_mj_sheath_visualize")
-_servo_nstate = AddressOf("tendon_mj_servo_nstate")
-_servo_init = AddressOf("tendon_mj_servo_init")
-_servo_destroy = AddressOf("tendon_mj_servo_destroy")
-_servo_reset = AddressOf("tendon_mj_servo_reset")
-_servo_compute = AddressOf("tendon_mj_servo_compute")
-_servo_advance = AddressOf("tendon_mj_servo_advance")
-_placeholder_nsensordata = AddressOf("tendon_mj_placeholder_nsensordata")
-_placeholder_init = AddressOf("tendon_mj_placeholder_init")
+def _functions_of(plugin: str) -> tuple[IntArray, Callable[[int], int]]:
+    """Words of `mjpPlugin` that a plugin's entries fill, and the addresses of these."""
+    entries = {f"tendon_mj_{plugin}_{name}": word for name, word in _WORD.items()}
+    filled = {symbol: word for symbol, word in entries.items() if symbol in ENTRIES}
+    return np.array(list(filled.values())), Addresses(*filled)
 
 
 @apart
@@ -124,7 +124,7 @@ def _find_functions() -> bool:
     engine, found = _ANYWHERE, _found()
     if _dlsym(engine, _ENGINE_NAMES.ctypes.data) == 0 and _IS_LINUX:
         words(found)[0] = 0
-        _dl_iterate_phdr(_find_engine(), found)
+        _dl_iterate_phdr(_find_engine(0), found)
         engine = word(found)
         if engine == 0:
             return False
@@ -179,14 +179,19 @@ def placeholder_init(m: Model, d: Data, instance: int) -> int:
     return 0
 
 
+_SHEATH_WORDS, _of_sheath = _functions_of("sheath")
+_SERVO_WORDS, _of_servo = _functions_of("servo")
+_PLACEHOLDER_WORDS, _of_placeholder = _functions_of("placeholder")
+
+
 @apart
 def _reserve() -> None:
     """Register placeholders in the slots before that of the sheath."""
     while mjp_pluginCount() < _SLOT:
         name = _PLACEHOLDERS.ctypes.data + _WIDTH * mjp_pluginCount()
         struct = _begin(name, 0, 0, _ACTUATOR | _SENSOR | _PASSIVE)
-        struct[_NSENSORDATA] = _placeholder_nsensordata()
-        struct[_INIT] = _placeholder_init()
+        for k in range(len(_PLACEHOLDER_WORDS)):
+            struct[_PLACEHOLDER_WORDS[k]] = _of_placeholder(k)
         mjp_registerPlugin(_struct())
 
 
@@ -197,23 +202,13 @@ def register() -> None:
         _reserve()
         names, count = _SHEATH_NAMES.ctypes.data, len(_SHEATH_NAMES)
         struct = _begin(_sheath(), names, count, _ACTUATOR | _SENSOR | _PASSIVE)
-        struct[NSTATE] = _sheath_nstate()
-        struct[_NSENSORDATA] = _sheath_nsensordata()
-        struct[_INIT] = _sheath_init()
-        struct[_DESTROY] = _sheath_destroy()
-        struct[_RESET] = _sheath_reset()
-        struct[_COMPUTE] = _sheath_compute()
-        struct[_ADVANCE] = _sheath_advance()
-        struct[_VISUALIZE] = _sheath_visualize()
+        for k in range(len(_SHEATH_WORDS)):
+            struct[_SHEATH_WORDS[k]] = _of_sheath(k)
         mjp_registerPlugin(_struct())
     if not _is_registered(_servo()):
         struct = _begin(_servo(), _SERVO_NAMES.ctypes.data, len(_SERVO_NAMES), _ACTUATOR)
-        struct[NSTATE] = _servo_nstate()
-        struct[_INIT] = _servo_init()
-        struct[_DESTROY] = _servo_destroy()
-        struct[_RESET] = _servo_reset()
-        struct[_COMPUTE] = _servo_compute()
-        struct[_ADVANCE] = _servo_advance()
+        for k in range(len(_SERVO_WORDS)):
+            struct[_SERVO_WORDS[k]] = _of_servo(k)
         mjp_registerPlugin(_struct())
 
 

@@ -15,6 +15,7 @@ from tendon_mj.sheath.parameters import check_static as check_static
 from tendon_mj.sheath.parameters import described as described
 from tendon_mj.sheath.parameters import doubt_of_unit as doubt_of_unit
 from tendon_mj.sheath.parameters import parameters_of as parameters_of
+from tendon_mj.sheath.parameters import with_parameters as with_parameters
 from tendon_mj.sheath.records import ARC as ARC
 from tendon_mj.sheath.records import GUIDE as GUIDE
 from tendon_mj.sheath.records import ROUNDING as ROUNDING
@@ -23,6 +24,7 @@ from tendon_mj.sheath.records import Arc as Arc
 from tendon_mj.sheath.records import Arcs as Arcs
 from tendon_mj.sheath.records import Guide as Guide
 from tendon_mj.sheath.records import Guides as Guides
+from tendon_mj.sheath.records import Records as Records
 from tendon_mj.sheath.records import Segment as Segment
 from tendon_mj.sheath.records import Segments as Segments
 from tendon_mj.sheath.records import new_guides as new_guides

@@ -12,10 +12,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, asdict, dataclass, field, fields
-from typing import Any, Final, NamedTuple, SupportsFloat, TypedDict
+from typing import (
+    Any,
+    Final,
+    NamedTuple,
+    SupportsFloat,
+    TypedDict,
+    TypeVar,
+    dataclass_transform,
+)
 
 from tendon_mj.errors import InvalidValueError
 
+_C = TypeVar("_C")
 _KEY = "parameter"
 _MOST_BEND = 8.0 * math.pi  # four turns; a guide's bend in degrees, or a sheath's, is more
 _MOST_FRICTION = 2.0  # more than rubber; what cables have, 0.03 to 0.5, is 3 to 50 in percent
@@ -57,6 +66,7 @@ class Range(NamedTuple):
 
 ANY = Range(-math.inf, False)
 POSITIVE = Range(0.0, False)
+_NOT_NEGATIVE = Range()
 
 
 class Parameter(NamedTuple):
@@ -95,10 +105,21 @@ class Parameter(NamedTuple):
 
 
 def described(
-    symbol: str, unit: str, text: str, allowed: Range | None = None, scale: str = ""
-) -> dict[str, Any]:
-    """Metadata of a dataclass field that is a parameter; ``allowed`` is ≥ 0 unless given."""
-    return {_KEY: Parameter(symbol, unit, text, Range() if allowed is None else allowed, scale)}
+    symbol: str,
+    unit: str,
+    text: str,
+    allowed: Range = _NOT_NEGATIVE,
+    scale: str = "",
+    default: Any = MISSING,
+) -> Any:
+    """Field of a dataclass that is a parameter; see `Parameter`."""
+    return field(default=default, metadata={_KEY: Parameter(symbol, unit, text, allowed, scale)})
+
+
+@dataclass_transform(field_specifiers=(described,), frozen_default=True)
+def with_parameters(cls: type[_C]) -> type[_C]:
+    """Class decorator: a frozen dataclass, each field of which is `described`."""
+    return dataclass(frozen=True)(cls)
 
 
 def parameters_of(described_class: Any) -> dict[str, Parameter]:
@@ -153,7 +174,7 @@ def doubt_of_unit(name: str, value: float) -> str:
     )
 
 
-@dataclass(frozen=True)
+@with_parameters
 class Law:
     """Parameters of a tendon and its sheath; geometry not included.
 
@@ -167,101 +188,78 @@ class Law:
     Source: Kaneko et al. 1991, eq. (1); F_c after their section 2.3.
     """
 
-    axial_stiffness: float = field(
-        metadata=described(
-            "EA", "N", "tension per unit strain; a tendon that MuJoCo drives does without", POSITIVE
-        )
+    axial_stiffness: float = described(
+        "EA", "N", "tension per unit strain; a tendon that MuJoCo drives does without", POSITIVE
     )
-    friction: float = field(metadata=described("μ_d", "-", "friction coefficient while sliding"))
-    static_friction: float | None = field(
-        default=None,
-        metadata=described("μ_s", "-", "friction coefficient at rest, ≥ μ_d; not given: μ_d"),
+    friction: float = described("μ_d", "-", "friction coefficient while sliding")
+    static_friction: float | None = described(
+        "μ_s", "-", "friction coefficient at rest, ≥ μ_d; not given: μ_d", default=None
     )
-    constant_friction: float = field(
+    constant_friction: float = described(
+        "F_c",
+        "N",
+        "tension-independent friction of the whole sheath, shared by its guides",
         default=0.0,
-        metadata=described(
-            "F_c", "N", "tension-independent friction of the whole sheath, shared by its guides"
-        ),
     )
-    axial_damping: float = field(
-        default=0.0, metadata=described("c", "N s", "tension per strain rate")
+    axial_damping: float = described("c", "N s", "tension per strain rate", default=0.0)
+    pretension: float = described(
+        "T_0", "N", "uniform tension at `qpos0` with nothing wound in", default=0.0
     )
-    pretension: float = field(
+    stribeck_friction: float = described(
+        "Δμ",
+        "-",
+        "addition to μ at rest, fading with sliding speed",
+        scale="stribeck_velocity",
         default=0.0,
-        metadata=described("T_0", "N", "uniform tension at `qpos0` with nothing wound in"),
     )
-    stribeck_friction: float = field(
+    stribeck_velocity: float = described(
+        "v_s", "m/s", "speed at which Δμ has faded to 1/e, > 0 if Δμ is", default=0.0
+    )
+    viscous_friction: float = described(
+        "c_v", "N s/m", "friction per sliding speed of the whole sheath", default=0.0
+    )
+    direction_asymmetry: float = described(
+        "α",
+        "-",
+        "μ (1 + α) towards the input, μ (1 − α) back",
+        Range(-1.0, False, 1.0),
         default=0.0,
-        metadata=described(
-            "Δμ", "-", "addition to μ at rest, fading with sliding speed", scale="stribeck_velocity"
-        ),
     )
-    stribeck_velocity: float = field(
+    friction_gradient: float = described(
+        "γ", "1/m", "relative growth of μ per tendon that has passed a guide", ANY, default=0.0
+    )
+    friction_drift: float = described(
+        "β", "1/s", "relative growth of μ per simulation time", ANY, default=0.0
+    )
+    backlash: float = described(
+        "b",
+        "m",
+        "play between the drive and the drum, as tendon, centred at the start",
         default=0.0,
-        metadata=described("v_s", "m/s", "speed at which Δμ has faded to 1/e, > 0 if Δμ is"),
     )
-    viscous_friction: float = field(
+    stiffening: float = described("κ", "-", "T = EA ε (1 + κ ε), ε the elastic strain", default=0.0)
+    creep: float = described(
+        "χ", "-", "strain that comes later over the elastic one", scale="creep_time", default=0.0
+    )
+    creep_time: float = described(
+        "τ_c", "s", "time constant in which it comes, > 0 if χ is", default=0.0
+    )
+    sheath_compliance: float = described(
+        "C_s", "m/N", "yield of the sheath's mount at the input per tension beyond T_0", default=0.0
+    )
+    tendon_mass: float = described("m", "kg", "mass of the tendon in the whole sheath", default=0.0)
+    extra_bend: float = described(
+        "φ_x",
+        "rad",
+        "bend that the drawn path does not show, shared by the guides; below 0: less",
+        ANY,
         default=0.0,
-        metadata=described("c_v", "N s/m", "friction per sliding speed of the whole sheath"),
     )
-    direction_asymmetry: float = field(
+    slack: float = described(
+        "s",
+        "m",
+        "length added to the tendon, by which it is slack at `qpos0` where T_0 is 0",
         default=0.0,
-        metadata=described(
-            "α", "-", "μ (1 + α) towards the input, μ (1 − α) back", Range(-1.0, False, 1.0)
-        ),
-    )
-    friction_gradient: float = field(
-        default=0.0,
-        metadata=described(
-            "γ", "1/m", "relative growth of μ per tendon that has passed a guide", ANY
-        ),
-    )
-    friction_drift: float = field(
-        default=0.0,
-        metadata=described("β", "1/s", "relative growth of μ per simulation time", ANY),
-    )
-    backlash: float = field(
-        default=0.0,
-        metadata=described(
-            "b", "m", "play between the drive and the drum, as tendon, centred at the start"
-        ),
-    )
-    stiffening: float = field(
-        default=0.0, metadata=described("κ", "-", "T = EA ε (1 + κ ε), ε the elastic strain")
-    )
-    creep: float = field(
-        default=0.0,
-        metadata=described(
-            "χ", "-", "strain that comes later over the elastic one", scale="creep_time"
-        ),
-    )
-    creep_time: float = field(
-        default=0.0,
-        metadata=described("τ_c", "s", "time constant in which it comes, > 0 if χ is"),
-    )
-    sheath_compliance: float = field(
-        default=0.0,
-        metadata=described(
-            "C_s", "m/N", "yield of the sheath's mount at the input per tension beyond T_0"
-        ),
-    )
-    tendon_mass: float = field(
-        default=0.0, metadata=described("m", "kg", "mass of the tendon in the whole sheath")
-    )
-    extra_bend: float = field(
-        default=0.0,
-        metadata=described(
-            "φ_x",
-            "rad",
-            "bend that the drawn path does not show, shared by the guides; below 0: less",
-            ANY,
-        ),
-    )
-    slack: float = field(
-        default=0.0,
-        metadata=described(
-            "s", "m", "length added to the tendon, by which it is slack at `qpos0` where T_0 is 0"
-        ),
     )
 
     def __post_init__(self) -> None:

@@ -10,12 +10,14 @@ files that Numba cached in different processes cannot mix up versions of it.
 
 from __future__ import annotations
 
-from typing import Any, Protocol, cast, get_type_hints, overload
+from typing import Any, Protocol, TypeAlias, TypeVar, cast, get_type_hints, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tendon_mj.typing import FloatArray
+
+_R = TypeVar("_R", covariant=True)
 
 
 class Segment:
@@ -108,37 +110,22 @@ class Arc:
     trial_z2: float
 
 
-class Segments(Protocol):
-    """An array of n+1 segments."""
+class Records(Protocol[_R]):
+    """An array of records."""
 
     @overload
-    def __getitem__(self, index: int) -> Segment: ...
+    def __getitem__(self, index: int) -> _R: ...
     @overload
     def __getitem__(self, index: str) -> FloatArray: ...
     @overload
-    def __getitem__(self, index: slice) -> Segments: ...
+    def __getitem__(self, index: slice) -> Records[_R]: ...
     def __setitem__(self, index: str, values: ArrayLike) -> None: ...
     def __len__(self) -> int: ...
 
 
-class Guides(Protocol):
-    """An array of n guides."""
-
-    @overload
-    def __getitem__(self, index: int) -> Guide: ...
-    @overload
-    def __getitem__(self, index: str) -> FloatArray: ...
-    @overload
-    def __getitem__(self, index: slice) -> Guides: ...
-    def __setitem__(self, index: str, values: ArrayLike) -> None: ...
-    def __len__(self) -> int: ...
-
-
-class Arcs(Protocol):
-    """An array of arcs."""
-
-    def __getitem__(self, index: int) -> Arc: ...
-    def __len__(self) -> int: ...
+Segments: TypeAlias = Records[Segment]
+Guides: TypeAlias = Records[Guide]
+Arcs: TypeAlias = Records[Arc]
 
 
 def record_type(described: type) -> np.dtype[Any]:

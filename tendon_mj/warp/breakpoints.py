@@ -7,17 +7,13 @@ hold more than two for each guide.
 
 import warp as wp
 
-from tendon_mj.warp.tendons import Sheath, Tendons, held
+from tendon_mj.warp.tendons import INF, ONE, TWO, ZERO, Sheath, Tendons, held
 
 wp.set_module_options({"enable_backward": False})
 
-_ZERO = wp.constant(wp.float64(0.0))
-_ONE = wp.constant(wp.float64(1.0))
-_TWO = wp.constant(wp.float64(2.0))
 _ROUNDS = wp.constant(64)
 _FARTHEST = wp.constant(wp.float64(16.0))  # scale of a map
 _HUGE = wp.constant(wp.float64(1e100))
-_INF = wp.constant(wp.float64(wp.inf))
 SETTLED = wp.constant(wp.float64(1e-16))  # error of a tension over the largest
 TOUCHING = wp.constant(wp.float64(1e-12))
 TOLERANCE = wp.constant(wp.float64(4e-15))
@@ -36,9 +32,9 @@ def lowest(t: Tendons, s: Sheath, i: int, right: wp.float64) -> wp.float64:
     row, w = s.guide + i, s.world
     constant = t.constant[row, w]
     # the rounding of a difference must not make a slack segment taut
-    if right > constant * (_ONE + TOUCHING):
+    if right > constant * (ONE + TOUCHING):
         return (right - constant) * t.output_inverse[row, w]
-    return _ZERO
+    return ZERO
 
 
 @wp.struct
@@ -60,8 +56,8 @@ def _unmapped(bottom: int, step: int, count: int) -> Stack:
     stack.bottom = bottom
     stack.step = step
     stack.count = count
-    stack.scale = _ONE
-    stack.inverse = _ONE
+    stack.scale = ONE
+    stack.inverse = ONE
     return stack
 
 
@@ -74,7 +70,7 @@ def _mapped(
     stack.shift = scale * stack.shift + shift
     stack.scale = scale * stack.scale
     inverse *= stack.inverse
-    stack.inverse = inverse * (_TWO - stack.scale * inverse)
+    stack.inverse = inverse * (TWO - stack.scale * inverse)
     if wp.max(stack.scale, stack.inverse) > _FARTHEST:
         for k in range(stack.count):
             row = stack.bottom + stack.step * k
@@ -118,7 +114,7 @@ def _search(
     w = s.world
     tau, at_zero, slope = wp.float64(start), wp.float64(start_zero), wp.float64(start_slope)
     while True:
-        at, bend, jump, left = wp.float64(bound), wp.float64(0.0), -side * _INF, int(0)
+        at, bend, jump, left = wp.float64(bound), wp.float64(0.0), -side * INF, int(0)
         if near.count > 0:
             row = near.bottom + near.step * (near.count - 1)
             inner = near.scale * t.breakpoint[row, w] + near.shift
@@ -128,11 +124,11 @@ def _search(
                 at, bend, jump = inner, t.bend[row, w] * near.inverse, wp.float64(t.jump[row, w])
                 left = near.count - 1
         value = at_zero + slope * at
-        if side * value < _ZERO:
-            before = wp.vec2d(slope, _ZERO)
+        if side * value < ZERO:
+            before = wp.vec2d(slope, ZERO)
             return -at_zero / slope, before, before, near, far
         near.count = left
-        if not side * (value + jump) > _ZERO:
+        if not side * (value + jump) > ZERO:
             beyond = wp.vec2d(slope + bend, value + jump)
             return at, wp.vec2d(slope, value), beyond, near, far
         far = _pushed(t, s, far, at, -bend, -jump)
@@ -145,8 +141,8 @@ def _walk_forward(t: Tendons, s: Sheath) -> None:
     w = s.world
     left = _unmapped(2 * s.guide, 1, 0)
     right = _unmapped(2 * (s.guide + s.guides) - 1, -1, 0)
-    least, most = wp.float64(0.0), wp.float64(_INF)
-    low, high = wp.float64(0.0), wp.float64(_INF)
+    least, most = wp.float64(0.0), wp.float64(INF)
+    low, high = wp.float64(0.0), wp.float64(INF)
     first, root = int(0), wp.float64(0.0)
     before, beyond = wp.vec2d(), wp.vec2d()  # slope and value of G_j on the left and right of it
     if s.given:
@@ -161,11 +157,11 @@ def _walk_forward(t: Tendons, s: Sheath) -> None:
             inverse, inverse_back = t.input_inverse[guide, w], t.output_inverse[guide, w]
             left = _mapped(t, s, left, inverse, ratio, -constant * inverse)
             right = _mapped(t, s, right, back, inverse_back, constant)
-            least = wp.max(_ZERO, least - constant) * inverse
+            least = wp.max(ZERO, least - constant) * inverse
             most = most * back + constant
             low = (root - constant) * inverse
             high = root * back + constant
-            if low > least and root > constant * (_ONE + TOUCHING):
+            if low > least and root > constant * (ONE + TOUCHING):
                 left = _pushed(t, s, left, low, before[0] * ratio, before[1])
             else:
                 low = wp.float64(least)
@@ -176,22 +172,22 @@ def _walk_forward(t: Tendons, s: Sheath) -> None:
                 high = wp.float64(most)
                 right.count = 0
         tau = wp.float64(t.tension[row, w])
-        tau = wp.where(tau >= _ZERO and tau <= _HUGE, tau, _ZERO)
+        tau = wp.where(tau >= ZERO and tau <= _HUGE, tau, ZERO)
         holds, slope, _ = held(t, s, j, tau)
         value = holds - t.kept[row, w]
         root = tau - value / slope
-        before, beyond = wp.vec2d(slope, _ZERO), wp.vec2d(slope, _ZERO)
+        before, beyond = wp.vec2d(slope, ZERO), wp.vec2d(slope, ZERO)
         if root < low or root > high:
-            side = wp.where(root > high, _ONE, -_ONE)
+            side = wp.where(root > high, ONE, -ONE)
             start = wp.clamp(root, low, high)
             bound, near, far = least, left, right
-            if side > _ZERO:
+            if side > ZERO:
                 bound, near, far = most, right, left
             zero = value - slope * tau
             root, inner, outer, near, far = _search(
                 t, s, side, start, bound, zero, slope, near, far
             )
-            if side > _ZERO:
+            if side > ZERO:
                 before, beyond, left, right = inner, outer, far, near
             else:
                 before, beyond, left, right = outer, inner, near, far
@@ -211,9 +207,9 @@ def _walk_back(t: Tendons, s: Sheath) -> wp.float64:
             right = t.tension[row + 1, w]
             low, high = lowest(t, s, j, right), highest(t, s, j, right)
             t.slip[guide, w] = 0
-            if tau > high * (_ONE + TOUCHING):
+            if tau > high * (ONE + TOUCHING):
                 t.slip[guide, w] = 1
-            elif tau < low * (_ONE - TOUCHING):
+            elif tau < low * (ONE - TOUCHING):
                 t.slip[guide, w] = -1
             tau = wp.min(wp.max(tau, low), high)
         if not (j == 0 and s.given):  # rounding apart, the walk has left that
@@ -222,7 +218,7 @@ def _walk_back(t: Tendons, s: Sheath) -> wp.float64:
                 most = change
             largest = wp.max(largest, tau)
             t.tension[row, w] = tau
-    return wp.where(most != _ZERO, most * most / largest, _ZERO)
+    return wp.where(most != ZERO, most * most / largest, ZERO)
 
 
 @wp.func
@@ -247,10 +243,10 @@ def _slip_at_bound(t: Tendons, s: Sheath, i: int, passed: wp.float64) -> int:
     """
     row, w = s.segment + i, s.world
     left, right = t.tension[row, w], t.tension[row + 1, w]
-    if passed > _ZERO and left >= highest(t, s, i, right) * (_ONE - TOUCHING) - TOLERANCE:
+    if passed > ZERO and left >= highest(t, s, i, right) * (ONE - TOUCHING) - TOLERANCE:
         return 1
     least = t.output_ratio[s.guide + i, w] * left + t.constant[s.guide + i, w]  # of the right
-    if passed < _ZERO and (left <= TOLERANCE or right >= least * (_ONE - TOUCHING) - TOLERANCE):
+    if passed < ZERO and (left <= TOLERANCE or right >= least * (ONE - TOUCHING) - TOLERANCE):
         return -1
     return 0
 
@@ -279,15 +275,15 @@ def set_flows(t: Tendons, s: Sheath) -> bool:
         if tau <= TOLERANCE:
             needed = wp.float64(0.0)
             if slip > 0:
-                needed = wp.max(_ZERO, _lacking(t, s, j - 1, first))
+                needed = wp.max(ZERO, _lacking(t, s, j - 1, first))
             if needed < passed:
                 passed = wp.float64(needed)
-                t.tension[row, w] = _ZERO
+                t.tension[row, w] = ZERO
         counts = total + wp.abs(beyond) - slope
-        flows = passed * wp.float64(slip) > _ZERO
+        flows = passed * wp.float64(slip) > ZERO
         if j > 0 and not flows and wp.abs(passed) > TOLERANCE * counts:
             slip = _slip_at_bound(t, s, j - 1, passed)
-        if not passed * wp.float64(slip) > _ZERO:
+        if not passed * wp.float64(slip) > ZERO:
             solved = solved and wp.abs(passed) <= TOUCHING * counts
             passed = wp.float64(0.0)
             slip = 0
@@ -303,14 +299,14 @@ def _lie_slack(t: Tendons, s: Sheath, total: wp.float64, slack: wp.float64) -> N
     """Spread a tendon of a length evenly along its path, whose length it has ``slack`` times."""
     w = s.world
     passed = wp.float64(0.0)
-    t.tension[s.segment + s.guides, w] = _ZERO
+    t.tension[s.segment + s.guides, w] = ZERO
     for k in range(s.guides):
         row, guide = s.segment + k, s.guide + k
         passed += slack * t.length[row, w] - t.kept[row, w]
-        t.tension[row, w] = _ZERO
-        flow = wp.where(wp.abs(passed) > TOLERANCE * total, passed, _ZERO)
+        t.tension[row, w] = ZERO
+        flow = wp.where(wp.abs(passed) > TOLERANCE * total, passed, ZERO)
         t.flow[guide, w] = flow
-        t.slip[guide, w] = wp.where(flow > _ZERO, 1, wp.where(flow < _ZERO, -1, 0))
+        t.slip[guide, w] = wp.where(flow > ZERO, 1, wp.where(flow < ZERO, -1, 0))
 
 
 @wp.func
@@ -332,7 +328,7 @@ def _has_tendon(t: Tendons, s: Sheath) -> bool:
     total = wp.float64(0.0)
     for j in range(s.guides + 1):
         total += t.kept[s.segment + j, s.world]
-    return total > _ZERO
+    return total > ZERO
 
 
 @wp.func
@@ -348,5 +344,5 @@ def find_slip(t: Tendons, s: Sheath, within: wp.float64) -> bool:
             if _walk_back(t, s) <= within:
                 return True
     for j in range(s.guides + 1):
-        t.tension[s.segment + j, s.world] = _INF
+        t.tension[s.segment + j, s.world] = INF
     return False

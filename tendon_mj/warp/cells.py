@@ -11,12 +11,11 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
-import warp as wp
 from numpy.typing import NDArray
 
 from tendon_mj.warp.groups import Groups
 from tendon_mj.warp.support import Rows, Simulated
-from tendon_mj.warp.transfer import inextensible_of
+from tendon_mj.warp.transfer import in_each_world, inextensible_of, put, put_zeros
 
 _PULLEY, _SITE = mujoco.mjtWrap.mjWRAP_PULLEY.value, mujoco.mjtWrap.mjWRAP_SITE.value
 _TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
@@ -25,25 +24,20 @@ _AFFINE = mujoco.mjtBias.mjBIAS_AFFINE.value
 _SCALAR = (mujoco.mjtJoint.mjJNT_SLIDE.value, mujoco.mjtJoint.mjJNT_HINGE.value)
 
 
-# (rows, type, names) of arrays with a column for each world
-_BY_WORLD = (
-    ("cells", wp.float64, "before tension way way_before friction"),
-    ("cells", wp.float32, "speed speed_before"),
-    ("cells", wp.float32, "mobility eases missing along answer"),
-    ("cells", wp.float32, "upper_ratio upper_offset lower_ratio lower_offset"),
-    ("cells", wp.int8, "slid slides set_for"),
-    ("cells", wp.bool, "flows is_rough"),
-    ("cells", wp.int32, "head"),
-    ("members", wp.bool, "active"),
-    ("members", wp.float64, "input_before input force constant damping whole"),
-    ("D", wp.float32, "D"),
-    ("entries", wp.float32, "input_row"),
-    ("solved", wp.float32, "solved"),
-    ("factor", wp.float64, "factor"),
-    ("dofs", wp.float64, "unknown known inverse acceleration gradient"),
-    ("damper_rows", wp.float32, "damper_row"),
-    ("dampers", wp.float64, "damper_scale"),
-)
+# rows → names of arrays with a column for each world
+_BY_WORLD = {
+    "cells": "before tension way way_before friction speed speed_before mobility eases missing"
+    " along answer upper_ratio upper_offset lower_ratio lower_offset slid slides set_for flows"
+    " is_rough head",
+    "members": "active input_before input force constant damping whole",
+    "D": "D",
+    "entries": "input_row",
+    "solved": "solved",
+    "factor": "factor",
+    "dofs": "unknown known inverse acceleration gradient",
+    "damper_rows": "damper_row",
+    "dampers": "damper_scale",
+}
 
 
 class Cell(NamedTuple):
@@ -180,32 +174,31 @@ def allocate_groups(
     rows = _starts([len(dofs[i]) for i, _ in cells])
     solved = _starts([ranges[i][1] - ranges[i][0] for i, _ in cells])
     on_joints, dampers = _dampers(model, [int(s.state["tendon"]) for s in members.values()])
-    for name, kind, values in (
-        ("sheath", wp.int32, indices),
-        ("first_cell", wp.int32, starts),
-        ("first_dof", wp.int32, _starts([len(each) for each in dofs])),
-        ("low", wp.int32, [low for low, _ in ranges]),
-        ("high", wp.int32, [high for _, high in ranges]),
-        ("may_spread", wp.bool, [bool(s.state["spreads"]) for s in members.values()]),
-        ("dof", wp.int32, entry_dof),
-        ("dof_member", wp.int32, np.repeat(np.arange(len(dofs)), [len(each) for each in dofs])),
-        ("first_entry", wp.int32, np.searchsorted(entry_dof[in_order], np.arange(model.nv + 1))),
-        ("entry", wp.int32, in_order),
-        ("member", wp.int32, [i for i, _ in cells]),
-        ("begin", wp.int32, [cell.begin + at.guide[indices[i]] for i, cell in cells]),
-        ("end", wp.int32, [cell.end + at.guide[indices[i]] for i, cell in cells]),
-        ("parent", wp.int32, [c.parent + starts[i] if c.parent >= 0 else -1 for i, c in cells]),
-        ("begins", wp.bool, [cell.begins for _, cell in cells]),
-        ("divisor", wp.float64, [cell.divisor for _, cell in cells]),
-        ("row", wp.int32, rows[:-1]),
-        ("solved_row", wp.int32, solved[:-1]),
-        ("owner", wp.int32, owner),
-        ("segment_divisor", wp.float64, divisor),
-        ("joint_damper", wp.int32, on_joints),
-        ("damper", wp.int32, dampers),
-    ):
-        numpy = {wp.bool: np.bool_, wp.int32: np.int32}.get(kind, np.float64)
-        setattr(y, name, wp.array(np.asarray(values).astype(numpy), dtype=kind))
+    described = {
+        "sheath": indices,
+        "first_cell": starts,
+        "first_dof": _starts([len(each) for each in dofs]),
+        "low": [low for low, _ in ranges],
+        "high": [high for _, high in ranges],
+        "may_spread": [bool(s.state["spreads"]) for s in members.values()],
+        "dof": entry_dof,
+        "dof_member": np.repeat(np.arange(len(dofs)), [len(each) for each in dofs]),
+        "first_entry": np.searchsorted(entry_dof[in_order], np.arange(model.nv + 1)),
+        "entry": in_order,
+        "member": [i for i, _ in cells],
+        "begin": [cell.begin + at.guide[indices[i]] for i, cell in cells],
+        "end": [cell.end + at.guide[indices[i]] for i, cell in cells],
+        "parent": [c.parent + starts[i] if c.parent >= 0 else -1 for i, c in cells],
+        "begins": [cell.begins for _, cell in cells],
+        "divisor": [cell.divisor for _, cell in cells],
+        "row": rows[:-1],
+        "solved_row": solved[:-1],
+        "owner": owner,
+        "segment_divisor": divisor,
+        "joint_damper": on_joints,
+        "damper": dampers,
+    }
+    put(Groups, y, described)
     counts = {
         "cells": len(cells),
         "members": len(indices),
@@ -217,9 +210,8 @@ def allocate_groups(
         "dampers": len(dampers),
         "damper_rows": len(dampers) * model.nv,
     }
-    for names, kind, each in _BY_WORLD:
-        for name in each.split():
-            setattr(y, name, wp.zeros((counts[names], nworld), dtype=kind))
+    for rows_of_each, names in _BY_WORLD.items():
+        put_zeros(Groups, y, names, (counts[rows_of_each], nworld))
     _fill_state(y, simulated, of_member, nworld)
     return y
 
@@ -260,11 +252,8 @@ def _fill_state(
                 columns["speed_before"][-1] = np.nan
     columns["unknown"] = [force for s in simulated.values() for force in s.unknown]
     columns["input_before"] = [s.segments["previous_tension"][0] for s in sheaths]
-    for name, values in columns.items():
-        array = getattr(y, name)
-        if array.size:
-            columns_of = np.repeat(np.array(values)[:, None], nworld, axis=1)
-            array.assign(columns_of.astype(wp.dtype_to_numpy(array.dtype)))
+    filled = {name: values for name, values in columns.items() if getattr(y, name).size}
+    put(Groups, y, {name: in_each_world(values, nworld) for name, values in filled.items()})
 
 
 def read_groups_back(

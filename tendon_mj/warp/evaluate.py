@@ -25,7 +25,10 @@ from tendon_mj.warp.path import Scene, trace_path
 from tendon_mj.warp.solver import solve_flow
 from tendon_mj.warp.tendons import (
     ELASTIC,
+    HALF,
     INEXTENSIBLE,
+    ONE,
+    ZERO,
     Sheath,
     Tendons,
     capstan,
@@ -39,10 +42,7 @@ from tendon_mj.warp.tendons import (
 
 wp.set_module_options({"enable_backward": False})
 
-_ZERO = wp.constant(wp.float64(0.0))
-_HALF, _ONE = wp.constant(wp.float64(0.5)), wp.constant(wp.float64(1.0))
 _RIGIDITY = wp.constant(wp.float64(0.25))  # of a drum's flank: see the plugin's `drive`
-_ELASTIC, _INEXTENSIBLE = wp.constant(ELASTIC), wp.constant(INEXTENSIBLE)
 _FOLLOWS = wp.constant(wp.float64(0.2))  # see the plugin's `input_force`
 _ROUNDED_LENGTH = wp.constant(wp.float64(1e-7))  # relative, rounding of single precision
 _ROUNDED_PRODUCT = wp.constant(wp.float64(1e-6))
@@ -79,10 +79,10 @@ def commit(
     if j < last:
         flow = wp.float64(t.flow[guide, w])
         stored += flow + t.shift[guide, w]
-        t.previous_slip[guide, w] = wp.where(flow != _ZERO, t.slip[guide, w], 0)
+        t.previous_slip[guide, w] = wp.where(flow != ZERO, t.slip[guide, w], 0)
         h = wp.float64(timestep[w % timestep.shape[0]])
         follow_speed(t, k, guide, flow / h, h, w)
-    if j == 0 and kind == _ELASTIC:  # the input's tension sets its length
+    if j == 0 and kind == ELASTIC:  # the input's tension sets its length
         stored, _, _ = held(t, sheath_at(t, k, w), 0, tension)
     t.stored[row, w] = stored
     t.before[row, w] = tension
@@ -123,10 +123,10 @@ def _let_guides_yield(b: Dynamics, t: Tendons, s: Sheath, ea: wp.float64) -> Non
         length = t.length[row, w]
         yields = wp.max(ea * h * h * mobility, ea / _STIFF * length)
         yields = wp.min(yields, ea / _SOFTEST * length) - length
-        t.give[row, w] = wp.max(_ZERO, yields)
+        t.give[row, w] = wp.max(ZERO, yields)
         if t.started[s.index, w]:
             tau = t.before[row, w]
-            t.stored[row, w] = t.stored[row, w] - t.give[row, w] * tau / (_ONE + tau)
+            t.stored[row, w] = t.stored[row, w] - t.give[row, w] * tau / (ONE + tau)
     t.yields[s.index, w] = True
 
 
@@ -145,8 +145,8 @@ def _follow_stiffness(b: Dynamics, t: Tendons, s: Sheath) -> bool:
     tendon = t.tendon[k]
     before = t.spring_product[k, w]
     now = wp.float64(tendon_spring(b, tendon, w)) * wp.float64(rest_length(b, tendon, w))
-    if before > _ZERO and not wp.abs(now - before) <= _ROUNDED_PRODUCT * before:
-        if not now > _ZERO:
+    if before > ZERO and not wp.abs(now - before) <= _ROUNDED_PRODUCT * before:
+        if not now > ZERO:
             return False
         ea = wp.float64(t.axial_stiffness[w, k])
         is_own = wp.abs(ea - before) <= _ROUNDED_PRODUCT * before
@@ -162,7 +162,7 @@ def _counted(b: Dynamics, t: Tendons, s: Sheath) -> wp.float64:
     pull = -wp.float64(spring_force(b, t.tendon[k], s.world))
     if t.reel_joint[k] >= 0 or t.output_joint[k] >= 0 or t.reel[k] >= 0:
         return pull  # the spring does not count the tendon on the drum
-    return wp.max(_ZERO, pull)
+    return wp.max(ZERO, pull)
 
 
 @wp.func
@@ -172,9 +172,9 @@ def _pull_nothing(t: Tendons, s: Sheath, now: wp.float32) -> None:
     t.has_trial[k, w] = False
     t.trial_time[k, w] = now
     for j in range(s.guides + 1):
-        t.pull[s.segment + j, w] = _ZERO
-    t.reel_torque[k, w] = _ZERO
-    t.output_torque[k, w] = _ZERO
+        t.pull[s.segment + j, w] = ZERO
+    t.reel_torque[k, w] = ZERO
+    t.output_torque[k, w] = ZERO
 
 
 @wp.func
@@ -191,14 +191,14 @@ def _lay(
     if not s.given:
         length0 = b.tendon_length0[w % b.tendon_length0.shape[0], t.tendon[k]]
         unstretched = wp.float64(length0) + wp.float64(t.slack[w, k])
-        unstretched /= _ONE + wp.float64(t.pretension[w, k]) / ea
+        unstretched /= ONE + wp.float64(t.pretension[w, k]) / ea
         if t.own_spring[k]:
             unstretched = rest + t.beyond_spring[k]
             t.spring_length[k, w] = rest
         t.wound_in[k, w] = wound(b, t.reel_joint[k], t.reel_radius[k], w)
         t.wound_out[k, w] = wound(b, t.output_joint[k], t.output_radius[k], w)
         unstretched -= t.wound_in[k, w] + t.wound_out[k, w]
-        strain = total / unstretched - _ONE
+        strain = total / unstretched - ONE
     for j in range(s.guides + 1):
         row = s.segment + j
         holds, _, _ = held(t, s, j, strain)
@@ -217,7 +217,7 @@ def _reset(t: Tendons, k: int, w: int) -> None:
     reset_sheath(t, k, w)
     t.wound_in[k, w] = wp.float64(0.0)
     t.wound_out[k, w] = wp.float64(0.0)
-    if t.kind[k] == _INEXTENSIBLE:
+    if t.kind[k] == INEXTENSIBLE:
         return
     behind = wp.where(k + 1 < t.first_arc.shape[0], t.first_arc[k + 1], t.touched.shape[0])
     for arc in range(t.first_arc[k], behind):
@@ -239,7 +239,7 @@ def reset_worlds(t: Tendons, worlds: wp.array[wp.bool]) -> None:
 def finish(time: wp.array[wp.float32], t: Tendons) -> None:
     """Commit what `commit` does not; threads (sheaths, worlds)."""
     k, w = wp.tid()
-    if t.kind[k] != _INEXTENSIBLE and _has_ended(t, k, w, time[w]):
+    if t.kind[k] != INEXTENSIBLE and _has_ended(t, k, w, time[w]):
         _commit_ends(t, k, w)
 
 
@@ -261,19 +261,19 @@ def _on_drum(b: Dynamics, t: Tendons, s: Sheath, ea: wp.float64) -> wp.float64:
     joint, radius, play = t.reel_joint[k], t.reel_radius[k], wp.float64(t.backlash[w, k])
     drive = wound(b, joint, radius, w) + reeled(b, t.reel[k], t.reel_output[k], w)
     t.drive_bears[k, w] = wp.float64(wp.inf)
-    if play == _ZERO or not wp.isfinite(drive):
+    if play == ZERO or not wp.isfinite(drive):
         return drive
     softness = wp.float64(0.0)  # of the flank [m/N]
     if joint >= 0:
         mobility = b.dof_invweight0[w % b.dof_invweight0.shape[0], b.jnt_dofadr[joint]]
         reach = wp.float64(b.timestep[w % b.timestep.shape[0]]) * radius
         softness = wp.float64(mobility) * reach * reach / _RIGIDITY
-    strain = wp.max(_ZERO, t.before[s.segment, w])
-    pull = ea * strain * (_ONE + _HALF * strain)
-    least, most = drive - _HALF * play - pull * softness, drive + _HALF * play
+    strain = wp.max(ZERO, t.before[s.segment, w])
+    pull = ea * strain * (ONE + HALF * strain)
+    least, most = drive - HALF * play - pull * softness, drive + HALF * play
     on_drum = wp.min(wp.max(t.wound_in[k, w], least), most)
     if joint >= 0:
-        pressed = wp.max(_ZERO, drive - on_drum - _HALF * play)
+        pressed = wp.max(ZERO, drive - on_drum - HALF * play)
         t.drive_bears[k, w] = wp.abs(radius) * pressed / softness
     return on_drum
 
@@ -299,14 +299,14 @@ def trace(m: Scene, b: Dynamics, t: Tendons, kind: int) -> None:
         pulls = _follow_stiffness(b, t, s)
     ea = wp.float64(t.axial_stiffness[w, k])
     tau = wp.float64(0.0)
-    if kind == _ELASTIC:
+    if kind == ELASTIC:
         force = input_force(b, t.tendon[k], w) + t.constraint_force[k, w]
         if not wp.isfinite(force):
             t.unsolved[w, k] += 1
             _pull_nothing(t, s, now)
             return
-        tau = wp.max(_ZERO, -force) / ea
-    if kind == _ELASTIC and not t.yields[k, w]:
+        tau = wp.max(ZERO, -force) / ea
+    if kind == ELASTIC and not t.yields[k, w]:
         _let_guides_yield(b, t, s, ea)
     if not t.started[k, w]:
         _lay(b, t, s, ea, tau, rest)
@@ -347,7 +347,7 @@ def prepare(t: Tendons, kind: int) -> None:
     if j == 0:
         kept -= t.trial_wound_in[k, w] - t.wound_in[k, w]
         kept += t.trial_spring_length[k, w] - t.spring_length[k, w]
-        tau = wp.where(kind == _ELASTIC, t.given_tension[k, w], tau)
+        tau = wp.where(kind == ELASTIC, t.given_tension[k, w], tau)
     if j == last:
         kept -= t.trial_wound_out[k, w] - t.wound_out[k, w]
     t.kept[row, w] = kept
@@ -373,9 +373,9 @@ def _publish(t: Tendons, s: Sheath, ea: wp.float64, counted: wp.float64) -> bool
     first, final = t.tension[s.segment, w], t.tension[s.segment + s.guides, w]
     t.input_tension[w, k] = wp.float32(ea * first)
     t.output_tension[w, k] = wp.float32(ea * final)
-    torque, most = t.reel_radius[k] * ea * first * (_ONE + _HALF * first), t.drive_bears[k, w]
+    torque, most = t.reel_radius[k] * ea * first * (ONE + HALF * first), t.drive_bears[k, w]
     t.reel_torque[k, w] = wp.min(wp.max(torque, -most), most)
-    t.output_torque[k, w] = t.output_radius[k] * ea * final * (_ONE + _HALF * final)
+    t.output_torque[k, w] = t.output_radius[k] * ea * final * (ONE + HALF * final)
     return bounded
 
 
@@ -419,7 +419,7 @@ def apply(
             for j in range(segments):
                 row = t.first_segment[k] + j
                 pull = t.pull[row, w]
-                if pull != _ZERO:
+                if pull != ZERO:
                     total -= pull * wp.float64(span_jacobian(b, t, row, w, dof))
             if t.reel_joint[k] >= 0:
                 if b.jnt_dofadr[t.reel_joint[k]] == dof:

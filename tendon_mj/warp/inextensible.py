@@ -13,16 +13,22 @@ import warp as wp
 from tendon_mj.warp.groups import Groups
 from tendon_mj.warp.motion import Dynamics, input_force, span_jacobian
 from tendon_mj.warp.path import Scene, trace_path
-from tendon_mj.warp.response import Motion, damping_of, respond, step_of, tendon_damping
-from tendon_mj.warp.tendons import Tendons, capstan, follow_speed, reset_sheath, sheath_at
+from tendon_mj.warp.response import damping_of, respond, step_of, tendon_damping
+from tendon_mj.warp.tendons import (
+    HALF,
+    INF,
+    ONE,
+    ZERO,
+    Tendons,
+    capstan,
+    follow_speed,
+    reset_sheath,
+    sheath_at,
+)
 
 wp.set_module_options({"enable_backward": False})
 
 _TENDON = wp.constant(3)  # mjtTrn
-_ZERO = wp.constant(wp.float64(0.0))
-_ONE = wp.constant(wp.float64(1.0))
-_HALF = wp.constant(wp.float64(0.5))
-_INF = wp.constant(wp.float64(wp.inf))
 _LEAST_ARM = wp.constant(1e-7)  # [m]; a moment arm below is one of rounding
 _UNEXPLAINED = wp.constant(wp.float64(1e-6))  # of a length: a change that is not of rounding
 _ROUNDS = wp.constant(100)  # of a sweep and the conjugate gradients that follow
@@ -61,7 +67,7 @@ def commit_member(
         y.before[c, w] = y.tension[c, w]
         y.slid[c, w] = wp.int8(wp.where(y.flows[c, w], int(y.slides[c, w]), 0))
         y.way_before[c, w] = y.way[c, w]
-        speed = wp.where(y.flows[c, w], wp.float64(y.speed[y.head[c, w], w]), _ZERO)
+        speed = wp.where(y.flows[c, w], wp.float64(y.speed[y.head[c, w], w]), ZERO)
         for guide in range(y.begin[c], y.end[c]):
             follow_speed(t, k, guide, speed, h, w)
         y.speed_before[c, w] = wp.float32(_speed(y, y.head[c, w], qvel, w))
@@ -84,7 +90,7 @@ def keep_unknown(
     k = y.sheath[0]
     if t.has_trial[k, w] and time[w] > t.trial_time[k, w]:
         force = wp.float64(smooth[w, dof]) + wp.float64(constraint[w, dof]) - y.known[dof, w]
-        y.unknown[dof, w] = wp.where(wp.isfinite(force), force, _ZERO)
+        y.unknown[dof, w] = wp.where(wp.isfinite(force), force, ZERO)
 
 
 @wp.kernel
@@ -114,9 +120,9 @@ def _gather(t: Tendons, y: Groups, i: int, w: int) -> None:
         if y.begins[c] or t.near_body[segment, w] != t.far_body[segment, w]:
             head = int(c)
         y.head[c, w] = head
-        y.way[c, w] = _ZERO
+        y.way[c, w] = ZERO
         y.is_rough[c, w] = False
-        y.friction[c, w] = _ZERO
+        y.friction[c, w] = ZERO
     whole = wp.float64(0.0)
     for row in range(t.first_segment[k], t.first_segment[k] + t.guides[k] + 1):
         length = t.length[row, w] / y.segment_divisor[row]
@@ -131,8 +137,8 @@ def _gather(t: Tendons, y: Groups, i: int, w: int) -> None:
             y.way[parent, w] = y.way[parent, w] + y.way[c, w]
     for c in range(first, last):
         y.way[c, w] = y.way[y.head[c, w], w]
-    spreads = y.may_spread[i] and t.constraint_force[k, w] != _ZERO
-    y.whole[i, w] = wp.where(spreads, whole, _INF)
+    spreads = y.may_spread[i] and t.constraint_force[k, w] != ZERO
+    y.whole[i, w] = wp.where(spreads, whole, INF)
 
 
 @wp.func
@@ -169,40 +175,40 @@ def _set_bounds(t: Tendons, y: Groups, c: int, w: int) -> None:
 
 
 @wp.func
-def _read_input(b: Dynamics, q: Motion, t: Tendons, y: Groups, i: int, w: int) -> bool:
+def _read_input(b: Dynamics, t: Tendons, y: Groups, i: int, w: int) -> bool:
     """Read T_0, and the tensions that groups held; return whether it is finite."""
     k = y.sheath[i]
     tendon = t.tendon[k]
     force = input_force(b, tendon, w) + t.constraint_force[k, w]
     y.force[i, w] = force
     y.constant[i, w] = force
-    incoming = wp.max(_ZERO, -force)
+    incoming = wp.max(ZERO, -force)
     y.input[i, w] = incoming
-    damping = tendon_damping(q, tendon, w)
-    if q.implicit:
+    damping = tendon_damping(b, tendon, w)
+    if b.implicit:
         for n in range(y.damper.shape[0]):
             a = y.damper[n]
             if a >= 0:
-                if q.actuator_trntype[a] == _TENDON and q.actuator_trnid[a][0] == tendon:
-                    gear = wp.float64(q.actuator_gear[w % q.actuator_gear.shape[0], a][0])
-                    damping += gear * gear * damping_of(q, a, w)
+                if b.actuator_trntype[a] == _TENDON and b.actuator_trnid[a][0] == tendon:
+                    gear = wp.float64(b.actuator_gear[w % b.actuator_gear.shape[0], a][0])
+                    damping += gear * gear * damping_of(b, a, w)
     y.damping[i, w] = damping
     return wp.isfinite(force)
 
 
 @wp.kernel
-def set_up(m: Scene, b: Dynamics, q: Motion, t: Tendons, y: Groups) -> None:
+def set_up(m: Scene, b: Dynamics, t: Tendons, y: Groups) -> None:
     """Paths, groups and input tensions in the pose at hand; threads (members, worlds)."""
     i, w = wp.tid()
     k, now = y.sheath[i], b.time[w]
     if now < t.trial_time[k, w]:
         reset_sheath(t, k, w)
     elif t.has_trial[k, w] and now > t.trial_time[k, w]:
-        commit_member(t, y, q.qvel, q.timestep, i, w)
+        commit_member(t, y, b.qvel, b.timestep, i, w)
     t.trial_time[k, w] = now
     trace_path(m, t, sheath_at(t, k, w))
     _gather(t, y, i, w)
-    y.active[i, w] = _read_input(b, q, t, y, i, w)
+    y.active[i, w] = _read_input(b, t, y, i, w)
     t.has_trial[k, w] = y.active[i, w]
     if not y.active[i, w]:
         t.unsolved[w, k] += 1
@@ -270,12 +276,12 @@ def _beyond(
     on_arc = t.is_on_arc[y.begin[c], w] or t.is_on_arc[y.end[tail] - 1, w]
     if on_arc or wp.isfinite(y.whole[y.member[c], w]):
         return curved
-    drawn = (y.way[c, w] - y.way_before[tail, w]) / h - (speed - _HALF * curved)
-    return curved + wp.where(wp.abs(h * drawn) > _UNEXPLAINED * y.way[c, w], drawn, _ZERO)
+    drawn = (y.way[c, w] - y.way_before[tail, w]) / h - (speed - HALF * curved)
+    return curved + wp.where(wp.abs(h * drawn) > _UNEXPLAINED * y.way[c, w], drawn, ZERO)
 
 
 @wp.kernel
-def answer(q: Motion, t: Tendons, y: Groups) -> None:
+def answer(b: Dynamics, t: Tendons, y: Groups) -> None:
     """Slip of each group; its M̂⁻¹ Dᵀ and mobility if it rubs; threads (cells, worlds)."""
     c, w = wp.tid()
     i = y.member[c]
@@ -283,7 +289,7 @@ def answer(q: Motion, t: Tendons, y: Groups) -> None:
         return
     k, low, high = y.sheath[i], y.low[i], y.high[i]
     base, row, first = y.solved_row[c], y.row[c], y.first_dof[i]
-    h, speed = step_of(q, w), _speed(y, c, q.qvel, w)
+    h, speed = step_of(b, w), _speed(y, c, b.qvel, w)
     if t.started[k, w]:
         tail = _tail(y, c, y.first_cell[i + 1], w)
         speed += _beyond(t, y, c, tail, speed, h, w)
@@ -294,7 +300,7 @@ def answer(q: Motion, t: Tendons, y: Groups) -> None:
         y.solved[n, w] = 0.0
     for e in range(first, y.first_dof[i + 1]):
         y.solved[base + y.dof[e] - low, w] = y.D[row + e - first, w]
-    respond(q, y, y.solved, base, low, high, y.damper.shape[0], w)
+    respond(b, y, y.solved, base, low, high, y.damper.shape[0], w)
     mobility, along = wp.float64(0.0), wp.float64(0.0)
     for e in range(first, y.first_dof[i + 1]):
         moves = wp.float64(y.solved[base + y.dof[e] - low, w])
@@ -315,7 +321,7 @@ def _incoming(y: Groups, c: int, w: int) -> wp.float64:
 @wp.func
 def _lower(y: Groups, c: int, tension: wp.float64, w: int) -> wp.float64:
     offset, ratio = wp.float64(y.lower_offset[c, w]), wp.float64(y.lower_ratio[c, w])
-    return wp.max(_ZERO, (tension - offset) / ratio)
+    return wp.max(ZERO, (tension - offset) / ratio)
 
 
 @wp.func
@@ -345,7 +351,7 @@ def _add_row(y: Groups, c: int, factor: wp.float64, x: wp.array2d[wp.float64], w
 def _change(y: Groups, c: int, friction: wp.float64, w: int) -> None:
     """Change the friction of a group, and the acceleration with it."""
     change = friction - y.friction[c, w]
-    if change != _ZERO:
+    if change != ZERO:
         _add_row(y, c, -change, y.acceleration, w)
         _take_over(y, c, friction, w)
 
@@ -360,7 +366,7 @@ def _hold(t: Tendons, y: Groups, i: int, w: int) -> None:
     follows = wp.float64(0.0)
     if not spreads:
         before = unconstrained + t.previous_constraint[k, w]
-        follows = incoming - wp.max(_ZERO, -before)
+        follows = incoming - wp.max(ZERO, -before)
     last = y.first_cell[i + 1]
     for c in range(y.first_cell[i], last):
         if y.head[c, w] != c:
@@ -372,7 +378,7 @@ def _hold(t: Tendons, y: Groups, i: int, w: int) -> None:
             before, before_in = wp.float64(y.before[tail, w]), wp.float64(y.input_before[i, w])
             if y.parent[c] >= 0:
                 before_in = wp.float64(y.before[y.parent[c], w])
-            held = before + wp.where(y.mobility[c, w] > 0.0, follows, _ZERO)
+            held = before + wp.where(y.mobility[c, w] > 0.0, follows, ZERO)
             if spreads:  # the constraint bears what the shares have changed by
                 held = tension + before - before_in
                 grown = (y.way[c, w] - y.way_before[tail, w]) / y.whole[i, w]
@@ -388,25 +394,25 @@ def _update_input(y: Groups, i: int, h: wp.float64, w: int) -> None:
     """T_0 of a sheath with the acceleration at hand."""
     force = y.constant[i, w]
     damping = y.damping[i, w]
-    if damping != _ZERO:
+    if damping != ZERO:
         along = wp.float64(0.0)
         for e in range(y.first_dof[i], y.first_dof[i + 1]):
             along += wp.float64(y.input_row[e, w]) * y.acceleration[y.dof[e], w]
         force -= h * damping * along
-    y.input[i, w] = wp.max(_ZERO, -force)
+    y.input[i, w] = wp.max(ZERO, -force)
 
 
 @wp.func
 def _bounds(y: Groups, c: int, tension: wp.float64, w: int) -> tuple[wp.float64, wp.float64]:
     """Least and largest friction of a group, as T_0 changes with it."""
-    eases, back = wp.float64(y.eases[c, w]), _ONE / wp.float64(y.lower_ratio[c, w])
+    eases, back = wp.float64(y.eases[c, w]), ONE / wp.float64(y.lower_ratio[c, w])
     tension += eases * y.friction[c, w]
-    rise, fall = wp.float64(y.upper_ratio[c, w]) - _ONE, back - _ONE
+    rise, fall = wp.float64(y.upper_ratio[c, w]) - ONE, back - ONE
     high = rise * tension + wp.float64(y.upper_offset[c, w])
-    high /= wp.max(_LEAST, _ONE + eases * rise)
+    high /= wp.max(_LEAST, ONE + eases * rise)
     low = fall * tension - wp.float64(y.lower_offset[c, w]) * back
-    low /= wp.max(_LEAST, _ONE + eases * fall)
-    return wp.max(low, -wp.max(_ZERO, tension)), wp.max(_ZERO, high)
+    low /= wp.max(_LEAST, ONE + eases * fall)
+    return wp.max(low, -wp.max(ZERO, tension)), wp.max(ZERO, high)
 
 
 @wp.func
@@ -425,7 +431,7 @@ def _missing(y: Groups, c: int, h: wp.float64, w: int) -> wp.float64:
         part = wp.float64(y.D[row + e - first, w]) * y.acceleration[y.dof[e], w]
         missing += part
         sizes += wp.abs(part)
-    return wp.where(wp.abs(missing) > _ROUNDED * sizes, missing, _ZERO)
+    return wp.where(wp.abs(missing) > _ROUNDED * sizes, missing, ZERO)
 
 
 @wp.func
@@ -434,11 +440,11 @@ def _move(y: Groups, c: int, tension: wp.float64, h: wp.float64, w: int) -> wp.f
     low, high = _bounds(y, c, tension, w)
     before = wp.float64(y.friction[c, w])  # a copy: else it is read where it is used
     friction, missing = wp.float64(before), _missing(y, c, h, w)
-    if missing != _ZERO:
+    if missing != ZERO:
         if y.mobility[c, w] > 0.0:
             friction += missing / _mobility(y, c, w)
         else:
-            friction = wp.where(missing > _ZERO, high, low)
+            friction = wp.where(missing > ZERO, high, low)
     y.slides[c, w] = wp.int8(wp.where(friction > high, 1, wp.where(friction < low, -1, 0)))
     friction = wp.min(wp.max(friction, low), high)
     _change(y, c, friction, w)
@@ -507,10 +513,10 @@ def _go_along(y: Groups, nv: int, size: wp.float64, w: int) -> wp.float64:
     """
     cells = y.member.shape[0]
     for dof in range(nv):
-        y.gradient[dof, w] = _ZERO
+        y.gradient[dof, w] = ZERO
     for c in range(cells):
         along = wp.float64(y.along[c, w])
-        if along != _ZERO:
+        if along != ZERO:
             _add_row(y, c, along, y.gradient, w)
     curvature, most, free = wp.float64(0.0), wp.float64(0.0), bool(True)
     for c in range(cells):
@@ -521,13 +527,13 @@ def _go_along(y: Groups, nv: int, size: wp.float64, w: int) -> wp.float64:
             curvature += along * answers
             most += along * along * _mobility(y, c, w)
     if not curvature > _ROUNDED * most:  # groups against each other, which moves nothing
-        return _ZERO
+        return ZERO
     step = size / curvature
     for c in range(cells):
         along = wp.float64(y.along[c, w])
-        if along != _ZERO:
+        if along != ZERO:
             low, high = _bounds(y, c, y.tension[c, w] - y.friction[c, w], w)
-            room = wp.abs(wp.where(along > _ZERO, high, low) - y.friction[c, w])
+            room = wp.abs(wp.where(along > ZERO, high, low) - y.friction[c, w])
             if step * wp.abs(along) > room:
                 step = room / wp.abs(along)
                 free = False
@@ -544,7 +550,7 @@ def _go_along(y: Groups, nv: int, size: wp.float64, w: int) -> wp.float64:
         if _is_free(y, c, w):
             steepest = y.missing[c, w] / y.mobility[c, w]
             y.along[c, w] = steepest + wp.float32(left / size) * y.along[c, w]
-    return wp.where(free, left, _ZERO)
+    return wp.where(free, left, ZERO)
 
 
 @wp.func
@@ -585,10 +591,10 @@ def _release(t: Tendons, y: Groups, w: int) -> bool:
 
 
 @wp.kernel(module="unique", module_options={"max_unroll": 0}, enable_backward=False)
-def solve_groups(q: Motion, t: Tendons, y: Groups) -> None:
+def solve_groups(b: Dynamics, t: Tendons, y: Groups) -> None:
     """Friction of all groups of a world; threads (worlds,)."""
     w = wp.tid()
-    h = step_of(q, w)
+    h = step_of(b, w)
     rough = int(0)
     for i in range(y.sheath.shape[0]):
         if y.active[i, w]:
@@ -599,14 +605,14 @@ def solve_groups(q: Motion, t: Tendons, y: Groups) -> None:
     tries = wp.where(rough > 0, 1 + 2 * rough, 0)
     while tries > 0:
         tries -= 1
-        _settle(y, q.nv, h, rough, w)
+        _settle(y, b.nv, h, rough, w)
         if not _release(t, y, w):
             tries = 0
     for i in range(y.sheath.shape[0]):
         _update_input(y, i, h, w)
     for c in range(y.member.shape[0]):
         if y.head[c, w] == c:
-            y.tension[c, w] = wp.max(_ZERO, _incoming(y, c, w) + y.friction[c, w])
+            y.tension[c, w] = wp.max(ZERO, _incoming(y, c, w) + y.friction[c, w])
 
 
 @wp.func
@@ -621,26 +627,26 @@ def _publish_group(
     i = y.member[c]
     k = y.sheath[i]
     incoming, friction, at_end = _incoming(y, c, w), y.friction[c, w], wp.float64(y.tension[c, w])
-    bound = wp.where(friction > _ZERO, _upper(y, c, incoming, w), _lower(y, c, incoming, w))
+    bound = wp.where(friction > ZERO, _upper(y, c, incoming, w), _lower(y, c, incoming, w))
     part = wp.float64(0.0)
     if bound != incoming:
         part = friction / (bound - incoming)
     slides, set_for = int(y.slides[c, w]), int(y.set_for[c, w])
     passed = h * wp.float64(y.speed[c, w])
     if not y.is_rough[c, w]:
-        slides = wp.where(passed > _ZERO, 1, -1)
-    flows = wp.abs(passed) > _STILL * y.way[c, w] and wp.float64(slides) * passed > _ZERO
+        slides = wp.where(passed > ZERO, 1, -1)
+    flows = wp.abs(passed) > _STILL * y.way[c, w] and wp.float64(slides) * passed > ZERO
     extreme = wp.float64(incoming)
     tail = _tail(y, c, y.first_cell[i + 1], w)
     for n in range(c, tail + 1):
         for guide in range(y.begin[n], y.end[n]):
             dynamic, static, constant = capstan(t, guide, k, w)
             offset = y.divisor[c] * constant
-            if friction > _ZERO:
+            if friction > ZERO:
                 extreme = wp.where(set_for > 0, dynamic, static) * extreme + offset
             else:
                 ratio = wp.where(set_for < 0, dynamic, static)
-                extreme = wp.max(_ZERO, (extreme - offset) / ratio)
+                extreme = wp.max(ZERO, (extreme - offset) / ratio)
             tension = incoming + part * (extreme - incoming)
             if guide == y.end[tail] - 1:
                 tension = wp.float64(at_end)
@@ -661,25 +667,25 @@ def _show(
     w: int,
 ) -> None:
     """Show the tension of a segment, times its divisor, and what it adds to MuJoCo Warp's."""
-    shown = wp.max(_ZERO, tension + changes) / y.segment_divisor[row]
+    shown = wp.max(ZERO, tension + changes) / y.segment_divisor[row]
     t.tension_out[w, t.first_shown[k] + row - t.first_segment[k]] = wp.float32(shown)
     t.pull[row, w] = shown - t.given_tension[k, w] / y.segment_divisor[row]
 
 
 @wp.kernel
-def publish(q: Motion, t: Tendons, y: Groups) -> None:
+def publish(b: Dynamics, t: Tendons, y: Groups) -> None:
     """Tensions of segments, which are kept on trial behind each cell; threads (members, worlds)."""
     i, w = wp.tid()
     k = y.sheath[i]
     first, last = t.first_segment[k], t.first_segment[k] + t.guides[k]
     if not y.active[i, w]:
         for row in range(first, last + 1):
-            t.pull[row, w] = _ZERO
+            t.pull[row, w] = ZERO
         return
-    incoming = wp.max(_ZERO, -y.force[i, w])
+    incoming = wp.max(ZERO, -y.force[i, w])
     t.given_tension[k, w] = incoming
     changes = wp.float64(0.0)
-    if y.damping[i, w] != _ZERO:
+    if y.damping[i, w] != ZERO:
         changes = incoming - y.input[i, w]
     # behind a pulley, and at the input
     for row in range(first, last + 1):
@@ -688,7 +694,7 @@ def publish(q: Motion, t: Tendons, y: Groups) -> None:
         if owner >= 0:
             tension = y.tension[y.head[owner, w], w]
         _show(t, y, k, row, tension, changes, w)
-    h = step_of(q, w)
+    h = step_of(b, w)
     # from the last group on, as a group's tension is that of those before it
     cells = y.first_cell[i + 1] - y.first_cell[i]
     for back in range(cells):
@@ -709,8 +715,8 @@ def add_friction(t: Tendons, y: Groups, qfrc: wp.array2d[wp.float32]) -> None:
         i = y.dof_member[e]
         for c in range(y.first_cell[i], y.first_cell[i + 1]):
             friction = y.friction[c, w]
-            if friction != _ZERO:
+            if friction != ZERO:
                 total -= friction * wp.float64(y.D[y.row[c] + e - y.first_dof[i], w])
     y.known[dof, w] = y.known[dof, w] + total
-    if total != _ZERO:
+    if total != ZERO:
         qfrc[w, dof] += wp.float32(total)

@@ -20,49 +20,14 @@ import numpy as np
 import warp as wp
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.plugin import C, offset, sheaths, unused_parameters
+from tendon_mj.plugin import offset, sheaths, unused_parameters
+from tendon_mj.warp import evaluate, inextensible, reactions, support
 from tendon_mj.warp.cells import bodies_behind, moved_dofs, read_groups_back
-from tendon_mj.warp.evaluate import (
-    apply,
-    commit,
-    finish,
-    prepare,
-    reset_worlds,
-    solve,
-    trace,
-)
-from tendon_mj.warp.inextensible import (
-    add_friction,
-    answer,
-    commit_groups,
-    fill_rows,
-    keep_unknown,
-    publish,
-    set_up,
-    solve_groups,
-)
 from tendon_mj.warp.motion import Dynamics
 from tendon_mj.warp.path import Scene
-from tendon_mj.warp.reactions import (
-    Cells,
-    Solved,
-    add_reactions,
-    fill_sensors,
-    measure,
-    note_constraints,
-)
-from tendon_mj.warp.response import Motion, accelerate
+from tendon_mj.warp.response import accelerate
 from tendon_mj.warp.sensors import force_sensors, sensors_of_sheaths, shown_numbers
 from tendon_mj.warp.sheaths import Sheaths
-from tendon_mj.warp.support import (
-    SheathLayouts,
-    Simulated,
-    check_options,
-    check_sheaths,
-    check_supported,
-    layout_of,
-    simulated_sheaths,
-)
 from tendon_mj.warp.tendons import ELASTIC, INEXTENSIBLE, WOUND
 from tendon_mj.warp.transfer import read_back
 
@@ -101,7 +66,7 @@ def sheaths_of(data: Any) -> Sheaths:
     return batch
 
 
-def sheaths_laid_out(data: Any, layout: SheathLayouts) -> Sheaths:
+def sheaths_laid_out(data: Any, layout: support.SheathLayouts) -> Sheaths:
     """Sheaths of the worlds in data of the model that has this layout.
 
     Raises:
@@ -122,10 +87,19 @@ def _dynamics(m: Any, d: Any) -> Any:
     motion.damper = 0.0 if m.opt.disableflags & _DAMPER_OFF else 1.0
     motion.actuates = not m.opt.disableflags & _ACTUATION_OFF
     motion.clamps = not m.opt.disableflags & _CLAMPCTRL_OFF
+    motion.implicit = int(m.opt.integrator) != _EULER
+    joints_off = _DAMPER_OFF if motion.implicit else _DAMPER_OFF | _EULERDAMP_OFF
+    motion.joints_damp = not m.opt.disableflags & joints_off
     return motion
 
 
-_LONG = {trace, solve, set_up, accelerate, solve_groups}  # kernels
+_LONG = {
+    evaluate.trace,
+    evaluate.solve,
+    inextensible.set_up,
+    accelerate,
+    inextensible.solve_groups,
+}  # kernels
 
 
 def _launch(d: Any, launches: Iterable[tuple[Any, tuple[int, ...], list[Any]]]) -> None:
@@ -137,7 +111,7 @@ def _launch(d: Any, launches: Iterable[tuple[Any, tuple[int, ...], list[Any]]]) 
         wp.launch(kernel, dim=dim, inputs=inputs, device=d.qpos.device, block_dim=block)
 
 
-def _evaluate(m: Any, d: Any, layout: SheathLayouts, moved: Any, kind: int) -> None:
+def _evaluate(m: Any, d: Any, layout: support.SheathLayouts, moved: Any, kind: int) -> None:
     """Solve the sheaths of elastic tendons of a kind, and add their forces.
 
     ``moved`` is as of `apply`.
@@ -148,59 +122,47 @@ def _evaluate(m: Any, d: Any, layout: SheathLayouts, moved: Any, kind: int) -> N
     _launch(
         d,
         (
-            (commit, segments, [d.time, m.opt.timestep, t, kind]),
-            (trace, sheaths, [_filled(Scene, m, d), motion, t, kind]),
-            (prepare, segments, [t, kind]),
-            (solve, sheaths, [motion, t, kind]),
-            (apply, (m.nv,), [motion, t, moved, kind, d.qfrc_passive]),
+            (evaluate.commit, segments, [d.time, m.opt.timestep, t, kind]),
+            (evaluate.trace, sheaths, [_filled(Scene, m, d), motion, t, kind]),
+            (evaluate.prepare, segments, [t, kind]),
+            (evaluate.solve, sheaths, [motion, t, kind]),
+            (evaluate.apply, (m.nv,), [motion, t, moved, kind, d.qfrc_passive]),
         ),
     )
 
 
-def _evaluate_together(m: Any, d: Any, layout: SheathLayouts, actuates: bool) -> None:
+def _evaluate_together(m: Any, d: Any, layout: support.SheathLayouts, actuates: bool) -> None:
     """Solve the sheaths of inextensible tendons, and add the forces of their friction.
 
     Forces of actuators are among those at hand with ``actuates``.
     """
     batch = sheaths_laid_out(d, layout)
-    t, y, forces, motion = (
-        batch.tendons,
-        batch.groups,
-        _filled(Motion, m.opt, m, d),
-        _dynamics(m, d),
-    )
-    integrator, off = int(m.opt.integrator), m.opt.disableflags
-    forces.implicit = integrator != _EULER
-    forces.actuates, forces.damps = actuates, not off & _DAMPER_OFF
-    forces.joints_damp = not off & (
-        _DAMPER_OFF if forces.implicit else _DAMPER_OFF | _EULERDAMP_OFF
-    )
+    t, y, motion = batch.tendons, batch.groups, _dynamics(m, d)
+    motion.has_forces = actuates
     members, cells = y.sheath.shape, y.member.shape
     _launch(
         d,
         (
-            (keep_unknown, (m.nv,), [d.time, d.qfrc_smooth, d.qfrc_constraint, t, y]),
-            (set_up, members, [_filled(Scene, m, d), motion, forces, t, y]),
-            (fill_rows, y.dof.shape, [motion, t, y]),
-            (accelerate, (), [forces, t, y]),
-            (answer, cells, [forces, t, y]),
-            (solve_groups, (), [forces, t, y]),
-            (publish, members, [forces, t, y]),
-            (add_friction, (m.nv,), [t, y, d.qfrc_passive]),
+            (inextensible.keep_unknown, (m.nv,), [d.time, d.qfrc_smooth, d.qfrc_constraint, t, y]),
+            (inextensible.set_up, members, [_filled(Scene, m, d), motion, t, y]),
+            (inextensible.fill_rows, y.dof.shape, [motion, t, y]),
+            (accelerate, (), [motion, t, y]),
+            (inextensible.answer, cells, [motion, t, y]),
+            (inextensible.solve_groups, (), [motion, t, y]),
+            (inextensible.publish, members, [motion, t, y]),
+            (inextensible.add_friction, (m.nv,), [t, y, d.qfrc_passive]),
         ),
     )
 
 
-def note(m: Any, d: Any, layout: SheathLayouts) -> None:
+def note(m: Any, d: Any, layout: support.SheathLayouts) -> None:
     """Note the forces of constraints along tendons, once these are solved."""
     batch = sheaths_laid_out(d, layout)
-    inputs = [_filled(Solved, m, d, d.efc), batch.tendons]
-    wp.launch(
-        note_constraints, dim=(len(batch.names), d.nworld), inputs=inputs, device=d.qpos.device
-    )
+    inputs = [_filled(reactions.Solved, m, d, d.efc), batch.tendons]
+    _launch(d, [(reactions.note_constraints, (len(batch.names),), inputs)])
 
 
-def react(m: Any, d: Any, layout: SheathLayouts, behind: Any, cells: Any) -> None:
+def react(m: Any, d: Any, layout: support.SheathLayouts, behind: Any, cells: Any) -> None:
     """Add the spans' reactions to `cfrc_ext` and `cfrc_int`; fill force and torque sensors.
 
     Args:
@@ -208,19 +170,24 @@ def react(m: Any, d: Any, layout: SheathLayouts, behind: Any, cells: Any) -> Non
         behind: (bodies,), of `add_reactions`.
         cells: numbers of the sensors of force and torque.
     """
-    batch, device = sheaths_laid_out(d, layout), d.qpos.device
+    batch = sheaths_laid_out(d, layout)
     inputs = [batch.tendons, behind, m.body_rootid, d.subtree_com, *batch.written]
     inputs += [d.cfrc_ext, d.cfrc_int]
-    wp.launch(add_reactions, dim=d.cfrc_int.shape[::-1], inputs=inputs, device=device)
-    inputs = [cells, _filled(Cells, m, d), d.sensordata]
-    wp.launch(fill_sensors, dim=(cells.shape[0], d.nworld), inputs=inputs, device=device)
+    filled = [cells, _filled(reactions.Cells, m, d), d.sensordata]
+    _launch(
+        d,
+        [
+            (reactions.add_reactions, behind.shape, inputs),
+            (reactions.fill_sensors, cells.shape, filled),
+        ],
+    )
 
 
-def _show(d: Any, layout: SheathLayouts, shown: Any) -> None:
+def _show(d: Any, layout: support.SheathLayouts, shown: Any) -> None:
     """Write the sensors of sheaths; ``shown`` as of `shown_numbers`."""
     batch = sheaths_laid_out(d, layout)
     inputs = [batch.tendons, batch.groups, shown, d.sensordata]
-    wp.launch(measure, dim=(shown.shape[0], d.nworld), inputs=inputs, device=d.qpos.device)
+    _launch(d, [(reactions.measure, shown.shape[:1], inputs)])
 
 
 _FORMER_NAMES = {"nactuator": "nu"}  # of MuJoCo Warp while an actuator had one input
@@ -252,10 +219,10 @@ def put_model(model: mujoco.MjModel, **options: Any) -> Any:
     Raises:
         NoPluginsError: a feature that is not supported, by name and with a remedy.
     """
-    simulated = simulated_sheaths(_of_mujoco(model), mujoco.MjData(model))
+    simulated = support.simulated_sheaths(_of_mujoco(model), mujoco.MjData(model))
     if not simulated:
         return _put_model(model, **options)
-    check_supported(model, simulated)
+    support.check_supported(model, simulated)
     put = _put_model(_without_plugins(model, simulated), **options)
     _solve_sheaths(put, model, simulated)
     return put
@@ -277,8 +244,8 @@ def put_sheaths(model: mujoco.MjModel, put: Any, data: Any) -> None:
         InvalidValueError: what is on the device is another model, has callbacks of its own where
             sheaths need them, or sensors that come behind those of sheaths.
     """
-    simulated = simulated_sheaths(_of_mujoco(model), mujoco.MjData(model))
-    check_supported(model, simulated)
+    simulated = support.simulated_sheaths(_of_mujoco(model), mujoco.MjData(model))
+    support.check_supported(model, simulated)
     _check_same(model, put, data, len(simulated))
     with wp.ScopedDevice(data.qpos.device):
         _solve_sheaths(put, model, simulated)
@@ -316,9 +283,11 @@ def _check_same(model: mujoco.MjModel, put: Any, data: Any, sheaths: int) -> Non
         )
 
 
-def _solve_sheaths(put: Any, model: mujoco.MjModel, simulated: dict[str, Simulated]) -> None:
+def _solve_sheaths(
+    put: Any, model: mujoco.MjModel, simulated: dict[str, support.Simulated]
+) -> None:
     """Let the callbacks of a model on the device solve its sheaths."""
-    put.tendon_mj = layout = layout_of(simulated)
+    put.tendon_mj = layout = support.layout_of(simulated)
     kinds = {_kind(sheath) for sheath in simulated.values()}
     actuation_off = put.opt.disableflags & _ACTUATION_OFF
     # whether they need the forces of actuators
@@ -334,7 +303,7 @@ def _solve_sheaths(put: Any, model: mujoco.MjModel, simulated: dict[str, Simulat
             _evaluate(m, d, layout, moved, ELASTIC)
 
     def act_bias(m: Any, d: Any) -> None:
-        check_options(m.opt, constrained)  # here too, as passive forces may all be off
+        support.check_options(m.opt, constrained)  # here too, as passive forces may all be off
         if not late or (batch := sheaths_laid_out(d, layout)).asks:
             return
         unclamped, batch.asks = wp.clone(d.actuator_force), True
@@ -346,7 +315,7 @@ def _solve_sheaths(put: Any, model: mujoco.MjModel, simulated: dict[str, Simulat
         wp.copy(d.actuator_force, unclamped)
 
     def passive(m: Any, d: Any) -> None:
-        check_options(m.opt, constrained)
+        support.check_options(m.opt, constrained)
         if m.opt.disableflags & _ACTUATION_OFF != actuation_off:
             raise InvalidValueError(
                 "the flag actuation was changed on the device; change it in the mujoco.MjModel, and"
@@ -395,15 +364,15 @@ def put_data(model: mujoco.MjModel, data: mujoco.MjData, nworld: int = 1, **size
         InvalidValueError: data of another model.
     """
     _check_data(_of_mujoco(model), data)
-    simulated = simulated_sheaths(model, data)
-    check_sheaths(model, simulated)
+    simulated = support.simulated_sheaths(model, data)
+    support.check_sheaths(model, simulated)
     return _with_sheaths(mjw.put_data(model, data, nworld, **sizes), model, simulated)
 
 
 def make_data(model: mujoco.MjModel, nworld: int = 1, **sizes: Any) -> Any:
     """Make data on the device as after a reset; arguments as of `put_data`."""
     _of_mujoco(model)
-    simulated = simulated_sheaths(model, mujoco.MjData(model))
+    simulated = support.simulated_sheaths(model, mujoco.MjData(model))
     return _with_sheaths(mjw.make_data(model, nworld, **sizes), model, simulated)
 
 
@@ -430,23 +399,23 @@ def get_data_into(
         )
     mujoco.mj_forward(model, result)  # an uninitialised tendon has no state to be set
     mjw.get_data_into(result, model, data, world_id)
-    simulated = simulated_sheaths(model, result)
+    simulated = support.simulated_sheaths(model, result)
     if not simulated:
         return
-    sheaths = sheaths_laid_out(data, layout_of(simulated))
+    sheaths = sheaths_laid_out(data, support.layout_of(simulated))
     t, y, rows = sheaths.tendons, sheaths.groups, (sheaths.tendons.stored.shape[0],)
     step = wp.array([model.opt.timestep], dtype=wp.float32, device=data.qpos.device)
     _launch(
         data,
         (
-            *((commit, rows, [data.time, step, t, kind]) for kind in (WOUND, ELASTIC)),
-            (finish, (len(sheaths.names),), [data.time, t]),
+            *((evaluate.commit, rows, [data.time, step, t, kind]) for kind in (WOUND, ELASTIC)),
+            (evaluate.finish, (len(sheaths.names),), [data.time, t]),
             (
-                keep_unknown,
+                inextensible.keep_unknown,
                 y.unknown.shape[:1],
                 [data.time, data.qfrc_smooth, data.qfrc_constraint, t, y],
             ),
-            (commit_groups, y.sheath.shape, [data.time, step, data.qvel, t, y]),
+            (inextensible.commit_groups, y.sheath.shape, [data.time, step, data.qvel, t, y]),
         ),
     )
     read_back(simulated, t, world_id, result.time - model.opt.timestep)
@@ -477,11 +446,10 @@ def reset_data(model: Any, data: Any, reset: Any = None) -> None:
     sheaths, device = sheaths_laid_out(data, layout), data.qpos.device
     if reset is None:
         reset = wp.full(data.nworld, True, dtype=wp.bool, device=device)
-    dim = (len(sheaths.names), data.nworld)
-    wp.launch(reset_worlds, dim=dim, inputs=[sheaths.tendons, reset], device=device)
+    _launch(data, [(evaluate.reset_worlds, (len(sheaths.names),), [sheaths.tendons, reset])])
 
 
-def _kind(sheath: Simulated) -> int:
+def _kind(sheath: support.Simulated) -> int:
     if sheath.state["inextensible"]:
         return INEXTENSIBLE
     return ELASTIC if sheath.state["driven"] else WOUND
@@ -509,10 +477,8 @@ def _check_data(model: mujoco.MjModel, data: Any) -> None:
             )
 
 
-def _with_sheaths(put: Any, model: mujoco.MjModel, simulated: dict[str, Simulated]) -> Any:
+def _with_sheaths(put: Any, model: mujoco.MjModel, simulated: dict[str, support.Simulated]) -> Any:
     if simulated:
-        reels = [int(sheath.state["reel_actuator"]) for sheath in simulated.values()]
-        addresses = [_addresses(model, k) if k >= 0 else (-1, -1) for k in reels]
         unused = {
             name: unused_parameters(model, instance.instance)
             for name, instance in sheaths(model).items()
@@ -521,38 +487,13 @@ def _with_sheaths(put: Any, model: mujoco.MjModel, simulated: dict[str, Simulate
             if sheath.state["own_spring"]:
                 unused[name] |= dict.fromkeys(("pretension", "slack"), _OF_SPRING)
         with wp.ScopedDevice(put.qpos.device):
-            put.tendon_mj = Sheaths(
-                model,
-                simulated,
-                unused,
-                addresses,
-                _beyond_spring(model),
-                put.nworld,
-            )
+            put.tendon_mj = Sheaths(model, simulated, unused, put.nworld)
     return put
 
 
-def _addresses(model: mujoco.MjModel, reel: int) -> tuple[int, int]:
-    """Of a reel's control and output; −1 for the output where its group is disabled."""
-    disabled = C.mj_actuatorDisabled(model._address, reel)
-    return int(model.actuator_ctrladr[reel]), -1 if disabled else int(model.actuator_outadr[reel])
-
-
-def _beyond_spring(model: mujoco.MjModel) -> list[float]:
-    """Unstretched length of each sheath less the rest length of its own spring [m]."""
-    beyond = []
-    for sheath in simulated_sheaths(model, mujoco.MjData(model)).values():
-        state, law = sheath.state, sheath.state["law"]
-        if state["own_spring"]:
-            length = float(model.tendon_length0[int(state["tendon"])]) + float(law["slack"])
-            strain = float(law["pretension"]) / float(law["axial_stiffness"])
-            beyond.append(length / (1.0 + strain) - float(state["spring_length"]))
-        else:
-            beyond.append(0.0)
-    return beyond
-
-
-def _without_plugins(model: mujoco.MjModel, simulated: dict[str, Simulated]) -> mujoco.MjModel:
+def _without_plugins(
+    model: mujoco.MjModel, simulated: dict[str, support.Simulated]
+) -> mujoco.MjModel:
     """A copy in which no actuator and no sensor is a sheath's, and nothing a plugin's."""
     plain = copy.copy(model)
     reels = [k for sheath in simulated.values() if (k := int(sheath.state["reel_actuator"])) >= 0]

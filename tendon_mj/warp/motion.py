@@ -1,5 +1,6 @@
 """From tensions to forces on the degrees of freedom, and from controls to pulls."""
 
+import mujoco_warp as mjw
 import warp as wp
 
 from tendon_mj.warp.tendons import Tendons
@@ -7,11 +8,12 @@ from tendon_mj.warp.tendons import Tendons
 wp.set_module_options({"enable_backward": False})
 
 _TENDON = wp.constant(3)  # mjtTrn
+_PARAMETERS = mjw.Model.__annotations__["actuator_biasprm"].dtype
 
 
 @wp.struct
 class Dynamics:
-    """Joints, actuators and options of a model, and the state of its worlds."""
+    """Joints, actuators and options of a model; state, inertia and forces of its worlds."""
 
     # of the model
     timestep: wp.array[wp.float32]
@@ -22,6 +24,10 @@ class Dynamics:
     jnt_qposadr: wp.array[wp.int32]
     jnt_dofadr: wp.array[wp.int32]
     qpos0: wp.array2d[wp.float32]
+    M_rownnz: wp.array[wp.int32]
+    M_rowadr: wp.array[wp.int32]
+    M_colind: wp.array[wp.int32]
+    dof_damping: wp.array2d[wp.float32]
     tendon_length0: wp.array2d[wp.float32]
     tendon_stiffness: wp.array2d[wp.float32]
     tendon_damping: wp.array2d[wp.float32]
@@ -38,6 +44,12 @@ class Dynamics:
     actuator_trnid: wp.array[wp.vec2i]
     actuator_gear: wp.array2d[wp.spatial_vector]
     actuator_damping: wp.array2d[wp.float32]  # before 4.0 in `tendon_damping`
+    actuator_biasprm: wp.array2d[_PARAMETERS]
+    actuator_forcelimited: wp.array[wp.bool]
+    actuator_forcerange: wp.array2d[wp.vec2]
+    joints_damp: wp.bool  # whether dampers of joints are integrated implicitly
+    implicit: wp.bool  # whether those of actuators and tendons are
+    has_forces: wp.bool  # whether there are forces of actuators yet
     # of the worlds
     time: wp.array[wp.float32]
     qpos: wp.array2d[wp.float32]
@@ -45,6 +57,16 @@ class Dynamics:
     ten_length: wp.array2d[wp.float32]
     ten_velocity: wp.array2d[wp.float32]
     actuator_force: wp.array2d[wp.float32]
+    moment_rownnz: wp.array2d[wp.int32]
+    moment_rowadr: wp.array2d[wp.int32]
+    moment_colind: wp.array2d[wp.int32]
+    actuator_moment: wp.array2d[wp.float32]
+    M: wp.array2d[wp.float32]
+    qvel: wp.array2d[wp.float32]
+    qfrc_passive: wp.array2d[wp.float32]
+    qfrc_actuator: wp.array2d[wp.float32]
+    qfrc_applied: wp.array2d[wp.float32]
+    qfrc_bias: wp.array2d[wp.float32]
     subtree_com: wp.array2d[wp.vec3]
     cdof: wp.array2d[wp.spatial_vector]
 

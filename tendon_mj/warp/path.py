@@ -10,15 +10,13 @@ and a straight line share their error.
 
 import warp as wp
 
-from tendon_mj.warp.tendons import INEXTENSIBLE, Sheath, Tendons
+from tendon_mj.warp.tendons import INEXTENSIBLE, ZERO, Sheath, Tendons
 
 wp.set_module_options({"enable_backward": False})
 
 _PULLEY, _SITE, _SPHERE = wp.constant(2), wp.constant(3), wp.constant(4)  # mjtWrap
-_INEXTENSIBLE = wp.constant(INEXTENSIBLE)
 _SHORTEST = wp.constant(wp.float64(1e-9))  # [m]
 _WHOLE = wp.constant(wp.float64(6.283185307179586))
-_ZERO = wp.constant(wp.float64(0.0))
 
 
 @wp.struct
@@ -76,10 +74,10 @@ def _angle(a: wp.vec3d, b: wp.vec3d) -> wp.float64:
 @wp.func
 def _turn_in_sense(y: wp.float64, x: wp.float64) -> wp.float64:
     """Angle of the direction (x, y) from 0 to 2π [rad]; one short of it by rounding is none."""
-    if y >= _ZERO:
+    if y >= ZERO:
         return wp.atan2(y, x)
     turn = _WHOLE - wp.atan2(-y, x)
-    return wp.where(turn < _WHOLE - wp.float64(1e-6), turn, _ZERO)
+    return wp.where(turn < _WHOLE - wp.float64(1e-6), turn, ZERO)
 
 
 @wp.func
@@ -91,12 +89,12 @@ def _arc(
         along = u - wp.dot(u, p) / wp.dot(p, p) * p
         turn = _turn_in_sense(wp.dot(q, along) * wp.length(p), wp.dot(q, p) * wp.length(along))
         return radius * turn, turn
-    sense = wp.where(p[0] * u[1] - p[1] * u[0] >= _ZERO, wp.float64(1.0), wp.float64(-1.0))
+    sense = wp.where(p[0] * u[1] - p[1] * u[0] >= ZERO, wp.float64(1.0), wp.float64(-1.0))
     turn = _turn_in_sense(sense * (p[0] * q[1] - p[1] * q[0]), p[0] * q[0] + p[1] * q[1])
     around = radius * turn
     rise = q[2] - p[2]
     length = wp.sqrt(around * around + rise * rise)
-    return length, wp.where(length > _ZERO, turn * around / length, _ZERO)
+    return length, wp.where(length > ZERO, turn * around / length, ZERO)
 
 
 @wp.func
@@ -109,8 +107,8 @@ def _along(now: wp.vec3d, before: wp.vec3d, u: wp.vec3d) -> wp.float64:
 def _is_flipped(t: Tendons, arc: int, w: int, p: wp.vec3d, q: wp.vec3d) -> bool:
     """Return whether the tendon changed sides, so that an arc from p to q turns the other way."""
     before, behind = t.near_tangent[arc, w], t.far_tangent[arc, w]
-    is_short = wp.dot(p, q) > _ZERO and wp.dot(before, behind) > _ZERO
-    return is_short and wp.dot(wp.cross(p, q), wp.cross(before, behind)) < _ZERO
+    is_short = wp.dot(p, q) > ZERO and wp.dot(before, behind) > ZERO
+    return is_short and wp.dot(wp.cross(p, q), wp.cross(before, behind)) < ZERO
 
 
 @wp.func
@@ -203,7 +201,7 @@ def _wrap(
         if arc >= 0:
             part = (wp.float64(k) + wp.float64(0.5)) / wp.float64(count)
             moved = (wp.float64(1.0) - part) * there + part * back
-            source = s.segment + j + k + wp.where(moved > _ZERO, 1, 0)
+            source = s.segment + j + k + wp.where(moved > ZERO, 1, 0)
             t.shift[guide, w] = moved / (wp.float64(1.0) + t.before[source, w])
         if k > 0:
             _set_no_span(t, s, j + k, length / wp.float64(count))
@@ -221,7 +219,7 @@ def _pass_by(t: Tendons, s: Sheath, arc: int, j: int) -> None:
         if arc >= 0:
             t.shift[s.guide + j + k, w] = wp.float64(0.0)
         t.is_on_arc[s.guide + j + k, w] = True
-        _set_no_span(t, s, j + k + 1, _ZERO)
+        _set_no_span(t, s, j + k + 1, ZERO)
 
 
 @wp.func
@@ -252,13 +250,13 @@ def trace_path(m: Scene, t: Tendons, s: Sheath) -> None:
         at += m.ten_wrapnum[w, tendon] - 1
     j = int(0)
     arc = int(t.first_arc[s.index])
-    if t.kind[s.index] == _INEXTENSIBLE:
+    if t.kind[s.index] == INEXTENSIBLE:
         arc = int(-1)
     bends = bool(False)  # whether the site at hand is a guide: guide j − 1
     came = wp.vec3d()  # direction of the last span that has one
     here = _site(m, w, element)
     for _ in range(t.inner_guides[s.index]):
-        _set_no_span(t, s, j, _ZERO)
+        _set_no_span(t, s, j, ZERO)
         t.angle[s.guide + j, w] = wp.float64(0.0)
         j += 1
     while step * (end - element) > 0:
@@ -283,10 +281,10 @@ def trace_path(m: Scene, t: Tendons, s: Sheath) -> None:
         goes = first - here
         if bends:
             t.angle[s.guide + j - 1, w] = _angle(came, goes)
-        if wp.length(goes) > _ZERO:
+        if wp.length(goes) > ZERO:
             came = goes
         if over_site:
-            _set_span(t, s, j, _ZERO, here, goes, near, far)
+            _set_span(t, s, j, ZERO, here, goes, near, far)
             at += step
         else:
             count = t.arc_guides[s.index]
@@ -301,7 +299,7 @@ def trace_path(m: Scene, t: Tendons, s: Sheath) -> None:
                 j += count
                 left = ahead - second
                 _set_span(t, s, j, half, second, left, drum, far)
-                if wp.length(left) > _ZERO:
+                if wp.length(left) > ZERO:
                     came = left
                 at += 3 * step
             else:

@@ -16,7 +16,6 @@ wp.set_module_options({"enable_backward": False})
 _OF_TENDONS = wp.constant(3)  # mjtEq
 _TENDON_LIMIT = wp.constant(4)  # mjtConstraint
 FORCE, TORQUE = 4, 5  # mjtSensor
-_FORCE = wp.constant(FORCE)
 _REAL = wp.constant(0)  # mjtDataType
 _EQUALITY = mjw.Model.__annotations__["eq_data"].dtype  # 12 numbers, before MuJoCo 3.17 11
 TENSION, ANGLE, SLIP, SLIDE, WOUND, UNSOLVED = range(6)  # SLIDE: the slip of a cell
@@ -181,7 +180,7 @@ def fill_sensors(sensors: wp.array[wp.int32], m: Cells, sensordata: wp.array2d[w
     site = m.sensor_objid[sensor]
     body = m.site_bodyid[site]
     value = wp.spatial_bottom(m.cfrc_int[w, body])
-    if m.sensor_type[sensor] != _FORCE:
+    if m.sensor_type[sensor] != FORCE:
         arm = m.site_xpos[w, site] - m.subtree_com[w, m.body_rootid[body]]
         value = wp.spatial_top(m.cfrc_int[w, body]) - wp.cross(arm, value)
     value = wp.transpose(m.site_xmat[w, site]) * value

@@ -10,18 +10,9 @@ import numpy as np
 import warp as wp
 
 from tendon_mj.errors import NoPluginsError
-from tendon_mj.plugin import C, sensor_kind, sheaths
+from tendon_mj.plugin import attribute_of, sensor_kind, sheaths
+from tendon_mj.warp import reactions
 from tendon_mj.warp.cells import cells_of
-from tendon_mj.warp.reactions import (
-    ANGLE,
-    FORCE,
-    SLIDE,
-    SLIP,
-    TENSION,
-    TORQUE,
-    UNSOLVED,
-    WOUND,
-)
 from tendon_mj.warp.support import Rows, Simulated, rows_of
 
 
@@ -38,7 +29,7 @@ def sensors_of_sheaths(model: mujoco.MjModel) -> dict[int, str]:
 
 def force_sensors(model: mujoco.MjModel) -> Any:
     """Warp array of the sensors of force and torque."""
-    sensors = np.flatnonzero(np.isin(model.sensor_type, (FORCE, TORQUE)))
+    sensors = np.flatnonzero(np.isin(model.sensor_type, (reactions.FORCE, reactions.TORQUE)))
     return wp.array(sensors.astype(np.int32), dtype=wp.int32)
 
 
@@ -69,11 +60,13 @@ def _slips(
     slips, first_cell = [], 0
     for guide, sheath in zip(rows_of(simulated).guide, simulated.values(), strict=True):
         if not sheath.state["inextensible"]:
-            slips.append([(SLIP, guide + i) for i in range(len(sheath.guides))])
+            slips.append([(reactions.SLIP, guide + i) for i in range(len(sheath.guides))])
             continue
         cells, owners = cells_of(model, sheath)
         own = zip(owners[1:], sheath.guides["is_pulley"], strict=True)
-        slips.append([(SLIDE, -1 if pulley else first_cell + cell) for cell, pulley in own])
+        slips.append(
+            [(reactions.SLIDE, -1 if pulley else first_cell + cell) for cell, pulley in own]
+        )
         first_cell += len(cells)
     return slips
 
@@ -84,17 +77,17 @@ def _quantities(
     """Quantity and row of each number of a sensor."""
     segment, guide, n = at.shown[k], at.guide[k], len(slips)
     if kind in ("", "input_tension"):
-        yield TENSION, segment
+        yield reactions.TENSION, segment
     if kind in ("", "output_tension"):
-        yield TENSION, segment + n
+        yield reactions.TENSION, segment + n
     if kind == "tension":
-        yield from ((TENSION, segment + j) for j in range(n + 1))
+        yield from ((reactions.TENSION, segment + j) for j in range(n + 1))
     if kind == "bend_angle":
-        yield from ((ANGLE, guide + i) for i in range(n))
+        yield from ((reactions.ANGLE, guide + i) for i in range(n))
     if kind == "slip":
         yield from slips
     if kind in ("reel_displacement", "unsolved"):
-        yield (WOUND if kind == "reel_displacement" else UNSOLVED), k
+        yield (reactions.WOUND if kind == "reel_displacement" else reactions.UNSOLVED), k
 
 
 def _shown(model: mujoco.MjModel, sensor: int, simulated: Mapping[str, Simulated]) -> int:
@@ -110,7 +103,7 @@ def _shown(model: mujoco.MjModel, sensor: int, simulated: Mapping[str, Simulated
     tendons = [int(sheath.state["tendon"]) for sheath in simulated.values()]
     if model.sensor_objtype[sensor] == mujoco.mjtObj.mjOBJ_TENDON:
         return tendons.index(int(model.sensor_objid[sensor]))
-    written = (C.mj_getPluginConfig(model._address, instance, b"tendon") or b"").decode()
+    written = attribute_of(model._address, instance, "tendon")
     names = [model.tendon(tendon).name for tendon in tendons]
     meant = [k for k, name in enumerate(names) if name == written] or [
         k for k, name in enumerate(names) if written in name

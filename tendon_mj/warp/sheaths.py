@@ -41,8 +41,6 @@ class Sheaths:
         model: mujoco.MjModel,
         simulated: dict[str, Simulated],
         unused: Mapping[str, Mapping[str, str]],
-        reels: list[tuple[int, int]],
-        beyond: list[float],
         nworld: int,
     ) -> None:
         """Put sheaths on the device as they are in a simulation of MuJoCo's.
@@ -51,8 +49,6 @@ class Sheaths:
             model: with sheaths.
             simulated: each by name.
             unused: by name of a sheath its parameters that have no use, and why.
-            reels: of `allocate`.
-            beyond: of `allocate`.
             nworld: number of worlds, all alike.
         """
         self.names = tuple(simulated)
@@ -61,7 +57,7 @@ class Sheaths:
         self.layout = layout_of(simulated)
         self.nworld = nworld
         self.asks = False  # for the actuators' forces, within their computation
-        self.tendons: Any = allocate(simulated, reels, beyond, nworld)
+        self.tendons: Any = allocate(model, simulated, nworld)
         self.groups: Any = allocate_groups(model, simulated, rows_of(simulated), nworld)
         self.written = [  # cfrc_ext and cfrc_int with the sheaths' reactions
             wp.full(

@@ -20,22 +20,20 @@ from tendon_mj.warp.breakpoints import (
     lies_slack,
     set_flows,
 )
-from tendon_mj.warp.tendons import Sheath, Tendons, held
+from tendon_mj.warp.tendons import ONE, ZERO, Sheath, Tendons, held
 
 wp.set_module_options({"enable_backward": False})
 
 _STEPS = wp.constant(4)
 _NEAR = wp.constant(wp.float64(1e-3))  # error of a tension, see `tendon_mj.sheath`
 _LARGEST = wp.constant(wp.float64(1e300))
-_ZERO = wp.constant(wp.float64(0.0))
-_ONE = wp.constant(wp.float64(1.0))
 
 
 @wp.func
 def _is_frictionless(t: Tendons, s: Sheath, i: int) -> bool:
     row, w = s.guide + i, s.world
-    free = t.input_ratio[row, w] == _ONE and t.output_ratio[row, w] == _ONE
-    return free and t.constant[row, w] == _ZERO
+    free = t.input_ratio[row, w] == ONE and t.output_ratio[row, w] == ONE
+    return free and t.constant[row, w] == ZERO
 
 
 @wp.func
@@ -51,8 +49,8 @@ def _guess_from_motion(t: Tendons, s: Sheath) -> None:
         passed += t.kept[row, w] - holds
         ratio = wp.max(t.input_ratio[guide, w], t.output_ratio[guide, w])
         yields = t.length[row, w] + t.give[row, w]
-        if wp.abs(passed) > wp.float64(4.0) * (ratio - _ONE) * tau * yields:
-            t.slip[guide, w] = wp.where(passed > _ZERO, 1, -1)
+        if wp.abs(passed) > wp.float64(4.0) * (ratio - ONE) * tau * yields:
+            t.slip[guide, w] = wp.where(passed > ZERO, 1, -1)
 
 
 @wp.func
@@ -95,7 +93,7 @@ def _advance_heads(t: Tendons, s: Sheath) -> bool:
         else:
             first = int(k)
             tau = wp.float64(t.tension[s.segment + k, w])
-            if goes_on and not tau > _ZERO:
+            if goes_on and not tau > ZERO:
                 tau = wp.float64(1e-6)
             head = wp.float64(tau)
             gain, most = wp.float64(1.0), wp.float64(1.0)
@@ -108,7 +106,7 @@ def _advance_heads(t: Tendons, s: Sheath) -> bool:
             curvature -= gain * gain * wp.float64(2.0) * falls * inverse
         if not (goes_on or is_known):
             change = -missing / slope
-            change /= _ONE + wp.float64(0.5) * change * curvature / slope
+            change /= ONE + wp.float64(0.5) * change * curvature / slope
             t.tension[s.segment + first, w] = head + change
             # the largest tension's error is of the order of the cube of its step
             most *= wp.abs(change)
@@ -132,8 +130,8 @@ def _follow_heads(t: Tendons, s: Sheath) -> bool:
             may_be_slack = s.given and (k == 0 or not _slides(t, s, k))
             tau = wp.float64(t.tension[row, w])
         t.tension[row, w] = tau
-        taut = tau > _ZERO and tau < _LARGEST
-        in_range = in_range and (taut or (may_be_slack and tau == _ZERO))
+        taut = tau > ZERO and tau < _LARGEST
+        in_range = in_range and (taut or (may_be_slack and tau == ZERO))
     return in_range
 
 
@@ -159,9 +157,9 @@ def _set_flows(t: Tendons, s: Sheath) -> bool:
             passed += t.kept[segment, w] - holds
             flow = wp.float64(passed)
             near, beyond = t.length[segment - 1, w], t.length[segment, w]
-            if left + right == _ZERO and wp.abs(flow) < TOLERANCE * near:
+            if left + right == ZERO and wp.abs(flow) < TOLERANCE * near:
                 flow = wp.float64(0.0)  # a slack tendon that rounding would move
-            elif not flow * wp.float64(slip) >= _ZERO:  # nor if it is not a number
+            elif not flow * wp.float64(slip) >= ZERO:  # nor if it is not a number
                 if _is_frictionless(t, s, k - 1):
                     t.slip[row, w] = -slip  # nothing rubs: either direction will do
                 elif wp.abs(flow) < TOLERANCE * wp.min(near, beyond):
@@ -221,11 +219,11 @@ def _release(t: Tendons, s: Sheath) -> bool:
         dynamic, slip = t.dynamic_ratio[row, w], t.slip[row, w]
         if slip > 0 and t.input_ratio[row, w] > dynamic:
             t.input_ratio[row, w] = dynamic
-            t.input_inverse[row, w] = _ONE / dynamic
+            t.input_inverse[row, w] = ONE / dynamic
             released = True
         elif slip < 0 and t.output_ratio[row, w] > dynamic:
             t.output_ratio[row, w] = dynamic
-            t.output_inverse[row, w] = _ONE / dynamic
+            t.output_inverse[row, w] = ONE / dynamic
             released = True
     return released
 
@@ -241,7 +239,7 @@ def _is_bounded(t: Tendons, s: Sheath) -> bool:
             bounded = False
     if not bounded:
         for i in range(s.guides):
-            t.flow[s.guide + i, w] = _ZERO
+            t.flow[s.guide + i, w] = ZERO
             t.slip[s.guide + i, w] = t.previous_slip[s.guide + i, w]
     return bounded
 
@@ -258,7 +256,7 @@ def solve_flow(t: Tendons, s: Sheath) -> bool:
         if there is none.
     """
     for i in range(s.guides):
-        t.flow[s.guide + i, s.world] = _ZERO
+        t.flow[s.guide + i, s.world] = ZERO
     if s.given:
         _guess_from_motion(t, s)
     solved = bool(False)

@@ -18,7 +18,7 @@ wp.set_module_options({"enable_backward": False})
 
 # what a sheath's tendon is: of given length, or with a given force at its input
 WOUND, ELASTIC, INEXTENSIBLE = range(3)
-_ELASTIC = wp.constant(ELASTIC)
+ZERO, HALF, ONE, TWO, INF = (wp.float64(x) for x in (0.0, 0.5, 1.0, 2.0, wp.inf))
 _HOLDS_ANYTHING = wp.constant(wp.float64(37.0))  # see `plugin.sheath_plugin.friction`
 _MEMORY = wp.constant(wp.float64(0.02))  # the same [s]
 
@@ -147,7 +147,7 @@ def sheath_at(t: Tendons, index: int, world: int) -> Sheath:
     s.segment = t.first_segment[index]
     s.guide = t.first_guide[index]
     s.guides = t.guides[index]
-    s.given = t.kind[index] == _ELASTIC
+    s.given = t.kind[index] == ELASTIC
     return s
 
 

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any, Final
 
+import mujoco
 import numpy as np
 import warp as wp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from tendon_mj.plugin import C
 from tendon_mj.warp.support import (
     LIVE_PARAMETERS,
     WITHOUT_PORT,
     Simulated,
     rows_of,
+    simulated_sheaths,
     state_field,
 )
 from tendon_mj.warp.tendons import ELASTIC, INEXTENSIBLE, WOUND, Tendons
@@ -30,54 +33,47 @@ COMMITTED: Final = (
 )
 _STIFF = 1e6  # EA of a driven tendon where none is given [N]
 
-# (rows, type, names) of arrays with a column for each world; rows of "all" segments and guides are
-# those of inextensible tendons as well
-_BY_WORLD = (
-    ("sheaths", wp.bool, "started has_trial active yields"),
-    ("sheaths", wp.float32, "trial_time"),
-    ("sheaths", wp.float64, "wound_in wound_out trial_wound_in trial_wound_out"),
-    ("sheaths", wp.float64, "reel_torque output_torque drive_bears spring_length spring_product"),
-    ("sheaths", wp.float64, "trial_spring_length given_tension"),
-    ("sheaths", wp.float64, "constraint_force previous_constraint solved_force"),
-    ("all segments", wp.float64, "length pull"),
-    ("all segments", wp.vec3, "start along"),
-    ("all segments", wp.int32, "near_body far_body"),
-    ("segments", wp.float64, "stored before tension give kept alone prefix"),
-    ("all guides", wp.float64, "angle sliding_speed"),
-    ("all guides", wp.bool, "is_on_arc"),
-    ("guides", wp.float64, "shift flow constant dynamic_ratio"),
-    ("guides", wp.float64, "input_ratio input_inverse output_ratio output_inverse"),
-    ("guides", wp.int32, "previous_slip slip"),
-    ("breakpoints", wp.float64, "breakpoint bend jump"),
-    ("arcs", wp.bool, "touched trial_touches"),
-    ("arcs", wp.vec3d, "near_tangent far_tangent trial_near trial_far"),
-)
+# rows → names of arrays with a column for each world; rows of "all" segments and guides are those
+# of inextensible tendons as well
+_BY_WORLD = {
+    "sheaths": "started has_trial active yields trial_time wound_in wound_out trial_wound_in"
+    " trial_wound_out reel_torque output_torque drive_bears spring_length spring_product"
+    " trial_spring_length given_tension constraint_force previous_constraint solved_force",
+    "all segments": "length pull start along near_body far_body",
+    "segments": "stored before tension give kept alone prefix",
+    "all guides": "angle sliding_speed is_on_arc",
+    "guides": "shift flow constant dynamic_ratio input_ratio input_inverse output_ratio"
+    " output_inverse previous_slip slip",
+    "breakpoints": "breakpoint bend jump",
+    "arcs": "touched trial_touches near_tangent far_tangent trial_near trial_far",
+}
 # and of arrays for users, a row for each world
-_RESULTS = (
-    ("all segments", wp.float32, "tension_out"),
-    ("sheaths", wp.float32, "input_tension output_tension"),
-    ("sheaths", wp.int32, "unsolved"),
-)
-_NUMPY = {wp.bool: np.bool_, wp.int32: np.int32, wp.float32: np.float32}
+_RESULTS = {"all segments": "tension_out", "sheaths": "input_tension output_tension unsolved"}
 
 
-def allocate(
-    simulated: dict[str, Simulated],
-    reels: Sequence[tuple[int, int]],
-    beyond: ArrayLike,
-    nworld: int,
-) -> Any:
-    """Sheaths of all worlds, each as it is in the simulation.
+def put_zeros(struct: Any, made: Any, names: str, shape: tuple[int, ...]) -> None:
+    """Set arrays of a struct on the device to zeros, in the types that it declares."""
+    for name in names.split():
+        setattr(made, name, wp.zeros(shape, dtype=struct.vars[name].type.dtype))
 
-    Args:
-        simulated: each sheath by name.
-        reels: addresses of the control and the output of each one's reel, −1 without one.
-        beyond: by how much each one's length exceeds the rest length of its own spring [m].
-        nworld: number of worlds.
-    """
+
+def put(struct: Any, made: Any, arrays: Mapping[str, Any]) -> None:
+    """Set arrays of a struct on the device to these values, in the types that it declares."""
+    for name, values in arrays.items():
+        dtype = struct.vars[name].type.dtype
+        scalar = wp.dtype_to_numpy(getattr(dtype, "_wp_scalar_type_", dtype))
+        setattr(made, name, wp.array(np.asarray(values).astype(scalar), dtype=dtype))
+
+
+def in_each_world(rows: Any, nworld: int) -> NDArray[Any]:
+    """Rows with a column for each world, all alike."""
+    return np.repeat(np.asarray(rows)[:, None], nworld, axis=1)
+
+
+def allocate(model: mujoco.MjModel, simulated: dict[str, Simulated], nworld: int) -> Any:
+    """Sheaths of all worlds, each as it is in the simulation by its name."""
     tendons = Tendons()
-    _describe(tendons, simulated, reels)
-    tendons.beyond_spring = _array(beyond, wp.float64)
+    _describe(tendons, model, simulated)
     elastic = elastic_of(simulated)
     counts = {
         "all segments": sum(len(sheath.segments) for sheath in simulated.values()),
@@ -88,12 +84,10 @@ def allocate(
         "sheaths": len(simulated),
     }
     counts["breakpoints"] = 2 * counts["guides"]
-    for rows, kind, names in _BY_WORLD:
-        for name in names.split():
-            setattr(tendons, name, wp.zeros((counts[rows], nworld), dtype=kind))
-    for rows, kind, names in _RESULTS:
-        for name in names.split():
-            setattr(tendons, name, wp.zeros((nworld, counts[rows]), dtype=kind))
+    for rows, names in _BY_WORLD.items():
+        put_zeros(Tendons, tendons, names, (counts[rows], nworld))
+    for rows, names in _RESULTS.items():
+        put_zeros(Tendons, tendons, names, (nworld, counts[rows]))
     _fill_parameters(tendons, simulated, nworld)
     _fill_state(tendons, simulated, nworld)
     return tendons
@@ -110,14 +104,31 @@ def inextensible_of(simulated: dict[str, Simulated]) -> dict[int, Simulated]:
     return {k: sheath for k, sheath in each if sheath.state["inextensible"]}
 
 
-def _array(values: Any, kind: Any) -> Any:
-    return wp.array(np.asarray(values).astype(_NUMPY.get(kind, np.float64)), dtype=kind)
+def _addresses(model: mujoco.MjModel, reel: int) -> tuple[int, int]:
+    """Of a reel's control and output; −1 without a reel, for the output also if it is disabled."""
+    if reel < 0:
+        return -1, -1
+    disabled = C.mj_actuatorDisabled(model._address, reel)
+    return int(model.actuator_ctrladr[reel]), -1 if disabled else int(model.actuator_outadr[reel])
 
 
-def _describe(
-    tendons: Any, simulated: dict[str, Simulated], reels: Sequence[tuple[int, int]]
-) -> None:
+def _beyond_spring(model: mujoco.MjModel) -> list[float]:
+    """Unstretched length of each sheath less the rest length of its own spring [m]."""
+    beyond = []
+    for sheath in simulated_sheaths(model, mujoco.MjData(model)).values():
+        state, law = sheath.state, sheath.state["law"]
+        if state["own_spring"]:
+            length = float(model.tendon_length0[int(state["tendon"])]) + float(law["slack"])
+            strain = float(law["pretension"]) / float(law["axial_stiffness"])
+            beyond.append(length / (1.0 + strain) - float(state["spring_length"]))
+        else:
+            beyond.append(0.0)
+    return beyond
+
+
+def _describe(tendons: Any, model: mujoco.MjModel, simulated: dict[str, Simulated]) -> None:
     """Set the description of each sheath."""
+    reels = [_addresses(model, int(reel)) for reel in state_field(simulated, "reel_actuator")]
     guides, rows = np.array([len(s.guides) for s in simulated.values()]), rows_of(simulated)
     arcs, arc_guides = state_field(simulated, "arcs"), state_field(simulated, "arc_guides")
     inextensible = state_field(simulated, "inextensible") != 0.0
@@ -125,29 +136,30 @@ def _describe(
     stored_arcs = np.where(inextensible, 0, arcs)
     sharing = guides - arcs * arc_guides - state_field(simulated, "pulleys")
     order = np.argsort(rows.segment)
-    for name, kind, values in (
-        ("tendon", wp.int32, state_field(simulated, "tendon")),
-        ("guides", wp.int32, guides),
-        ("kind", wp.int32, np.where(inextensible, INEXTENSIBLE, np.where(driven, ELASTIC, WOUND))),
-        ("first_guide", wp.int32, rows.guide),
-        ("first_segment", wp.int32, rows.segment),
-        ("first_shown", wp.int32, rows.shown),
-        ("sheath", wp.int32, np.repeat(order, guides[order] + 1)),
-        ("first_arc", wp.int32, np.cumsum(stored_arcs) - stored_arcs),
-        ("arc_guides", wp.int32, arc_guides),
-        ("inner_guides", wp.int32, state_field(simulated, "inner_guides")),
-        ("sharing", wp.float64, np.maximum(1.0, sharing)),
-        ("step", wp.int32, np.where(state_field(simulated, "input_at_last"), -1, 1)),
-        ("constrained", wp.bool, state_field(simulated, "constrained")),
-        ("own_spring", wp.bool, state_field(simulated, "own_spring")),
-        ("reel", wp.int32, [control for control, _ in reels]),
-        ("reel_output", wp.int32, [output for _, output in reels]),
-        ("reel_joint", wp.int32, state_field(simulated, "reel_joint")),
-        ("reel_radius", wp.float64, state_field(simulated, "reel_radius")),
-        ("output_joint", wp.int32, state_field(simulated, "output_joint")),
-        ("output_radius", wp.float64, state_field(simulated, "output_radius")),
-    ):
-        setattr(tendons, name, _array(values, kind))
+    described = {
+        "tendon": state_field(simulated, "tendon"),
+        "guides": guides,
+        "kind": np.where(inextensible, INEXTENSIBLE, np.where(driven, ELASTIC, WOUND)),
+        "first_guide": rows.guide,
+        "first_segment": rows.segment,
+        "first_shown": rows.shown,
+        "sheath": np.repeat(order, guides[order] + 1),
+        "first_arc": np.cumsum(stored_arcs) - stored_arcs,
+        "arc_guides": arc_guides,
+        "inner_guides": state_field(simulated, "inner_guides"),
+        "sharing": np.maximum(1.0, sharing),
+        "step": np.where(state_field(simulated, "input_at_last"), -1, 1),
+        "constrained": state_field(simulated, "constrained"),
+        "own_spring": state_field(simulated, "own_spring"),
+        "beyond_spring": _beyond_spring(model),
+        "reel": [control for control, _ in reels],
+        "reel_output": [output for _, output in reels],
+        "reel_joint": state_field(simulated, "reel_joint"),
+        "reel_radius": state_field(simulated, "reel_radius"),
+        "output_joint": state_field(simulated, "output_joint"),
+        "output_radius": state_field(simulated, "output_radius"),
+    }
+    put(Tendons, tendons, described)
 
 
 def _fill_parameters(tendons: Any, simulated: dict[str, Simulated], nworld: int) -> None:
@@ -156,38 +168,33 @@ def _fill_parameters(tendons: Any, simulated: dict[str, Simulated], nworld: int)
         values = np.array([float(sheath.state["law"][name]) for sheath in simulated.values()])
         if name == "axial_stiffness":
             values[values == 0.0] = _STIFF
-        setattr(tendons, name, _array(np.tile(values, (nworld, 1)), wp.float32))
+        put(Tendons, tendons, {name: np.tile(values, (nworld, 1))})
 
 
 def _fill_state(tendons: Any, simulated: dict[str, Simulated], nworld: int) -> None:
     """Give every world the committed state of the simulation."""
 
-    def put(name: str, kind: Any, rows: NDArray[Any]) -> None:
-        if len(rows):
-            columns = np.repeat(rows[:, None], nworld, axis=1)
-            setattr(tendons, name, _array(columns, kind))
-
-    for name in COMMITTED:
-        put(name, wp.float64, state_field(simulated, name))
+    rows: dict[str, Any] = {name: state_field(simulated, name) for name in COMMITTED}
     started, finished = state_field(simulated, "started"), state_field(simulated, "finished")
     inextensible = state_field(simulated, "inextensible") != 0.0
-    put("started", wp.bool, np.where(inextensible, finished, started))
+    rows["started"] = np.where(inextensible, finished, started)
     elastic = elastic_of(simulated)
     for name, field in (("stored", "stored"), ("before", "previous_tension")):
-        rows = [np.ravel(sheath.segments[field]) for sheath in elastic]
-        put(name, wp.float64, np.concatenate([*rows, []]))
+        each = [np.ravel(sheath.segments[field]) for sheath in elastic]
+        rows[name] = np.concatenate([*each, []])
     speeds = np.zeros(sum(len(sheath.guides) for sheath in simulated.values()))
     for sheath, row in zip(simulated.values(), rows_of(simulated).guide, strict=True):
         speeds[row : row + len(sheath.guides)] = sheath.guides["sliding_speed"]
-    put("sliding_speed", wp.float64, speeds)
+    rows["sliding_speed"] = speeds
     slips = [np.ravel(sheath.guides["previous_slip"]) for sheath in elastic]
-    put("previous_slip", wp.int32, np.concatenate([*slips, []]))
+    rows["previous_slip"] = np.concatenate([*slips, []])
     if any(len(sheath.arcs) for sheath in elastic):
         arcs = np.concatenate([sheath.arcs for sheath in elastic])
-        put("touched", wp.bool, arcs["touches"])
+        rows["touched"] = arcs["touches"]
         for name, end in (("near_tangent", "1"), ("far_tangent", "2")):
-            points = np.stack([arcs[axis + end] for axis in "xyz"], axis=-1)
-            put(name, wp.vec3d, points)
+            rows[name] = np.stack([arcs[axis + end] for axis in "xyz"], axis=-1)
+    filled = {name: in_each_world(values, nworld) for name, values in rows.items() if len(values)}
+    put(Tendons, tendons, filled)
 
 
 def read_back(simulated: dict[str, Simulated], tendons: Any, world: int, last: float) -> None:

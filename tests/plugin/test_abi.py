@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import EngineError
-from tendon_mj.plugin import loading
+from tendon_mj.plugin import loading, registration
 from tendon_mj.plugin.abi import layout as layouts
 from tendon_mj.plugin.abi import releases
 from tendon_mj.plugin.abi.layout import LAYOUT, SCENE, read, verify, verify_scene
@@ -63,7 +63,7 @@ def test_a_type_of_unknown_size_is_refused():
 
 
 def test_a_plugin_structure_of_another_shape_is_refused(monkeypatch):
-    monkeypatch.setattr(loading, "_MEMBERS", f"{loading._MEMBERS} sdf_something")
+    monkeypatch.setattr(registration, "MEMBERS", f"{registration.MEMBERS} sdf_something")
     with refusing(EngineError, "'sdf_aabb'], not as", "sdf_something"):
         loading._verify_struct()
 
@@ -99,6 +99,7 @@ def test_the_same_function_runs_in_python_on_a_model_and_its_data():
         pull_segment(model, data, state, segment, tension_unit(state) * segment.tension, force)
     np.testing.assert_array_equal(force, data.qfrc_passive)
     angles, segments["length"], guides["angle"] = guides["angle"].copy(), 0.0, 0.0
+    state.started = 0.0  # else nothing has moved
     trace_path(model, data, state, segments, guides, (), at, False)
     np.testing.assert_array_equal(guides["angle"], angles)
     tendon = model.tendon("tendon").id

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction, add_sites, add_tendon, view_sheath
-from tendon_mj.plugin import sheaths
+from tendon_mj.plugin import advice, sheaths
 from tendon_mj.plugin.abi.draft import Draft
 from tendon_mj.plugin.sheath_plugin.state import STATE, Bound
 from tests.rigs import driven, instance, plugin, rope, shown, simulated, spatial
@@ -174,8 +174,8 @@ def test_each_more_sheath_costs_as_many_reads_as_the_one_before(monkeypatch):
     def counting(read):
         return lambda *given: reads.append(given) or read(*given)
 
-    for method in ("config", "name", "plugin_name"):
-        monkeypatch.setattr(Draft, method, counting(getattr(Draft, method)))
+    for owner, read in ((Draft, "name"), (advice, "plugin_at"), (advice, "attribute_of")):
+        monkeypatch.setattr(owner, read, counting(getattr(owner, read)))
     for count in (10, 20, 40):
         spec = rig_many_sheaths(count)
         reads.clear()

@@ -163,7 +163,7 @@ class _Patch:
             turns = self.model.joint(element).type[0] == mujoco.mjtJoint.mjJNT_HINGE.value
             in_degrees = parameter == "springref" and turns and self.spec.compiler.degree
             written = math.degrees(value) if in_degrees else value
-            set_first(self.text.joint(element), parameter, written)
+            set_first(self.text.element("joint", element), parameter, written)
             if parameter == "frictionloss" and value > 0.0:
                 self._write_softness(element)
         elif kind == "body":
@@ -178,7 +178,7 @@ class _Patch:
             else:
                 user = self.model.sensor_user[sensor]
                 data = self._user(name, row[:USER_NUMBERS], user, "sensor", USER_NUMBERS)
-                self.text.sensor(element).set("user", data)
+                self.text.element("sensor", element).set("user", data)
         else:
             gravity = numbers(self.model.opt.gravity)
             self.text.section("option", "gravity").set("gravity", gravity)
@@ -186,12 +186,13 @@ class _Patch:
     def _write_limits(self, element: str, of_joint: bool) -> None:
         if not of_joint:
             ends = self.model.tendon_range[self.model.tendon(element).id]
-            self.text.tendon(element).set("range", numbers(ends))
+            self.text.element("tendon", element).set("range", numbers(ends))
             return
         joint, ends = self.model.joint(element), self.model.joint(element).range
         turns = joint.type[0] == mujoco.mjtJoint.mjJNT_HINGE.value
         in_degrees = turns and self.spec.compiler.degree
-        self.text.joint(element).set("range", numbers(np.degrees(ends) if in_degrees else ends))
+        in_text = numbers(np.degrees(ends) if in_degrees else ends)
+        self.text.element("joint", element).set("range", in_text)
 
     def _write_live(self, element: str, parameter: str, value: float) -> None:
         if parameter == DRAWN_BEND:
@@ -215,7 +216,7 @@ class _Patch:
             ("solimpfriction", self.model.dof_solimp[dof], said.solimp_friction),
         ):
             if not np.array_equal(has, says):
-                self.text.joint(joint).set(attribute, numbers(has))
+                self.text.element("joint", joint).set(attribute, numbers(has))
 
     def _write_spring_dampers(self) -> None:
         """Write the stiffness and damping that `springdamper` made of the former masses.
@@ -226,7 +227,8 @@ class _Patch:
             if not joint.springdamper.any() or not joint.name:
                 continue
             try:
-                written, compiled = self.text.joint(joint.name), self.model.joint(joint.name)
+                written = self.text.element("joint", joint.name)
+                compiled = self.model.joint(joint.name)
             except TendonError:
                 continue
             set_first(written, "stiffness", compiled.stiffness[0])
@@ -235,7 +237,7 @@ class _Patch:
 
     def _write_mass(self, element: str, value: float) -> None:
         """Write the mass of a body as the model has it by now, and its inertia in proportion."""
-        body, written = self.model.body(element), self.text.body(element)
+        body, written = self.model.body(element), self.text.element("body", element)
         inertial = written.find("inertial")
         if inertial is None:
             pose = {"pos": numbers(body.ipos), "quat": numbers(body.iquat)}
@@ -250,7 +252,7 @@ class _Patch:
         inertial.set("mass", number_text(value))
 
     def _write_actuator(self, element: str, parameter: str) -> None:
-        m, written = self.model, self.text.actuator(element)
+        m, written = self.model, self.text.element("actuator", element)
         k = m.actuator(element).id
         if parameter == "gear":
             set_first(written, "gear", m.actuator_gear[k, 0])

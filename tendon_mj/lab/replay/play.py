@@ -75,7 +75,7 @@ def add_plays(text: Mjcf, model: mujoco.MjModel, parameters: Iterable[str]) -> N
 
 def _add_play(text: Mjcf, model: mujoco.MjModel, joint: str) -> None:
     """Write a pulley for a joint, on which its sheaths wind in its place."""
-    written, element = text.joint(joint), model.joint(joint)
+    written, element = text.element("joint", joint), model.joint(joint)
     body = SubElement(text.section("worldbody", ""), "body")
     SubElement(body, "inertial", pos="0 0 0", mass=_MASS, diaginertia=_OWN_INERTIA)
     pulley = SubElement(body, "joint", name=f"{joint}_pulley", limited="false")

@@ -9,3 +9,5 @@ from tendon_mj.plugin.abi.layout import verify as verify
 from tendon_mj.plugin.abi.layout import verify_scene as verify_scene
 from tendon_mj.plugin.abi.layout import verify_state as verify_state
 from tendon_mj.plugin.abi.library import C as C
+from tendon_mj.plugin.abi.library import attribute_of as attribute_of
+from tendon_mj.plugin.abi.library import plugin_at as plugin_at

@@ -11,6 +11,7 @@ import ctypes
 import functools
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Final, TypeAlias
 
@@ -35,46 +36,20 @@ _SCALARS: dict[str, Any] = {
 }
 
 
+TABLE: Final = Path(__file__).with_name("offsets.csv")  # its rows are the fields that are used
+
+
+def _listed(*owners: str) -> list[str]:
+    """Entries of these owners in the table."""
+    lines = TABLE.read_text(encoding="utf-8").splitlines()
+    return [line.partition(",")[0] for line in lines if line.startswith(owners)]
+
+
 # Byte offsets in `mjModel` (m_), its `opt` (o_) and `mjData` (d_); `equality_bytes` of `eq_data`
 # that each equality has, which are more from MuJoCo 3.17 on.
-LAYOUT: Final = Constants(
-    "tendon_mj_layout",
-    """
-    m_nsensor m_nq m_nv m_nout m_M_rownnz m_M_rowadr m_M_colind m_dof_damping
-    m_dof_frictionloss m_nbody m_neq
-    m_nactuator m_nplugin o_timestep o_integrator o_disableflags m_qpos0 m_jnt_qposadr
-    m_jnt_type m_jnt_dofadr m_dof_armature m_dof_invweight0 m_body_parentid m_body_rootid
-    m_body_weldid m_body_dofnum m_body_dofadr m_dof_parentid m_site_bodyid m_geom_bodyid
-    m_geom_size m_tendon_adr m_tendon_num m_tendon_group m_tendon_width m_tendon_rgba
-    m_tendon_actfrclimited m_tendon_actfrcrange m_tendon_limited m_tendon_range m_tendon_length0
-    m_tendon_lengthspring m_tendon_stiffness m_tendon_stiffnesspoly m_tendon_damping
-    m_tendon_dampingpoly m_tendon_actuatorid m_eq_type m_eq_obj1id m_eq_obj2id m_eq_data
-    m_wrap_type m_wrap_objid m_wrap_prm m_actuator_trntype m_actuator_trnid m_actuator_gear
-    m_actuator_plugin m_actuator_ctrladr m_actuator_outadr m_actuator_outnum
-    m_actuator_ctrllimited m_actuator_ctrlrange m_actuator_biastype m_actuator_biasprm
-    m_actuator_forcelimited m_actuator_forcerange m_sensor_type m_sensor_objtype m_sensor_objid
-    m_sensor_plugin m_sensor_adr m_sensor_dim m_sensor_datatype m_sensor_cutoff m_sensor_history
-    m_sensor_historyadr m_sensor_delay m_sensor_interval m_plugin m_plugin_stateadr
-    m_plugin_statenum m_plugin_attr m_plugin_attradr m_names m_name_jntadr m_name_tendonadr
-    m_nnames m_numeric_adr m_numeric_size m_numeric_data m_nwrap m_ntendon m_njnt m_npluginattr
-    d_nplugin d_time d_qpos d_qvel d_ctrl d_plugin_state d_plugin_data d_geom_xpos
-    d_geom_xmat d_ten_length d_ten_velocity d_ten_wrapadr d_ten_wrapnum d_wrap_obj d_wrap_xpos
-    d_subtree_com d_cdof d_moment_rownnz d_moment_rowadr d_moment_colind d_actuator_moment d_M
-    d_qfrc_applied d_xfrc_applied d_xipos d_qfrc_bias d_qfrc_passive d_qfrc_smooth
-    d_qfrc_constraint d_actuator_force d_sensordata d_site_xpos d_site_xmat d_cfrc_int d_cfrc_ext
-    d_ne d_nf d_nefc d_efc_type d_efc_id d_efc_force d_history equality_bytes
-    """,
-)
-
-
+LAYOUT: Final = Constants("tendon_mj_layout", _listed("m_", "o_", "d_", "equality_"))
 # Byte offsets in `mjvScene` (s_), `mjvGeom` (g_) and `mjvOption` (v_); `geom_bytes` of each geom.
-SCENE: Final = Constants(
-    "tendon_mj_scene_layout",
-    """
-    s_maxgeom s_ngeom s_geoms s_status g_objtype g_objid g_segid g_size g_pos g_rgba g_emission
-    g_specular v_tendongroup v_flags geom_bytes
-    """,
-)
+SCENE: Final = Constants("tendon_mj_scene_layout", _listed("s_", "g_", "v_", "geom_"))
 
 
 _OWNER = {

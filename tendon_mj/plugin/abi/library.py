@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 from pathlib import Path
+from typing import SupportsInt
 
 import mujoco
 
@@ -47,6 +48,18 @@ class _PluginHead(ctypes.Structure):
 
 C.mjp_getPluginAtSlot.restype = ctypes.POINTER(_PluginHead)
 C.mjp_getPluginAtSlot.argtypes = [ctypes.c_int]
+
+
+def plugin_at(slot: SupportsInt) -> str:
+    """Name of the plugin in a slot, empty if there is none."""
+    plugin = C.mjp_getPluginAtSlot(int(slot))
+    return bytes(plugin.contents.name).decode() if plugin else ""
+
+
+def attribute_of(model: int, instance: int, attribute: str) -> str:
+    """Attribute of a plugin instance of the model at an address, empty if it is not given."""
+    return (C.mj_getPluginConfig(model, instance, attribute.encode()) or b"").decode()
+
 
 # for compiled code
 mj_id2name = EngineFunction("mj_id2name", "ptr(ptr, i32, i32)")

@@ -1,20 +1,18 @@
 """Offsets in every release of MuJoCo that the library knows, for programs without Python.
 
-`offsets.csv` has a column for each minor release. `python -m tendon_mj.plugin.abi.releases` writes
-that of the MuJoCo that is running.
+`offsets.csv` has a row for each field that is used, and a column for each minor release.
+`python -m tendon_mj.plugin.abi.releases` writes that of the MuJoCo that is running.
 """
 
 from __future__ import annotations
 
 import csv
-from pathlib import Path
 from typing import Final
 
 import mujoco
 
-from tendon_mj.plugin.abi.layout import LAYOUT, SCENE, read
+from tendon_mj.plugin.abi.layout import LAYOUT, SCENE, TABLE, read
 
-TABLE: Final = Path(__file__).with_name("offsets.csv")
 ENTRIES: Final = (*LAYOUT.names, *SCENE.names)
 
 
@@ -34,8 +32,7 @@ def known() -> dict[str, list[int]]:
 
 def write() -> None:
     """Write the column of the MuJoCo that is running."""
-    releases = known() if TABLE.exists() else {}
-    releases.update([running()])
+    releases = known() | dict([running()])
     names = sorted(releases, key=lambda name: [int(part) for part in name.split(".")])
     with TABLE.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, lineterminator="\n")

@@ -3,28 +3,13 @@
 from __future__ import annotations
 
 from tendon_mj.native import LocalDoubles, apart, compiled, entry
+from tendon_mj.plugin import compiled_checks
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.memory import doubles, letters, word
-from tendon_mj.plugin.compiled_checks import (
-    check_more,
-    check_motor,
-    has_refused,
-    message,
-    refuse,
-    servo_state,
-)
 from tendon_mj.plugin.servo_plugin import state as sv
 from tendon_mj.plugin.servo_plugin.law import commit, evaluate
-from tendon_mj.plugin.servo_plugin.state import GAINS
 from tendon_mj.plugin.sheath_plugin import attributes as at
-from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES
-from tendon_mj.plugin.sheath_plugin.bind import (
-    is_bound,
-    new_binding,
-    present_signature,
-    range_of,
-    release,
-)
+from tendon_mj.plugin.sheath_plugin import bind
 from tendon_mj.plugin.sheath_plugin.names import joint_of, sheath_wound_by
 from tendon_mj.plugin.sheath_plugin.signature import pair_signature
 from tendon_mj.plugin.sheath_plugin.state import SERVO, SHEATH, binding_of, state_of, state_size_of
@@ -33,14 +18,14 @@ from tendon_mj.plugin.sheath_plugin.state import binding_at as sheath_binding_at
 _BINDING_COUNT = sv.BINDING.itemsize // 8
 _passing = LocalDoubles(_BINDING_COUNT)  # what is bound for the moment
 _FEEDBACKS, _SWITCH = at.as_rows(sv.FEEDBACKS), at.as_rows(sv.SWITCH)
-_DEFAULTS = tuple(gain.default or 0.0 for gain in GAINS.values())
-_GAIN = {name: k for k, name in enumerate(GAINS)}
+_DEFAULTS = tuple(gain.default or 0.0 for gain in sv.GAINS.values())
+_GAIN = {name: k for k, name in enumerate(sv.GAINS)}
 _LOOSENING = (
     (_GAIN["tension_gain"], _GAIN["loosening_tension_gain"]),
     (_GAIN["velocity_gain"], _GAIN["loosening_velocity_gain"]),
 )
 _FRICTION, _INERTIA = _GAIN["observer_friction"], _GAIN["motor_inertia"]
-_SHEATH_FRICTION = ATTRIBUTES.index("friction")
+_SHEATH_FRICTION = at.ATTRIBUTES.index("friction")
 
 
 @compiled
@@ -56,7 +41,7 @@ def _bind(m: Model, instance: int, address: int, signature: float) -> None:
     bound = sv.binding_at(address)
     bound.signature = signature
     bound.capacity = sv.capacity_of(state_size_of(m, instance))
-    bound.actuator = range_of(m.actuator_plugin, m.nactuator, instance)[1]
+    bound.actuator = bind.range_of(m.actuator_plugin, m.nactuator, instance)[1]
     sheath = sheath_wound_by(m, instance, sv.TENDON)
     bound.sheath, bound.instance = -1.0, -1.0
     if sheath >= 0:
@@ -70,7 +55,7 @@ def _present(d: Data, binding: int) -> float:
     """Signature of the model as its first sheath has seen it last, 0 without a sheath."""
     instance = int(sv.binding_at(binding).instance)
     sheath = binding_of(d, instance, SHEATH) if instance >= 0 else 0
-    return present_signature(d, sheath_binding_at(sheath)) if sheath != 0 else 0.0
+    return bind.present_signature(d, sheath_binding_at(sheath)) if sheath != 0 else 0.0
 
 
 @apart
@@ -123,11 +108,12 @@ def _rebind(m: Model, d: Data, instance: int) -> None:
     """Bind a servo again, and begin as after a reset where its state is not one of it."""
     binding, address = binding_of(d, instance, SERVO), state_of(m, d, instance)
     if binding == 0:
-        binding = new_binding(d, instance, SERVO, _BINDING_COUNT)
+        binding = bind.new_binding(d, instance, SERVO, _BINDING_COUNT)
     _bind(m, instance, binding, 0.0)
     bound = sv.binding_at(binding)
     if bound.instance >= 0.0:
-        is_bound(m, d, int(bound.instance))  # which a copy between two halves of a step is not yet
+        # which a copy between two halves of a step is not yet
+        bind.is_bound(m, d, int(bound.instance))
     bound.signature = _present(d, binding)
     if not _is_bound(m, d, instance):
         _reset(m, address, binding, instance)
@@ -136,21 +122,21 @@ def _rebind(m: Model, d: Data, instance: int) -> None:
 @entry("tendon_mj_servo_nstate", "i32(mjModel, i32)")
 def nstate(m: Model, instance: int) -> int:
     """`nstate` of `mjpPlugin`."""
-    out = message()
+    out = compiled_checks.message()
     letters(out)[0] = 0
-    return servo_state(m, out, instance)
+    return compiled_checks.servo_state(m, out, instance)
 
 
 @entry("tendon_mj_servo_init", "i32(mjModel, mjData, i32)")
 def init(m: Model, d: Data, instance: int) -> int:
     """`init` of `mjpPlugin`."""
-    out = message()
+    out = compiled_checks.message()
     letters(out)[0] = 0
-    servo_state(m, out, instance)
-    check_more(m, out, instance)
-    if not has_refused(out):
-        check_motor(m, out, instance)
-    refuse(out, d, instance)
+    compiled_checks.servo_state(m, out, instance)
+    compiled_checks.check_more(m, out, instance)
+    if not compiled_checks.has_refused(out):
+        compiled_checks.check_motor(m, out, instance)
+    compiled_checks.refuse(out, d, instance)
     d.plugin_data[instance] = 0
     return 0
 
@@ -158,7 +144,7 @@ def init(m: Model, d: Data, instance: int) -> int:
 @entry("tendon_mj_servo_destroy", "void(mjData, i32)")
 def destroy(d: Data, instance: int) -> None:
     """`destroy` of `mjpPlugin`."""
-    release(d, instance)
+    bind.release(d, instance)
 
 
 @entry("tendon_mj_servo_reset", "void(mjModel, ptr, ptr, i32)")
@@ -176,7 +162,7 @@ def compute(m: Model, d: Data, instance: int, capability: int) -> None:
     address = state_of(m, d, instance)
     state = sv.state_at(address)
     bound = _is_bound(m, d, instance) and state.instance >= 0.0
-    if bound and is_bound(m, d, int(state.instance)):
+    if bound and bind.is_bound(m, d, int(state.instance)):
         evaluate(m, d, address)
     else:
         state.has_trial = 0.0

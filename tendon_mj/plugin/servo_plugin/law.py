@@ -15,12 +15,11 @@ from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import RK4, control, is_stage
 from tendon_mj.plugin.abi.memory import address_of
 from tendon_mj.plugin.servo_plugin.state import (
+    TRIAL,
     Commands,
     Memory,
     State,
     commands_at,
-    committed_memory,
-    copied_memory,
     scratch_memory,
     state_at,
     trial_memory,
@@ -261,16 +260,13 @@ def evaluate(m: Model, d: Data, address: int) -> None:
     stage = is_stage(m, time, state.has_trial, state.trial_time)
     sampled, early = len(ring) > 0, _EARLY * h
 
-    memory = trial_memory(address)
-    if stage:
-        memory = copied_memory(address, scratch_memory())
+    memory = trial_memory(address, scratch_memory() if stage else address + TRIAL)
     torque = damping = 0.0
     if not (stage and sampled):  # a controller with a clock does not see inside a step
-        memory[0] = committed_memory(address)[0]
         due = _is_due(state, time, early)
         if due:
             reference = control(m, d, actuator)
-            wanted = _sample(state, memory[0], sheath, segments, guides, reference, time)
+            wanted = _sample(state, memory, sheath, segments, guides, reference, time)
             torque, damping = _driven(state, wanted, speed, radius)
         state.sampled, state.trial_torque = due, torque - damping * speed
     if sampled:
@@ -294,7 +290,7 @@ def commit(address: int) -> None:
     state, ring = state_at(address), commands_at(address)
     if state.has_trial == 0.0:
         return
-    committed_memory(address)[0] = trial_memory(address)[0]
+    state.committed = state.trial
     state.started, state.has_trial = 1.0, 0.0
     capacity = len(ring)
     if capacity > 0 and state.sampled != 0.0:

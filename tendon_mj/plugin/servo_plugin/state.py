@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any, Final, Protocol, SupportsFloat, TypedDict, get_type_hints
+from typing import Any, Final, SupportsFloat, TypeAlias, TypedDict, get_type_hints
 
 import numpy as np
 
@@ -18,68 +17,54 @@ from tendon_mj.plugin.abi.memory import copy_doubles, doubles
 from tendon_mj.sheath import (
     POSITIVE,
     Parameter,
+    Records,
     check_in_range,
     described,
     parameters_of,
     record_type,
+    with_parameters,
 )
 from tendon_mj.typing import FloatArray
 
 
-@dataclass(frozen=True)
+@with_parameters
 class Gains:
     """Parameters of a servo, in the order of its state and of the plugin's attributes.
 
     None: taken from elsewhere. A limit or a stiffness of 0 is none, that is without end.
     """
 
-    tension_gain: float = field(metadata=described("G_t", "-", "gain of the tension", POSITIVE))
-    velocity_gain: float = field(
-        metadata=described("G_v", "N m s/rad", "damping of the motor's speed")
+    tension_gain: float = described("G_t", "-", "gain of the tension", POSITIVE)
+    velocity_gain: float = described("G_v", "N m s/rad", "damping of the motor's speed")
+    loosening_tension_gain: float | None = described(
+        "G_t", "-", "gain while paying out, default tension_gain", POSITIVE, default=None
     )
-    loosening_tension_gain: float | None = field(
-        default=None,
-        metadata=described("G_t", "-", "gain while paying out, default tension_gain", POSITIVE),
+    loosening_velocity_gain: float | None = described(
+        "G_v", "N m s/rad", "damping while paying out, default velocity_gain", default=None
     )
-    loosening_velocity_gain: float | None = field(
-        default=None,
-        metadata=described("G_v", "N m s/rad", "damping while paying out, default velocity_gain"),
+    motor_inertia: float | None = described(
+        "J_m", "kg m²", "inertia, default the joint's armature", POSITIVE, default=None
     )
-    motor_inertia: float | None = field(
-        default=None,
-        metadata=described("J_m", "kg m²", "inertia, default the joint's armature", POSITIVE),
+    torque_limit: float = described("τ_max", "N m", "largest torque, 0: no limit", default=0.0)
+    speed_limit: float = described("ω_max", "rad/s", "largest speed, 0: no limit", default=0.0)
+    period: float = described(
+        "Δ", "s", "time between samples of the controller, 0: every time step", default=0.0
     )
-    torque_limit: float = field(
-        default=0.0, metadata=described("τ_max", "N m", "largest torque, 0: no limit")
+    delay: float = described("d", "s", "time from a sample to its torque", default=0.0)
+    observer_friction: float | None = described(
+        "μ", "-", "friction of observer and feed-forward, default the sheath's", default=None
     )
-    speed_limit: float = field(
-        default=0.0, metadata=described("ω_max", "rad/s", "largest speed, 0: no limit")
+    output_stiffness: float = described(
+        "k_se", "N/m", "stiffness of the feed-forward, 0: rigid", default=0.0
     )
-    period: float = field(
-        default=0.0,
-        metadata=described("Δ", "s", "time between samples of the controller, 0: every time step"),
+    backlash_feedforward: float = described(
+        "f_b", "-", "1 crosses the backlash at once when T_r turns back", default=0.0
     )
-    delay: float = field(
-        default=0.0, metadata=described("d", "s", "time from a sample to its torque")
+    rate_feedforward: float = described(
+        "f_r", "-", "1 adds the speed that a changing T_r asks for", default=0.0
     )
-    observer_friction: float | None = field(
-        default=None,
-        metadata=described("μ", "-", "friction of observer and feed-forward, default the sheath's"),
-    )
-    output_stiffness: float = field(
-        default=0.0, metadata=described("k_se", "N/m", "stiffness of the feed-forward, 0: rigid")
-    )
-    backlash_feedforward: float = field(
-        default=0.0,
-        metadata=described("f_b", "-", "1 crosses the backlash at once when T_r turns back"),
-    )
-    rate_feedforward: float = field(
-        default=0.0,
-        metadata=described("f_r", "-", "1 adds the speed that a changing T_r asks for"),
-    )
-    reversal_band: float = field(
-        default=0.0,
-        metadata=described("B", "N", "change of T_r that counts as turning back"),
+    reversal_band: float = described(
+        "B", "N", "change of T_r that counts as turning back", default=0.0
     )
 
 
@@ -190,31 +175,20 @@ class Command:
     torque: float  # [N m]
 
 
-class Memories(Protocol):
-    """An array of one memory."""
-
-    def __getitem__(self, index: int) -> Memory: ...
-    def __setitem__(self, index: int, memory: Memory) -> None: ...
-
-
-class Commands(Protocol):
-    """The ring of commands."""
-
-    def __getitem__(self, index: int) -> Command: ...
-    def __len__(self) -> int: ...
-
+Commands: TypeAlias = Records[Command]  # in a ring
 
 STATE, MEMORY, COMMAND = record_type(State), record_type(Memory), record_type(Command)
 BINDING = record_type(Binding)
 _BOUND_COUNT: Final = len(get_type_hints(Bound))
 _BOUND: Final[int] = STATE.fields["instance"][1]  # type: ignore[index]
 _COUNT, _MEMORY_COUNT, _COMMAND_COUNT = (t.itemsize // 8 for t in (STATE, MEMORY, COMMAND))
-_TRIAL = _COUNT - _MEMORY_COUNT  # where the last member begins
-_COMMITTED = _TRIAL - _MEMORY_COUNT
+TRIAL: Final[int] = STATE.fields["trial"][1]  # type: ignore[index]
+_COMMITTED: Final[int] = STATE.fields["committed"][1]  # type: ignore[index]
 _GAIN_COUNT = len(GAINS)
 state_at: Callable[[int], State] = Record(STATE)
 binding_at: Callable[[int], Binding] = Record(BINDING)
-_memories_at, _commands_at = Array(MEMORY), Array(COMMAND)
+_memory_at: Callable[[int], Memory] = Record(MEMORY)
+_commands_at = Array(COMMAND)
 
 
 MOST_COMMANDS: Final = 100_000  # on their way
@@ -262,27 +236,14 @@ def gains_at(address: int) -> FloatArray:
     return doubles(address, _GAIN_COUNT)
 
 
-@compiled
-def trial_memory(address: int) -> Memories:
-    """Memory on trial."""
-    return _memories_at(address + 8 * _TRIAL, 1)
-
-
-scratch_memory: Callable[[], int] = LocalDoubles(_MEMORY_COUNT)
+scratch_memory: Callable[[], int] = LocalDoubles(_MEMORY_COUNT)  # for what must leave no trace
 
 
 @compiled
-def copied_memory(address: int, place: int) -> Memories:
-    """A copy of the memory on trial, at a place of its own, for what must leave no trace."""
-    copy_doubles(place, address + 8 * _TRIAL, _MEMORY_COUNT)
-    return _memories_at(place, 1)
-
-
-@compiled
-def committed_memory(address: int) -> Memories:
-    """Memory that the last finished step left."""
-    memory: Memories = _memories_at(address + 8 * _COMMITTED, 1)
-    return memory
+def trial_memory(address: int, place: int) -> Memory:
+    """Memory for a step on trial, at a place: a copy of what the last finished step left."""
+    copy_doubles(place, address + _COMMITTED, _MEMORY_COUNT)
+    return _memory_at(place)
 
 
 def view(plugin_state: FloatArray, start: int) -> Any:

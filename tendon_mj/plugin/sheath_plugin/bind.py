@@ -23,14 +23,8 @@ from tendon_mj.plugin.abi.library import free, malloc, plugin_name
 from tendon_mj.plugin.abi.memory import address_of, doubles, word, words
 from tendon_mj.plugin.compiled_checks import check_bound
 from tendon_mj.plugin.sheath_plugin import attributes as at
+from tendon_mj.plugin.sheath_plugin import input_force
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import is_fixed
-from tendon_mj.plugin.sheath_plugin.input_force import (
-    acts_on,
-    has_spring,
-    holds_length,
-    is_constrained,
-    note_spring,
-)
 from tendon_mj.plugin.sheath_plugin.names import joint_of, tendon_of
 from tendon_mj.plugin.sheath_plugin.path import count_guides, mark_branches
 from tendon_mj.plugin.sheath_plugin.signature import (
@@ -118,7 +112,7 @@ def _bind_drive(m: Model, instance: int, bound: Binding) -> None:
     if cable or is_wound(bound):
         return
     for actuator in range(m.nactuator):
-        if acts_on(m, actuator, tendon):
+        if input_force.acts_on(m, actuator, tendon):
             if bound.first_actuator < 0.0:
                 bound.first_actuator = actuator
             bound.last_actuator = actuator
@@ -128,15 +122,17 @@ def _bind_drive(m: Model, instance: int, bound: Binding) -> None:
     if bound.fixed != 0.0:  # what holds it holds its joints
         bound.inextensible = 1.0
         return
-    bound.constrained = is_constrained(m, tendon)
-    bound.spreads = holds_length(m, tendon)
+    bound.constrained = input_force.is_constrained(m, tendon)
+    bound.spreads = input_force.holds_length(m, tendon)
     bound.inextensible = not _is_elastic(m, instance)
 
 
 @compiled
 def _is_pulled(m: Model, instance: int, tendon: int) -> bool:
     """Return whether a spring pulls a tendon, or an equality or a limit one of no stated length."""
-    return has_spring(m, tendon) or (not at.has_length(m, instance) and is_constrained(m, tendon))
+    if input_force.has_spring(m, tendon):
+        return True
+    return not at.has_length(m, instance) and input_force.is_constrained(m, tendon)
 
 
 @compiled
@@ -224,7 +220,7 @@ def reset_sheath(m: Model, address: int, binding: int, instance: int) -> None:
     mark_branches(m, address)
     _forget_drive(m, instance, address)
     if state.own_spring != 0.0:
-        note_spring(m, state, at.has_length(m, instance))
+        input_force.note_spring(m, state, at.has_length(m, instance))
     state.config_signature = bound.config_signature
 
 

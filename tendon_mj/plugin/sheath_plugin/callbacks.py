@@ -9,6 +9,7 @@ from __future__ import annotations
 import mujoco
 
 from tendon_mj.native import Text, apart, compiled, entry
+from tendon_mj.plugin import compiled_checks
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import free, malloc, mj_fwdActuation, mj_passive, mj_rne, warn
 from tendon_mj.plugin.abi.memory import (
@@ -19,48 +20,9 @@ from tendon_mj.plugin.abi.memory import (
     letters,
     word,
 )
-from tendon_mj.plugin.compiled_checks import (
-    check_elements,
-    check_more,
-    has_refused,
-    message,
-    refuse,
-    sensor_width,
-    sheath_state,
-)
-from tendon_mj.plugin.sheath_plugin.attributes import (
-    first_sheath,
-    is_sensor,
-    is_sheath,
-    last_sheath,
-)
-from tendon_mj.plugin.sheath_plugin.bind import (
-    check_bindable,
-    ensure_bound,
-    has_own_state,
-    is_bound,
-    release,
-    reset_sheath,
-)
-from tendon_mj.plugin.sheath_plugin.evaluate import (
-    commit,
-    evaluate,
-    list_driven,
-    read_inputs,
-    repeat_driven,
-    set_up_driven,
-    solve_driven,
-)
+from tendon_mj.plugin.sheath_plugin import attributes as at
+from tendon_mj.plugin.sheath_plugin import bind, evaluate, groups
 from tendon_mj.plugin.sheath_plugin.forces import add_reactions
-from tendon_mj.plugin.sheath_plugin.groups import (
-    BASE,
-    FRICTION,
-    driven_sheaths,
-    head_at,
-    is_wide_enough,
-    vector_at,
-    workspace,
-)
 from tendon_mj.plugin.sheath_plugin.inextensible import (
     keep_slips,
     keep_unknown_forces,
@@ -142,8 +104,8 @@ def _quiet_reel(m: Model, d: Data, instance: int) -> None:
 def _apply(m: Model, d: Data, work: int) -> None:
     """Add the friction of all driven sheaths to the passive forces before it."""
     nv = m.nv
-    base, friction = vector_at(work, nv, BASE), vector_at(work, nv, FRICTION)
-    before, added = coordinates(base), coordinates(friction)
+    before = coordinates(groups.vector_at(work, nv, groups.BASE))
+    added = coordinates(groups.vector_at(work, nv, groups.FRICTION))
     passive = d.qfrc_passive
     for k in range(nv):
         passive[k] = before[k] + added[k]
@@ -152,10 +114,10 @@ def _apply(m: Model, d: Data, work: int) -> None:
 @compiled
 def _solve(m: Model, d: Data, work: int) -> None:
     """Solve all driven sheaths, and apply their friction."""
-    solve_driven(m, d, work)
+    evaluate.solve_driven(m, d, work)
     _apply(m, d, work)
-    sheaths = driven_sheaths(work, m.nv)
-    for k in range(int(head_at(work).driven)):
+    sheaths = groups.driven_sheaths(work, m.nv)
+    for k in range(int(groups.head_at(work).driven)):
         _warn_once(m, d, int(sheaths[k]))
 
 
@@ -169,10 +131,11 @@ def _is_actuated(m: Model) -> bool:
 @compiled
 def _is_listed(m: Model, binding: int) -> bool:
     """Return whether the last sheath's workspace lists the driven sheaths of the model as it is."""
-    if binding == 0 or word(binding + WORKSPACE) == 0:
+    work = word(binding + WORKSPACE) if binding != 0 else 0
+    if work == 0:
         return False
     bound = binding_at(binding)
-    return bound.listed_for == bound.signature and is_wide_enough(m, word(binding + WORKSPACE))
+    return bound.listed_for == bound.signature and groups.is_wide_enough(m, work)
 
 
 @apart
@@ -186,21 +149,21 @@ def _evaluate_driven(m: Model, d: Data, last: int) -> None:
     bound = binding_at(binding)
     first = int(bound.first_sheath)
     if not _is_listed(m, binding):  # all of them have been bound by now
-        list_driven(m, d, workspace(m, d, first, last), first, last)
+        evaluate.list_driven(m, d, groups.workspace(m, d, first, last), first, last)
         bound.listed_for = bound.signature
     work = word(binding + WORKSPACE)
-    head = head_at(work)
+    head = groups.head_at(work)
     if head.driven == 0.0:
         return
-    copy_doubles(vector_at(work, nv, BASE), address_of(d.qfrc_passive), nv)
+    copy_doubles(groups.vector_at(work, nv, groups.BASE), address_of(d.qfrc_passive), nv)
     if head.gives == 0.0:
         pose = pose_signature(m, d)
         moves = head.signature != pose
-        read_inputs(m, d, work)
-        set_up_driven(m, d, work, first)
+        evaluate.read_inputs(m, d, work)
+        evaluate.set_up_driven(m, d, work, first)
         head.signature = pose
         if _is_actuated(m):
-            repeat_driven(m, d, work, moves)
+            evaluate.repeat_driven(m, d, work, moves)
         else:
             bias = malloc(8 * nv)
             copy_doubles(bias, address_of(d.qfrc_bias), nv)
@@ -253,16 +216,16 @@ def _meet_actuators(m: Model, d: Data, last: int) -> None:
     """
     listed = _is_listed(m, binding_of(d, last, SHEATH))
     if not listed:
-        first = first_sheath(m, last)
+        first = at.first_sheath(m, last)
         for instance in range(first, last + 1):
-            if is_sheath(m, instance, last):
-                has_own_state(m, d, instance)  # binds it in a copy
+            if at.is_sheath(m, instance, last):
+                bind.has_own_state(m, d, instance)  # binds it in a copy
         if binding_of(d, last, SHEATH) == 0:
             return
-        list_driven(m, d, workspace(m, d, first, last), first, last)
+        evaluate.list_driven(m, d, groups.workspace(m, d, first, last), first, last)
     bound = binding_at(binding_of(d, last, SHEATH))
     work = word(binding_of(d, last, SHEATH) + WORKSPACE)
-    head = head_at(work)
+    head = groups.head_at(work)
     if head.driven == 0.0 or head.is_nested != 0.0:
         return
     known = listed and head.signature == pose_signature(m, d)
@@ -281,7 +244,7 @@ def _meet_actuators(m: Model, d: Data, last: int) -> None:
             _evaluate_driven(m, d, last)
         else:
             mj_passive(m, d)  # in a copy they were computed elsewhere
-    read_inputs(m, d, work)
+    evaluate.read_inputs(m, d, work)
     _solve(m, d, work)
     if bound.is_last_plugin == 0.0 and not skipped:
         head.gives = 1.0
@@ -294,16 +257,16 @@ def _meet_actuators(m: Model, d: Data, last: int) -> None:
 @entry("tendon_mj_sheath_advance", "void(mjModel, mjData, i32)")
 def advance(m: Model, d: Data, instance: int) -> None:
     """`advance` of `mjpPlugin`."""
-    if is_sensor(m, instance):
+    if at.is_sensor(m, instance):
         return
     address = state_of(m, d, instance)
     state = state_at(address)
-    is_ours = is_bound(m, d, instance)
-    if first_sheath(m, instance) == instance:
+    is_ours = bind.is_bound(m, d, instance)
+    if at.first_sheath(m, instance) == instance:
         state.end_sum = pose_sum(m, d)
-        last = last_sheath(m, instance)
+        last = at.last_sheath(m, instance)
         for other in range(instance, last + 1):
-            if is_sheath(m, other, instance):
+            if at.is_sheath(m, other, instance):
                 state_at(state_of(m, d, other)).slips_kept = 0.0
         if is_ours:
             keep_unknown_forces(m, d, instance)
@@ -311,7 +274,7 @@ def advance(m: Model, d: Data, instance: int) -> None:
             if _is_actuated(m) and _is_listed(m, binding):  # else its pose may be that of a copy
                 keep_slips(m, d, word(binding + WORKSPACE))
     if state.has_trial != 0.0 and is_ours:
-        commit(address)
+        evaluate.commit(address)
         _warn_of_push(m, d, instance)
         follow_constraint(m, d, state)
 
@@ -320,37 +283,37 @@ def advance(m: Model, d: Data, instance: int) -> None:
 def reset(m: Model, state: int, block: int, instance: int) -> None:
     """`reset` of `mjpPlugin`."""
     binding = block + 8 if block != 0 and word(block) == SHEATH else 0
-    if is_sensor(m, instance):
+    if at.is_sensor(m, instance):
         doubles(state, state_size_of(m, instance))[:] = 0.0
     else:
-        reset_sheath(m, state, binding, instance)
+        bind.reset_sheath(m, state, binding, instance)
 
 
 @entry("tendon_mj_sheath_nstate", "i32(mjModel, i32)")
 def nstate(m: Model, instance: int) -> int:
     """`nstate` of `mjpPlugin`."""
-    out = message()
+    out = compiled_checks.message()
     letters(out)[0] = 0
-    return sheath_state(m, out, instance)
+    return compiled_checks.sheath_state(m, out, instance)
 
 
 @entry("tendon_mj_sheath_nsensordata", "i32(mjModel, i32, i32)")
 def nsensordata(m: Model, instance: int, sensor: int) -> int:
     """`nsensordata` of `mjpPlugin`."""
-    return sensor_width(m, instance)
+    return compiled_checks.sensor_width(m, instance)
 
 
 @entry("tendon_mj_sheath_init", "i32(mjModel, mjData, i32)")
 def init(m: Model, d: Data, instance: int) -> int:
     """`init` of `mjpPlugin`."""
-    out = message()
+    out = compiled_checks.message()
     letters(out)[0] = 0
-    sheath_state(m, out, instance)
-    check_more(m, out, instance)
-    check_elements(m, out, instance)
-    if not (has_refused(out) or is_sensor(m, instance)):
-        check_bindable(m, out, instance)
-    refuse(out, d, instance)
+    compiled_checks.sheath_state(m, out, instance)
+    compiled_checks.check_more(m, out, instance)
+    compiled_checks.check_elements(m, out, instance)
+    if not (compiled_checks.has_refused(out) or at.is_sensor(m, instance)):
+        bind.check_bindable(m, out, instance)
+    compiled_checks.refuse(out, d, instance)
     d.plugin_data[instance] = 0
     return 0
 
@@ -358,13 +321,13 @@ def init(m: Model, d: Data, instance: int) -> int:
 @entry("tendon_mj_sheath_destroy", "void(mjData, i32)")
 def destroy(d: Data, instance: int) -> None:
     """`destroy` of `mjpPlugin`."""
-    release(d, instance)
+    bind.release(d, instance)
 
 
 @entry("tendon_mj_sheath_compute", "void(mjModel, mjData, i32, i32)")
 def compute(m: Model, d: Data, instance: int, capability: int) -> None:
     """`compute` of `mjpPlugin`."""
-    if is_sensor(m, instance):
+    if at.is_sensor(m, instance):
         if capability == _SENSOR:
             show(m, d, instance)
         return
@@ -388,8 +351,8 @@ def compute(m: Model, d: Data, instance: int, capability: int) -> None:
 @compiled
 def _evaluate(m: Model, d: Data, instance: int) -> None:
     """Evaluate a sheath, and with the last one all that are driven."""
-    if ensure_bound(m, d, instance):
-        evaluate(m, d, state_of(m, d, instance))
+    if bind.ensure_bound(m, d, instance):
+        evaluate.evaluate(m, d, state_of(m, d, instance))
         _warn_once(m, d, instance)
 
 
@@ -397,5 +360,5 @@ def _evaluate(m: Model, d: Data, instance: int) -> None:
 def _is_last(m: Model, d: Data, instance: int) -> bool:
     """Return whether an instance is the last sheath of its model."""
     binding = binding_of(d, instance, SHEATH)
-    last = int(binding_at(binding).last_sheath) if binding != 0 else last_sheath(m, instance)
+    last = int(binding_at(binding).last_sheath) if binding != 0 else at.last_sheath(m, instance)
     return last == instance

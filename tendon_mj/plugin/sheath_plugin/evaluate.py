@@ -12,47 +12,13 @@ import math
 from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import free, geared_control, is_stage, malloc
-from tendon_mj.plugin.abi.memory import address_of, coordinates, copy_doubles, doubles
+from tendon_mj.plugin.abi.memory import coordinates, copy_doubles, doubles
+from tendon_mj.plugin.sheath_plugin import drive, friction, groups, inextensible, strain
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
 from tendon_mj.plugin.sheath_plugin.bind import is_bound
-from tendon_mj.plugin.sheath_plugin.drive import (
-    CHOSEN_STIFFNESS,
-    begin_yield,
-    end_yield,
-    flank_stiffness,
-    lay_driven,
-    lay_wound,
-    on_drum,
-    refill_inputs,
-    solve_branches,
-    torque_on_drive,
-    wound_by,
-    yield_of,
-)
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import lay_fixed
 from tendon_mj.plugin.sheath_plugin.forces import apply_forces, pull_segment
-from tendon_mj.plugin.sheath_plugin.friction import (
-    commit_velocity,
-    fill_drag,
-    store_trial_friction_work,
-    update_ratios,
-)
-from tendon_mj.plugin.sheath_plugin.groups import (
-    FRICTION,
-    driven_sheaths,
-    head_at,
-    response_at,
-    vector_at,
-)
-from tendon_mj.plugin.sheath_plugin.inextensible import (
-    commit_inextensible,
-    prepare,
-    repeat,
-    set_up,
-    solve,
-)
 from tendon_mj.plugin.sheath_plugin.input_force import follow_spring, input_force
-from tendon_mj.plugin.sheath_plugin.path import update_path, update_spans
 from tendon_mj.plugin.sheath_plugin.response import respond
 from tendon_mj.plugin.sheath_plugin.signature import pose_sum
 from tendon_mj.plugin.sheath_plugin.state import (
@@ -64,13 +30,6 @@ from tendon_mj.plugin.sheath_plugin.state import (
     state_of,
     unpack,
     unpack_arcs,
-)
-from tendon_mj.plugin.sheath_plugin.strain import (
-    commit_strain,
-    fill_strain,
-    move_tangents,
-    store_new_strain,
-    store_trial_strain,
 )
 from tendon_mj.plugin.sheath_plugin.wraps import trace_path
 from tendon_mj.sheath import Arcs, Guides, Segments, friction_work, solve_flow
@@ -85,7 +44,6 @@ def _store_trial(
     wound_in: float,
     wound_out: float,
     spring_length: float,
-    time: float,
 ) -> None:
     """Store the result of an evaluation for ``commit``."""
     ea = state.law.axial_stiffness
@@ -100,14 +58,13 @@ def _store_trial(
         work = max(0.0, ea * friction_work(left, right, flow))  # less by rounding alone
         guide.trial_friction_work = work if rubs else 0.0
     if state.law.tendon_mass > 0.0 or state.law.stiffening > 0.0:
-        store_trial_friction_work(state, segments, guides)
+        friction.store_trial_friction_work(state, segments, guides)
     for j in range(len(segments)):
         segments[j].trial_tension = segments[j].tension
     if state.strain_kept != 0.0:
-        store_trial_strain(state, segments)
+        strain.store_trial_strain(state, segments)
     state.trial_wound_in, state.trial_wound_out = wound_in, wound_out
     state.trial_spring_length = spring_length
-    state.trial_time = time
     state.has_trial = 1.0
 
 
@@ -132,10 +89,10 @@ def commit(address: int) -> None:
     if state.arcs > 0.0:
         _commit_arcs(unpack_arcs(address))
     if state.inextensible != 0.0:
-        commit_inextensible(segments, guides)
+        inextensible.commit_inextensible(segments, guides)
     else:
         _commit_elastic(state, segments, guides)
-    commit_velocity(state, guides)
+    friction.commit_velocity(state, guides)
     state.commit_time = state.trial_time
     state.has_trial = 0.0
 
@@ -154,7 +111,7 @@ def _commit_elastic(state: State, segments: Segments, guides: Guides) -> None:
     segments[0].stored += state.trial_spring_length - state.spring_length
     segments[last].stored -= state.trial_wound_out - state.wound_out
     if state.strain_kept != 0.0:
-        commit_strain(segments, guides)
+        strain.commit_strain(segments, guides)
     for i in range(last):
         guide = guides[i]
         flow = guide.trial_flow
@@ -166,7 +123,7 @@ def _commit_elastic(state: State, segments: Segments, guides: Guides) -> None:
     for j in range(len(segments)):
         segments[j].previous_tension = segments[j].trial_tension
     if state.driven != 0.0:
-        refill_inputs(segments, guides)
+        drive.refill_inputs(segments, guides)
     state.wound_in, state.wound_out = state.trial_wound_in, state.trial_wound_out
     state.spring_length = state.trial_spring_length
 
@@ -177,15 +134,15 @@ _TANGENTS = 8  # to a strain law that is not a line; about 2 are needed
 @compiled
 def _solve(state: State, segments: Segments, guides: Guides, elapsed: float) -> bool:
     """Solve the flow with a strain law that fits the tensions that come out."""
-    dragged = fill_drag(state, guides, elapsed)
+    dragged = friction.fill_drag(state, guides, elapsed)
     tangents = _TANGENTS if state.law.stiffening > 0.0 else 0
     solved = False
     for tried in range(tangents + 1):
         if state.driven != 0.0:
-            solved = solve_branches(state, segments, guides)
+            solved = drive.solve_branches(state, segments, guides)
         else:
             solved = solve_flow(segments, guides, dragged, False)
-        if not (solved and tried < tangents and move_tangents(state, segments, elapsed)):
+        if not (solved and tried < tangents and strain.move_tangents(state, segments, elapsed)):
             break
     return solved
 
@@ -200,22 +157,15 @@ def _are_finite(segments: Segments) -> bool:
 
 
 @compiled
-def _update_path(m: Model, d: Data, address: int, fresh: bool, stage: bool) -> None:
+def _update_path(m: Model, d: Data, address: int, stage: bool) -> None:
     """Bring lengths, bends and spans up to date."""
     state = state_at(address)
     segments, guides, path = unpack(address)
     if state.fixed != 0.0:
         lay_fixed(state, segments, guides)
-        return
-    plain = state.arcs == 0.0 and state.pulleys == 0.0 and state.inner_guides == 0.0
-    if not plain or state.input_at_last != 0.0:
+    else:
         arcs = unpack_arcs(address)
         trace_path(m, d, state, segments, guides, arcs, coordinates(path), stage)
-        return
-    start = d.ten_wrapadr[int(state.tendon)]
-    points = coordinates(address_of(d.wrap_xpos) + 24 * start)
-    update_path(points, coordinates(path), segments, guides, fresh)
-    update_spans(m, int(state.tendon), segments)  # bodies are others in another model
 
 
 @compiled
@@ -243,13 +193,13 @@ def _solve_from_last_step(
 
     An evaluation that is not solved is counted; if it is not ``possible`` it is not tried.
     """
-    strained = fill_strain(state, segments, elapsed)
+    strained = strain.fill_strain(state, segments, elapsed)
     for j in range(len(segments)):
         segments[j].tension = segments[j].previous_tension
     solved = possible and _solve(state, segments, guides, elapsed)
     finite = _are_finite(segments)
     if strained and finite:
-        store_new_strain(state, segments, guides, elapsed)
+        strain.store_new_strain(state, segments, guides, elapsed)
     if not (solved and finite):
         state.unsolved += 1.0
     return possible and finite
@@ -262,25 +212,25 @@ def _evaluate_driven(m: Model, d: Data, address: int, force: FloatArray) -> None
     segments, guides, _ = unpack(address)
     time, stage, elapsed = _moment(m, d, state)
     if state.finished == 0.0:
-        lay_driven(state, segments)
+        drive.lay_driven(state, segments)
     _shift_guides(segments, guides)
-    fill_strain(state, segments, elapsed)
-    begin_yield(segments)
+    strain.fill_strain(state, segments, elapsed)
+    drive.begin_yield(segments)
     finite = _solve_from_last_step(state, segments, guides, elapsed, True)
     for j in range(len(segments)):
         segments[j].stored = segments[j].unshifted
-    end_yield(segments, stage)
+    drive.end_yield(segments, stage)
     if not finite:
         for i in range(len(guides)):  # nor is what its branches draw through one another
             guides[i].flow = 0.0
         state.has_trial = 0.0
         return
     apply_forces(m, d, state, segments, force)
-    if not stage:
-        state.trial_elapsed = elapsed
-        _store_trial(state, segments, guides, 0.0, 0.0, 0.0, time)
-    else:
+    if stage:
         _show_trial(segments, guides)
+        return
+    state.trial_time, state.trial_elapsed = time, elapsed
+    _store_trial(state, segments, guides, 0.0, 0.0, 0.0)
 
 
 @compiled
@@ -295,7 +245,7 @@ def _evaluate_wound(
         _refuse(state)
         return
     if state.started == 0.0:
-        lay_wound(m, d, state, segments)
+        drive.lay_wound(m, d, state, segments)
     rest = state.spring_length
     if state.own_spring != 0.0:
         rest = m.tendon_lengthspring[int(state.tendon), 1]
@@ -304,12 +254,12 @@ def _evaluate_wound(
                 segments[j].tension = 0.0
             state.has_trial = 0.0
             return
-    update_ratios(address, state, guides, time)
-    drive = wound_by(m, d, state.reel_joint, state.reel_radius)
-    drive += geared_control(m, d, int(state.reel_actuator))
-    flank = flank_stiffness(m, state, elapsed)
-    wound_in = on_drum(state, segments, drive, flank)
-    wound_out = wound_by(m, d, state.output_joint, state.output_radius)
+    friction.update_ratios(address, state, guides, time)
+    travel = drive.wound_by(m, d, state.reel_joint, state.reel_radius)
+    travel += geared_control(m, d, int(state.reel_actuator))
+    flank = drive.flank_stiffness(m, state, elapsed)
+    wound_in = drive.on_drum(state, segments, travel, flank)
+    wound_out = drive.wound_by(m, d, state.output_joint, state.output_radius)
 
     # for this evaluation only: wound tendon leaves the two end segments, the sheath's mount yields
     if state.arcs > 0.0:
@@ -322,7 +272,7 @@ def _evaluate_wound(
     input_length = segments[0].length
     segments[0].length = input_length + state.law.sheath_compliance * state.laid_pretension
     segments[0].support_compliance = state.law.sheath_compliance * state.law.axial_stiffness
-    possible = math.isfinite(drive + wound_out)
+    possible = math.isfinite(travel + wound_out)
     finite = _solve_from_last_step(state, segments, guides, elapsed, possible)
     segments[0].length = input_length
     if state.arcs > 0.0:
@@ -330,16 +280,16 @@ def _evaluate_wound(
             segments[j].stored = segments[j].unshifted
     segments[last].stored = segments[last].unshifted
     segments[0].stored = segments[0].unshifted
-    state.reel_torque = torque_on_drive(state, segments, drive - wound_in, flank)
+    state.reel_torque = drive.torque_on_drive(state, segments, travel - wound_in, flank)
     if not finite:
         state.has_trial = 0.0
         return
     apply_forces(m, d, state, segments, d.qfrc_passive)
-    if not stage:
-        state.trial_elapsed = elapsed
-        _store_trial(state, segments, guides, wound_in, wound_out, rest, time)
-    else:
+    if stage:
         _show_trial(segments, guides)
+        return
+    state.trial_time, state.trial_elapsed = time, elapsed
+    _store_trial(state, segments, guides, wound_in, wound_out, rest)
 
 
 @compiled
@@ -373,22 +323,22 @@ def evaluate(m: Model, d: Data, address: int) -> None:
     if state.finished == 0.0:
         state.commit_time = d.time - m.opt.timestep
     time, stage, elapsed = _moment(m, d, state)
-    _update_path(m, d, address, state.started == 0.0, stage)
+    _update_path(m, d, address, stage)
     state.applied = 0.0
     if state.driven == 0.0:
         _evaluate_wound(m, d, address, time, elapsed, stage)
     else:
         if not state.law.axial_stiffness > 0.0 and state.inextensible == 0.0:
-            state.law.axial_stiffness = CHOSEN_STIFFNESS
+            state.law.axial_stiffness = drive.CHOSEN_STIFFNESS
         _, guides, _ = unpack(address)
-        update_ratios(address, state, guides, time)
+        friction.update_ratios(address, state, guides, time)
         state.started = 1.0
 
 
 @apart
 def list_driven(m: Model, d: Data, work: int, first: int, last: int) -> None:
     """List the model's driven sheaths."""
-    head, sheaths = head_at(work), driven_sheaths(work, m.nv)
+    head, sheaths = groups.head_at(work), groups.driven_sheaths(work, m.nv)
     head.driven = head.elastic = 0.0
     head.leader = first
     for instance in range(first, last + 1):
@@ -403,14 +353,14 @@ def list_driven(m: Model, d: Data, work: int, first: int, last: int) -> None:
 @apart
 def set_up_driven(m: Model, d: Data, work: int, first: int) -> None:
     """Set up the groups of all inextensible tendons in the pose at hand."""
-    head, sheaths = head_at(work), driven_sheaths(work, m.nv)
+    head, sheaths = groups.head_at(work), groups.driven_sheaths(work, m.nv)
     head.members = head.groups = head.segments = head.rough = 0.0
     written = state_at(state_of(m, d, first)).end_sum != pose_sum(m, d)
     for k in range(int(head.driven)):
         state = state_at(state_of(m, d, int(sheaths[k])))
         if state.inextensible != 0.0:
             _, stage, _ = _moment(m, d, state)
-            set_up(m, d, work, int(sheaths[k]), stage, written)
+            inextensible.set_up(m, d, work, int(sheaths[k]), stage, written)
 
 
 @apart
@@ -420,8 +370,8 @@ def read_inputs(m: Model, d: Data, work: int) -> None:
     Its state may have been written since the pose was evaluated, as between `mj_step1` and
     `mj_step2`: it receives a copy of its binding again.
     """
-    sheaths = driven_sheaths(work, m.nv)
-    for k in range(int(head_at(work).driven)):
+    sheaths = groups.driven_sheaths(work, m.nv)
+    for k in range(int(groups.head_at(work).driven)):
         address = state_of(m, d, int(sheaths[k]))
         adopt_binding(address, binding_of(d, int(sheaths[k]), SHEATH))
         state = state_at(address)
@@ -432,7 +382,7 @@ def read_inputs(m: Model, d: Data, work: int) -> None:
 def _let_guides_yield(m: Model, d: Data, work: int) -> None:
     """Let the guides of elastic tendons yield so far that a step resolves the stretches between."""
     count, nv, h = 0, m.nv, m.opt.timestep
-    sheaths, driven = driven_sheaths(work, nv), int(head_at(work).driven)
+    sheaths, driven = groups.driven_sheaths(work, nv), int(groups.head_at(work).driven)
     for one in range(driven):
         address = state_of(m, d, int(sheaths[one]))
         if state_at(address).inextensible == 0.0:
@@ -449,7 +399,7 @@ def _let_guides_yield(m: Model, d: Data, work: int) -> None:
             doubles(row, nv)[:] = 0.0
             pull_segment(m, d, state_at(address), segments[j], -1.0, coordinates(row))
             copy_doubles(answer, row, nv)
-            respond(m, response_at(work, nv), coordinates(answer))
+            respond(m, groups.response_at(work, nv), coordinates(answer))
             k += 1
     k = 0
     for one in range(driven):
@@ -464,7 +414,7 @@ def _let_guides_yield(m: Model, d: Data, work: int) -> None:
                 for i in range(nv):
                     along += row[i] * answer[i]
                 mobility += abs(along)
-            yields = yield_of(state_at(address), segments[j], mobility, h)
+            yields = drive.yield_of(state_at(address), segments[j], mobility, h)
             segments[j].support_compliance = yields
             k += 1
     free(spans)
@@ -473,12 +423,13 @@ def _let_guides_yield(m: Model, d: Data, work: int) -> None:
 @apart
 def solve_driven(m: Model, d: Data, work: int) -> None:
     """Solve all driven tendons under the forces at hand; their friction becomes FRICTION."""
-    nv, head = m.nv, head_at(work)
-    force, sheaths = coordinates(vector_at(work, nv, FRICTION)), driven_sheaths(work, nv)
+    nv, head = m.nv, groups.head_at(work)
+    force = coordinates(groups.vector_at(work, nv, groups.FRICTION))
+    sheaths = groups.driven_sheaths(work, nv)
     for i in range(nv):
         force[i] = 0.0
     if head.rough > 0.0 or head.elastic > 0.0:
-        prepare(m, d, work)
+        inextensible.prepare(m, d, work)
     if head.elastic > 0.0:
         _let_guides_yield(m, d, work)
     for k in range(int(head.driven)):
@@ -489,20 +440,21 @@ def solve_driven(m: Model, d: Data, work: int) -> None:
             _refuse(state)
         elif state.inextensible == 0.0:
             _evaluate_driven(m, d, address, force)
-    solve(m, d, work)
+    inextensible.solve(m, d, work)
 
 
 @apart
 def repeat_driven(m: Model, d: Data, work: int, moves: bool) -> None:
     """Set FRICTION without solving anything, from the tensions that were shown last."""
     nv = m.nv
-    force, sheaths = coordinates(vector_at(work, nv, FRICTION)), driven_sheaths(work, nv)
+    force = coordinates(groups.vector_at(work, nv, groups.FRICTION))
+    sheaths = groups.driven_sheaths(work, nv)
     for i in range(nv):
         force[i] = 0.0
-    for k in range(int(head_at(work).driven)):
+    for k in range(int(groups.head_at(work).driven)):
         address = state_of(m, d, int(sheaths[k]))
         state = state_at(address)
         if state.inextensible == 0.0 and math.isfinite(state.input_force):
             segments, _, _ = unpack(address)
             apply_forces(m, d, state, segments, force)
-    repeat(m, d, work, moves)
+    inextensible.repeat(m, d, work, moves)

@@ -39,19 +39,9 @@ from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import RK4
 from tendon_mj.plugin.abi.memory import coordinates, doubles
+from tendon_mj.plugin.sheath_plugin import group_solver, response
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import add_fixed_row
 from tendon_mj.plugin.sheath_plugin.forces import pull_segment
-from tendon_mj.plugin.sheath_plugin.group_solver import (
-    add_half,
-    add_to,
-    dot,
-    pull_of,
-    release,
-    set_half_rows,
-    settle,
-    take_over,
-    update_input,
-)
 from tendon_mj.plugin.sheath_plugin.groups import (
     BASE,
     FORCES,
@@ -80,15 +70,6 @@ from tendon_mj.plugin.sheath_plugin.groups import (
     vector_at,
 )
 from tendon_mj.plugin.sheath_plugin.input_force import actuator_damping, tendon_damping
-from tendon_mj.plugin.sheath_plugin.response import (
-    add_actuator_dampers,
-    add_damper,
-    add_smooth_forces,
-    go_half_way,
-    is_implicit,
-    prepare_response,
-    response_width,
-)
 from tendon_mj.plugin.sheath_plugin.state import (
     State,
     known_forces_at,
@@ -125,11 +106,11 @@ def _set_rows(m: Model, d: Data, work: int, k: int, state: State, segments: Segm
     for g in range(last - 1, first - 1, -1):
         parent = int(group_of(work, g).parent)
         into = coordinates(rows + 8 * nv * parent) if parent >= 0 else at_input
-        add_to(into, coordinates(rows + 8 * nv * g), 1.0, nv)
+        group_solver.add_to(into, coordinates(rows + 8 * nv * g), 1.0, nv)
     for g in range(first, last):
         row = coordinates(rows + 8 * nv * g)
         if member.spreads != 0.0:
-            add_to(row, at_input, -group_of(work, g).share, nv)
+            group_solver.add_to(row, at_input, -group_of(work, g).share, nv)
         for i in range(nv):
             if abs(row[i]) < _LEAST_ARM:
                 row[i] = 0.0
@@ -210,7 +191,7 @@ def set_up(m: Model, d: Data, work: int, instance: int, stage: bool, written: bo
     for g in range(first, last):
         group = group_of(work, g)
         end = guides[int(group.end) - 1]
-        speed = dot(coordinates(rows_at(work) + 8 * nv * g), velocity, nv)
+        speed = group_solver.dot(coordinates(rows_at(work) + 8 * nv * g), velocity, nv)
         curved = 0.0  # by which the slip changes in a step, as D does
         if state.finished != 0.0 and not written and state.slips_kept != 0.0:
             curved = speed - end.ended
@@ -238,9 +219,9 @@ def _start(m: Model, d: Data, work: int, nv: int, k: int) -> None:
     member.constant = state.input_force
     if not math.isfinite(state.input_force):
         member.constant = 0.0
-    incoming = member.input = pull_of(member, member.constant)
+    incoming = member.input = group_solver.pull_of(member, member.constant)
     before = state.input_force - state.constraint_force + state.previous_constraint
-    follows = incoming - pull_of(member, before) if member.spreads == 0.0 else 0.0
+    follows = incoming - group_solver.pull_of(member, before) if member.spreads == 0.0 else 0.0
     for g in range(int(member.first), int(member.last)):
         group = group_of(work, g)
         group.friction, group.slides = 0.0, _slid(member, group, guides)
@@ -271,7 +252,7 @@ def _hold(work: int, nv: int, g: int) -> None:
         held = tension + group.before - group.before_in
     low, high = tensions_behind(group, tension, held)
     group.tension = min(max(held, low), high)
-    take_over(work, nv, group, group.tension - tension)
+    group_solver.take_over(work, nv, group, group.tension - tension)
 
 
 @apart
@@ -288,7 +269,7 @@ def _repeat(m: Model, d: Data, work: int, nv: int, g: int, moves: bool) -> None:
     if slides != 0.0 and math.isfinite(bound):  # a gear that locks itself does not slide there
         held = bound
     group.tension = min(max(held, low), high)
-    take_over(work, nv, group, group.tension - tension)
+    group_solver.take_over(work, nv, group, group.tension - tension)
 
 
 @apart
@@ -313,18 +294,18 @@ _STILL = 1e-12  # of its length, by which tendon that counts as still may pass a
 def prepare(m: Model, d: Data, work: int) -> None:
     """Set up M̂ with the dampers that are integrated implicitly."""
     nv, head = m.nv, head_at(work)
-    response = response_at(work, nv)
-    prepare_response(m, d, response)
-    if not is_implicit(m):
+    place = response_at(work, nv)
+    response.prepare_response(m, d, place)
+    if not response.is_implicit(m):
         return
-    add_actuator_dampers(m, d, response, coordinates(vector_at(work, nv, ROOM)))
+    response.add_actuator_dampers(m, d, place, coordinates(vector_at(work, nv, ROOM)))
     for k in range(int(head.members)):
         member = member_of(work, nv, k)
         state = state_at(state_of(m, d, int(member.instance)))
         own = tendon_damping(m, state)
         member.damping = own + actuator_damping(m, d, state)
         if own > 0.0 and has_friction(work, member):
-            add_damper(m, response, input_row(work, nv, k), own)
+            response.add_damper(m, place, input_row(work, nv, k), own)
 
 
 @compiled
@@ -373,7 +354,7 @@ def _write(m: Model, d: Data, work: int, nv: int, k: int, time: float) -> None:
         segments[j].trial_tension = tension / segments[j].divisor
     for g in range(int(member.first), int(member.last)):
         _write_guides(work, nv, group_of(work, g), segments, guides)
-    changes = pull_of(member, state.input_force) - member.input
+    changes = group_solver.pull_of(member, state.input_force) - member.input
     for j in range(len(segments)):
         changed = changes if member.damping != 0.0 else 0.0
         segment = segments[j]
@@ -391,7 +372,8 @@ def _add_friction(work: int, nv: int) -> None:
     for g in range(int(head_at(work).groups)):
         group = group_of(work, g)
         if group.friction != 0.0:
-            add_to(friction, coordinates(rows_at(work) + 8 * nv * g), -group.friction, nv)
+            row = coordinates(rows_at(work) + 8 * nv * g)
+            group_solver.add_to(friction, row, -group.friction, nv)
 
 
 @apart
@@ -402,7 +384,7 @@ def _add_up(m: Model, d: Data, work: int, nv: int) -> FloatArray:
     base = coordinates(vector_at(work, nv, BASE))
     for i in range(nv):
         known[i] = base[i]
-    add_smooth_forces(m, d, place)
+    response.add_smooth_forces(m, d, place)
     return known
 
 
@@ -418,10 +400,10 @@ def solve(m: Model, d: Data, work: int) -> None:
     friction, known = coordinates(vector_at(work, nv, FRICTION)), _add_up(m, d, work, nv)
     if stage:
         repeat(m, d, work, False)
-        add_to(known, friction, 1.0, nv)
+        group_solver.add_to(known, friction, 1.0, nv)
         return
     if head.rough > 0.0:
-        set_half_rows(m, work, nv, h)
+        group_solver.set_half_rows(m, work, nv, h)
     for k in range(int(head.members)):
         _start(m, d, work, nv, k)
     if head.rough > 0.0:
@@ -429,21 +411,21 @@ def solve(m: Model, d: Data, work: int) -> None:
         unknown = unknown_forces(m, d, int(head.leader))
         for i in range(nv):
             room[i] = known[i] + friction[i] + unknown[i]
-        go_half_way(m, response_at(work, nv), room, forces)
+        response.go_half_way(m, response_at(work, nv), room, forces)
         weights = half_vector(work, nv, WEIGHTS)
-        for i in range(response_width(response_at(work, nv))):
+        for i in range(response.response_width(response_at(work, nv))):
             forces[i] *= weights[i]
         for g in range(int(head.groups)):
             group = group_of(work, g)
             _hold(work, nv, g)
             if group.friction != 0.0:
-                add_half(work, nv, group, forces, -group.friction)
+                group_solver.add_half(work, nv, group, forces, -group.friction)
         for _ in range(1 + 2 * int(head.rough)):
-            settle(work, nv, h)
-            if not release(m, d, work, nv):
+            group_solver.settle(work, nv, h)
+            if not group_solver.release(m, d, work, nv):
                 break
     for k in range(int(head.members)):
-        update_input(work, nv, k, h)
+        group_solver.update_input(work, nv, k, h)
     for g in range(int(head.groups)):
         group = group_of(work, g)
         incoming = incoming_tension(work, nv, group)
@@ -456,7 +438,7 @@ def solve(m: Model, d: Data, work: int) -> None:
         group.tension = tension
         group.friction = tension - incoming
     _add_friction(work, nv)
-    add_to(known, friction, 1.0, nv)
+    group_solver.add_to(known, friction, 1.0, nv)
     time = d.time
     for k in range(int(head.members)):
         _write(m, d, work, nv, k, time)
@@ -475,7 +457,7 @@ def keep_slips(m: Model, d: Data, work: int) -> None:
         _, guides, _ = unpack(address)
         for g in range(int(member.first), int(member.last)):
             group = group_of(work, g)
-            ended = dot(coordinates(rows_at(work) + 8 * nv * g), velocity, nv)
+            ended = group_solver.dot(coordinates(rows_at(work) + 8 * nv * g), velocity, nv)
             for i in range(int(group.begin), int(group.end)):
                 guides[i].ended = ended
 

@@ -12,21 +12,7 @@ from tendon_mj.native import Record, apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.memory import address_of, doubles
 from tendon_mj.plugin.sheath_plugin import attributes as at
-from tendon_mj.plugin.sheath_plugin.attributes import (
-    BEND_ANGLE,
-    INPUT_TENSION,
-    OUTPUT_TENSION,
-    REEL_DISPLACEMENT,
-    SLIP,
-    TENSION,
-    UNSOLVED,
-    numbers_of,
-)
-from tendon_mj.plugin.sheath_plugin.bind import (
-    has_own_state,
-    new_binding,
-    range_of,
-)
+from tendon_mj.plugin.sheath_plugin import bind
 from tendon_mj.plugin.sheath_plugin.names import tendon_of_sensor
 from tendon_mj.plugin.sheath_plugin.state import (
     SENSORS,
@@ -49,22 +35,22 @@ def _measure(address: int, kind: int, out: int) -> None:
     segments, guides, _ = unpack(address)
     ea, last = tension_unit(state), len(guides)
     shown = doubles(out, last + 1)
-    if kind == INPUT_TENSION:
+    if kind == at.INPUT_TENSION:
         shown[0] = ea * segments[0].tension
-    elif kind == OUTPUT_TENSION:
+    elif kind == at.OUTPUT_TENSION:
         shown[0] = ea * segments[last].tension
-    elif kind == TENSION:
+    elif kind == at.TENSION:
         for j in range(last + 1):
             shown[j] = ea * segments[j].tension
-    elif kind == REEL_DISPLACEMENT:
+    elif kind == at.REEL_DISPLACEMENT:
         shown[0] = state.trial_wound_in
-    elif kind == UNSOLVED:
+    elif kind == at.UNSOLVED:
         shown[0] = state.unsolved
     else:
         for i in range(last):
-            if kind == BEND_ANGLE:
+            if kind == at.BEND_ANGLE:
                 shown[i] = guides[i].angle
-            elif kind == SLIP:
+            elif kind == at.SLIP:
                 shown[i] = guides[i].slip if guides[i].flow != 0.0 else 0.0
             else:
                 shown[i] = guides[i].friction_work + guides[i].trial_friction_work
@@ -106,11 +92,11 @@ def _find_shown(m: Model, d: Data, instance: int) -> None:
     sensors = m.nsensor
     address = binding_of(d, instance, SENSORS)
     if address == 0 or sensors > _binding_at(address).capacity:
-        address = new_binding(d, instance, SENSORS, _COUNT + sensors + 1)
+        address = bind.new_binding(d, instance, SENSORS, _COUNT + sensors + 1)
         _binding_at(address).capacity = sensors
     bound, shown = _binding_at(address), _shown_at(address)
     owners = m.sensor_plugin
-    first, last = range_of(owners, m.nsensor, instance)
+    first, last = bind.range_of(owners, m.nsensor, instance)
     bound.first_sheath = at.first_sheath(m, instance)
     bound.signature = _present(d, instance)
     bound.first_sensor, bound.last_sensor = first, last
@@ -142,10 +128,10 @@ def show(m: Model, d: Data, instance: int) -> None:
         source = shown[sensor]
         if owners[sensor] != instance or source < 0.0:
             continue
-        if not has_own_state(m, d, int(source)):
+        if not bind.has_own_state(m, d, int(source)):
             continue
         sheath = state_of(m, d, int(source))
-        count = numbers_of(kind, int(state_at(sheath).guides))
+        count = at.numbers_of(kind, int(state_at(sheath).guides))
         if 0 < count <= widths[sensor]:
             adr = m.sensor_adr[sensor]
             _measure(sheath, kind, address_of(d.sensordata) + 8 * adr)
@@ -154,7 +140,7 @@ def show(m: Model, d: Data, instance: int) -> None:
 @compiled
 def show_ends(m: Model, d: Data, instance: int) -> None:
     """Fill the sensors on the sheath's own instance with T_in and T_out."""
-    if not has_own_state(m, d, instance):
+    if not bind.has_own_state(m, d, instance):
         return
     sheath = state_of(m, d, instance)
     state, bound = state_at(sheath), binding_at(binding_of(d, instance, SHEATH))

@@ -105,70 +105,34 @@ def _set_span(
 
 
 @compiled
-def _store(path: FloatArray, k: int, points: FloatArray, at: int) -> None:
-    """Keep a point of the path for those who look at it."""
-    path[3 * k], path[3 * k + 1], path[3 * k + 2] = vector(points, at)
+def _store(path: FloatArray, k: int, points: FloatArray, at: int) -> bool:
+    """Keep a point of the path; return whether it has moved since the last call."""
+    point = vector(points, at)
+    if vector(path, k) == point:
+        return False
+    path[3 * k], path[3 * k + 1], path[3 * k + 2] = point
+    return True
 
 
 @compiled
-def _wrap(
-    m: Model,
-    d: Data,
-    element: int,
-    points: FloatArray,
-    at: int,
-    step: int,
-    arc: Arc,
-    state: State,
-    segments: Segments,
-    guides: Guides,
-    j: int,
-    stage: bool,
-) -> tuple[float, bool]:
-    """Fill in the guides and segments on a geom that the tendon touches, from segment j on.
+def _contact(
+    m: Model, d: Data, element: int, before: Vector, first: Vector, second: Vector, behind: Vector
+) -> tuple[float, float, Vector, Vector, Vector, Vector]:
+    """Arc on a geom between two tangent points, and the spans before and behind it.
 
     Returns:
-        Length of the arc before the first guide [m], and behind the last; whether the guides are
-        where they have not slid to.
+        Length [m] and turn [rad] of the arc; in the frame of the geom, the tangent points and the
+        directions in which the tendon comes and goes.
     """
     geom = m.wrap_objid[element]
-    frame = d.geom_xmat[geom]
-    centre = vector(d.geom_xpos[geom], 0)
+    frame, centre = d.geom_xmat[geom], vector(d.geom_xpos[geom], 0)
     radius = m.geom_size[geom, 0]
-    first, second = vector(points, at + step), vector(points, at + 2 * step)
-    before = minus(first, vector(points, at))
-    behind = minus(vector(points, at + 3 * step), second)
-    length = turn = 0.0
     p, q = into(frame, minus(first, centre)), into(frame, minus(second, centre))
     u, v = into(frame, before), into(frame, behind)
-    if norm(minus(q, p)) <= _ONE_POINT * radius:
-        turn = angle_between(before, behind)  # inside the geom, or just touching
-    else:
-        length, turn = _arc(m.wrap_type[element], radius, p, q, u)
-    there = back = 0.0
-    jumped = arc.touches == 0.0 or _is_flipped(arc, p, q)
-    if not jumped:
-        there = _shift(p, (arc.x1, arc.y1, arc.z1), u)
-        back = _shift(q, (arc.x2, arc.y2, arc.z2), v)
-    elif arc.touches == 0.0 and state.finished != 0.0 and state.inextensible == 0.0:
-        turn = 0.0  # its guides move to it without friction
-    if not stage:
-        arc.trial_touches = 1.0
-        arc.trial_x1, arc.trial_y1, arc.trial_z1 = p
-        arc.trial_x2, arc.trial_y2, arc.trial_z2 = q
-    count = int(state.arc_guides)
-    for k in range(count):
-        guide = guides[j + k]
-        guide.is_on_arc = 1.0
-        guide.angle = turn / count
-        part = (k + 0.5) / count
-        moved = (1.0 - part) * there + part * back
-        source = segments[j + k + 1] if moved > 0.0 else segments[j + k]
-        guide.shift = moved / (1.0 + source.previous_tension)
-        if k > 0:
-            segments[j + k].length = max(SHORTEST, length / count)
-            segments[j + k].point = -1.0
-    return 0.5 * length / count, jumped
+    if norm(minus(q, p)) <= _ONE_POINT * radius:  # inside the geom, or just touching
+        return 0.0, angle_between(before, behind), p, q, u, v
+    length, turn = _arc(m.wrap_type[element], radius, p, q, u)
+    return length, turn, p, q, u, v
 
 
 @compiled
@@ -213,15 +177,34 @@ def _over_geom(
     goes = minus(vector(points, at + step), vector(points, at))
     behind, passed = goes, 1
     if d.wrap_obj.flat[at + step] == geom:
-        drum = m.geom_bodyid[geom]
-        half, jumped = _wrap(
-            m, d, element, points, at, step, arc, state, segments, guides, j, stage
-        )
+        drum, passed = m.geom_bodyid[geom], 3
+        first, second = vector(points, at + step), vector(points, at + 2 * step)
+        behind = minus(vector(points, at + 3 * step), second)
+        length, turn, p, q, u, v = _contact(m, d, element, goes, first, second, behind)
+        there = back = 0.0
+        jumped = arc.touches == 0.0 or _is_flipped(arc, p, q)
+        if not jumped:
+            there = _shift(p, (arc.x1, arc.y1, arc.z1), u)
+            back = _shift(q, (arc.x2, arc.y2, arc.z2), v)
+        elif arc.touches == 0.0 and state.finished != 0.0 and state.inextensible == 0.0:
+            turn = 0.0  # its guides move to it without friction
+        if not stage:
+            arc.trial_touches = 1.0
+            arc.trial_x1, arc.trial_y1, arc.trial_z1 = p
+            arc.trial_x2, arc.trial_y2, arc.trial_z2 = q
         for k in range(count):
+            guide, part = guides[j + k], (k + 0.5) / count
+            guide.is_on_arc, guide.angle = 1.0, turn / count
+            moved = (1.0 - part) * there + part * back
+            source = segments[j + k + 1] if moved > 0.0 else segments[j + k]
+            guide.shift = moved / (1.0 + source.previous_tension)
+            if k > 0:
+                segments[j + k].length = max(SHORTEST, length / count)
+                segments[j + k].point = -1.0
             _store(path, j + k + 1, points, at + (step if 2 * k < count else 2 * step))
+        half = 0.5 * length / count
         segments[j].length = max(SHORTEST, norm(goes) + half)
         _set_span(segments, j, at - start, step, near, drum, divisor)
-        behind, passed = minus(vector(points, at + 3 * step), vector(points, at + 2 * step)), 3
         segments[j + count].length = max(SHORTEST, norm(behind) + half)
         _set_span(segments, j + count, at - start + 2 * step, step, drum, far, divisor)
     else:
@@ -254,8 +237,9 @@ def trace_path(
 ) -> None:
     """Lengths, bends and spans of a tendon on any path, and the points of its guides.
 
-    ``path`` receives the coordinates of each guide and end [m]; ``stage``: this is an inner stage
-    of the integrator, which must leave no trace.
+    ``path`` receives the coordinates of each guide and end [m]; between sites that have not moved
+    since the last call lengths and bends are as they were. ``stage``: this is an inner stage of the
+    integrator, which must leave no trace.
     """
     tendon = int(state.tendon)
     step = 1 if state.input_at_last == 0.0 else -1
@@ -272,13 +256,15 @@ def trace_path(
     j, divisor, arc = 0, 1.0, 0
     bends = False  # whether the site at hand is a guide: guide j − 1
     came = (0.0, 0.0, 0.0)  # direction of the last span of the branch that has one
-    _store(path, 0, points, at)
+    fresh = state.started == 0.0
+    here = _store(path, 0, points, at) or fresh  # whether the point at hand has moved
+    turned = True  # whether the direction may have changed in which the tendon comes to it
     for _ in range(int(state.inner_guides)):
         segments[j].length, segments[j].point = SHORTEST, -1.0
         segments[j].divisor = divisor
         guides[j].angle = 0.0
         j += 1
-        _store(path, j, points, at)
+        here = _store(path, j, points, at) or fresh
     while step * (end - element) > 0:
         kind = kinds[element + step]
         if kind == PULLEY:
@@ -290,19 +276,24 @@ def trace_path(
             element += 2 * step
             at += 2 * step
             came, bends = (0.0, 0.0, 0.0), False
-            _store(path, j, points, at)
+            here, turned = _store(path, j, points, at) or fresh, True
             continue
         goes = minus(vector(points, at + step), vector(points, at))
-        if bends:
+        ahead = kind != SITE or _store(path, j + 1, points, at + step) or fresh
+        moved = here or ahead
+        if bends and (moved or turned):
             guides[j - 1].angle = angle_between(came, goes)
-        came = goes if goes != (0.0, 0.0, 0.0) else came
+        is_spot = goes == (0.0, 0.0, 0.0)
+        came, turned = came if is_spot else goes, moved or (turned and is_spot)
         if kind == SITE:
             near = bodies[objects[element]]
             far = bodies[objects[element + step]]
-            segments[j].length = max(SHORTEST, norm(goes))
+            if moved:
+                segments[j].length = max(SHORTEST, norm(goes))
             _set_span(segments, j, at - start, step, near, far, divisor)
             element += step
             at += step
+            here = ahead
         else:
             behind, passed = _over_geom(
                 m,
@@ -325,7 +316,7 @@ def trace_path(
             at += passed * step
             element += 2 * step
             arc += 1
-        _store(path, j + 1, points, at)
+            here, turned = _store(path, j + 1, points, at) or fresh, True
         bends = element != end and kinds[element + step] != PULLEY
         if bends:
             j += 1
