@@ -12,7 +12,7 @@ from tendon_mj.lab.diagnosis import Identifiability
 from tendon_mj.lab.diagnosis import identify as judge
 from tendon_mj.lab.experiment_design import planned_recording, read_bounds
 from tendon_mj.lab.recordings import Recording, table_beside
-from tendon_mj.lab.replay import quantity
+from tendon_mj.lab.units import quantity
 
 
 def identify(

@@ -24,7 +24,6 @@ from tendon_mj.lab.replay import (
     Frames,
     check_frames,
     demonstration_time,
-    force_unit,
     friction_sentence,
     frictionless,
     most_first,
@@ -32,6 +31,7 @@ from tendon_mj.lab.replay import (
     sheathed_tendons,
     without_range,
 )
+from tendon_mj.lab.units import force_unit
 from tendon_mj.lab.verification import finger_step_cost
 from tendon_mj.models import Finger, load_model, model_names, model_path
 from tendon_mj.show import check_size, draw_frames, find_camera, finger_figure, render_clip

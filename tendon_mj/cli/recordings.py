@@ -34,17 +34,15 @@ from tendon_mj.lab.replay import (
     Adjustable,
     Misfit,
     Parameter,
-    column_unit,
     expand,
     load_recorded,
     matching,
-    plain,
-    quantity,
     read_intervals,
     replay_error,
     replay_recording,
     stated_values,
 )
+from tendon_mj.lab.units import column_unit, plain, quantity
 from tendon_mj.models import load_model
 from tendon_mj.show import init as write_description
 from tendon_mj.show import replay_figure

@@ -22,7 +22,7 @@ from selenium.webdriver.support.ui import WebDriverWait
 
 from tendon_mj.cli import main
 from tendon_mj.errors import EngineError, MissingPackageError
-from tendon_mj.lab.replay import force_unit
+from tendon_mj.lab.units import force_unit
 from tendon_mj.models import load_model
 from tendon_mj.plugin import sheaths
 from tendon_mj.show.live import open_window, prepare, serve

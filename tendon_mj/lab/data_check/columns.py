@@ -27,10 +27,10 @@ from tendon_mj.lab.recordings import (
     is_noisy,
     noise_levels,
     range_ends,
-    si_name,
     white_noise,
 )
 from tendon_mj.lab.replay import Adjustable, expand
+from tendon_mj.lab.units import si_name
 from tendon_mj.plugin import sensor_kind
 
 _DEGREES = math.degrees(1.0)

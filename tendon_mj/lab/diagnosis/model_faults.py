@@ -25,12 +25,12 @@ from tendon_mj.lab.replay import (
     Schedule,
     Simulates,
     Simulator,
-    column_unit,
     expand,
     has_soft_friction,
     stiff_friction,
     values_for,
 )
+from tendon_mj.lab.units import column_unit
 
 # Root mean square error of a tension, in ranges of it, over (μφ)^(3/2) at one guide: at most so
 # much, measured on `bench` against many guides. At the end where a displacement is prescribed it is

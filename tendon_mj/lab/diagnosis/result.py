@@ -23,12 +23,12 @@ from tendon_mj.lab.replay import (
     Simulates,
     as_recording,
     described_values,
-    estimated_percent,
     expand,
     patch_model,
     recording_of,
     values_for,
 )
+from tendon_mj.lab.units import estimated_percent
 
 
 @dataclass(frozen=True)

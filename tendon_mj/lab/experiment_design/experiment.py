@@ -19,9 +19,6 @@ import numpy as np
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.lab.diagnosis import MakeSimulator
 from tendon_mj.lab.recordings import (
-    ANY_NUMBER,
-    NOT_NEGATIVE,
-    POSITIVE_NUMBER,
     Measured,
     Recording,
     check_keys,
@@ -30,11 +27,17 @@ from tendon_mj.lab.recordings import (
     read_number,
     read_text,
     read_toml,
+)
+from tendon_mj.lab.replay import Simulator, expand
+from tendon_mj.lab.units import (
+    ANY_NUMBER,
+    NOT_NEGATIVE,
+    POSITIVE_NUMBER,
+    column_unit,
     si_name,
     unit_fault,
 )
-from tendon_mj.lab.replay import Simulator, column_unit, expand
-from tendon_mj.lab.replay import rate as per_second
+from tendon_mj.lab.units import rate as per_second
 from tendon_mj.typing import FloatArray
 
 Interval = tuple[float, float]

@@ -21,7 +21,8 @@ from tendon_mj.errors import (
     unknown,
 )
 from tendon_mj.lab import replay
-from tendon_mj.lab.recordings import TIME, Measured, Recording, read_table
+from tendon_mj.lab.recordings import Measured, Recording, read_table
+from tendon_mj.lab.units import TIME
 from tendon_mj.models import JOINTS, TENDONS, Finger, spool_angles
 from tendon_mj.typing import FloatArray
 

@@ -31,12 +31,3 @@ from tendon_mj.lab.recordings.recording import read_given as read_given
 from tendon_mj.lab.recordings.recording import read_recording as read_recording
 from tendon_mj.lab.recordings.recording import read_table as read_table
 from tendon_mj.lab.recordings.recording import write_recording as write_recording
-from tendon_mj.lab.recordings.units import ANY_NUMBER as ANY_NUMBER
-from tendon_mj.lab.recordings.units import LARGEST as LARGEST
-from tendon_mj.lab.recordings.units import NOT_NEGATIVE as NOT_NEGATIVE
-from tendon_mj.lab.recordings.units import POSITIVE_NUMBER as POSITIVE_NUMBER
-from tendon_mj.lab.recordings.units import TIME as TIME
-from tendon_mj.lab.recordings.units import TIMES as TIMES
-from tendon_mj.lab.recordings.units import UNITS as UNITS
-from tendon_mj.lab.recordings.units import si_name as si_name
-from tendon_mj.lab.recordings.units import unit_fault as unit_fault

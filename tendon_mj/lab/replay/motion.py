@@ -13,9 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.lab.progress import Progress
-from tendon_mj.lab.recordings import TIME, in_si, read_columns, si_name
+from tendon_mj.lab.recordings import in_si, read_columns
 from tendon_mj.lab.replay.parameters import Adjustable
-from tendon_mj.lab.replay.units import column_unit, control_unit, name_in, unit_ending
+from tendon_mj.lab.replay.units import control_unit
+from tendon_mj.lab.units import TIME, column_unit, name_in, si_name, unit_ending
 from tendon_mj.plugin import ALL_OF_IT, Branch, most_bent_branch, sheaths, tension_path
 from tendon_mj.typing import FloatArray
 

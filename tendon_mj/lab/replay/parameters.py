@@ -43,7 +43,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.attach import Parameters, checked_number
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownKeyError, UnknownNameError
-from tendon_mj.lab.recordings import LARGEST, Recording
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay.readout import (
     PLAIN_COMMAND,
     USER_NUMBERS,
@@ -53,7 +53,8 @@ from tendon_mj.lab.replay.readout import (
     stored_joint_commands,
     stored_readouts,
 )
-from tendon_mj.lab.replay.units import JOINT, ROUNDING, control_unit, rate, reading_unit
+from tendon_mj.lab.replay.units import ROUNDING, control_unit, reading_unit
+from tendon_mj.lab.units import JOINT, LARGEST, rate
 from tendon_mj.plugin import GAINS, PARAMETERS, C, sensor_kind, sheath_arrays, sheaths
 from tendon_mj.sheath import LAW, check_scales, check_static
 

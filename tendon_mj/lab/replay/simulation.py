@@ -42,7 +42,8 @@ from tendon_mj.lab.replay.parameters import (
 )
 from tendon_mj.lab.replay.play import MakeModel, load_recorded, plays
 from tendon_mj.lab.replay.schedule import Rests, Schedule, described_values, stated_values
-from tendon_mj.lab.replay.units import ROUNDING, UNKNOWN, column_unit, rate
+from tendon_mj.lab.replay.units import ROUNDING
+from tendon_mj.lab.units import UNKNOWN, column_unit, rate
 from tendon_mj.models import load_model, load_spec
 from tendon_mj.plugin import sheaths, unsolved_evaluations
 from tendon_mj.typing import FloatArray

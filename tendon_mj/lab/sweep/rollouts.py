@@ -27,13 +27,13 @@ from tendon_mj.lab.replay import (
     column_of,
     control_unit,
     demonstration_time,
-    ending_of,
     reading_unit,
     run_open_loop,
     suppress_mujoco_log,
     unsolved_sheaths,
 )
 from tendon_mj.lab.sweep.design import SensorSummary, summarised
+from tendon_mj.lab.units import ending_of
 from tendon_mj.models import model_digest
 from tendon_mj.typing import FloatArray
 

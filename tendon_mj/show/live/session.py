@@ -22,9 +22,7 @@ from tendon_mj.lab.finger import find_motion, motion_names
 from tendon_mj.lab.progress import Progress
 from tendon_mj.lab.replay import (
     Drive,
-    EngineeringUnit,
     demonstration_time,
-    force_unit,
     friction_sentence,
     frictionless,
     is_friction,
@@ -33,6 +31,7 @@ from tendon_mj.lab.replay import (
     resting,
     sheathed_tendons,
 )
+from tendon_mj.lab.units import EngineeringUnit, force_unit
 from tendon_mj.models import load_spec, model_path
 from tendon_mj.plugin import TENSION_SCALE, most_bent_branch, sheaths
 from tendon_mj.show.live.scene import Viewpoint, first_view

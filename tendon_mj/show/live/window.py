@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import EngineError
-from tendon_mj.lab.replay import NEWTON, EngineeringUnit
+from tendon_mj.lab.units import NEWTON, EngineeringUnit
 from tendon_mj.show.figures.style import labelled
 from tendon_mj.show.live.scene import (
     MOST_TENDONS,

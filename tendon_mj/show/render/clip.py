@@ -19,7 +19,8 @@ from PIL import ImageDraw, ImageFont
 
 from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.lab.progress import Progress
-from tendon_mj.lab.replay import POSE, Frames, force_unit
+from tendon_mj.lab.replay import POSE, Frames
+from tendon_mj.lab.units import force_unit
 from tendon_mj.plugin import sheaths
 from tendon_mj.show.figures import style
 from tendon_mj.show.render import offscreen

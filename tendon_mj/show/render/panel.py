@@ -19,15 +19,8 @@ from matplotlib.lines import Line2D
 from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
-from tendon_mj.lab.replay import (
-    Cable,
-    EngineeringUnit,
-    Frames,
-    control_unit,
-    engineering_unit,
-    force_unit,
-    free_joints,
-)
+from tendon_mj.lab.replay import Cable, Frames, control_unit, free_joints
+from tendon_mj.lab.units import EngineeringUnit, engineering_unit, force_unit
 from tendon_mj.plugin import sheaths
 from tendon_mj.show.figures import style
 from tendon_mj.show.render.offscreen import COLOURS, Image, colour_limits, without_spikes

@@ -17,7 +17,7 @@ from tendon_mj.lab.recordings import resolution as step
 from tendon_mj.lab.recordings.assembly import at_common_times, spread
 from tendon_mj.lab.recordings.description import Session, Source
 from tendon_mj.lab.recordings.noise import is_noisy, white_noise
-from tendon_mj.lab.recordings.units import NumberRange
+from tendon_mj.lab.units import NumberRange
 from tests.lab.recorded import recorded
 from tests.refusals import refused
 
