@@ -20,7 +20,6 @@ from tendon_mj.lab.replay import Cable, FrameRecorder, default_motion, record_fr
 from tendon_mj.models import Bench, build_bench, load_model
 from tendon_mj.plugin import segment_tensions, sheaths
 from tendon_mj.show import Offscreen, draw_frames, find_camera, render_clip
-from tendon_mj.show.figures.style import DARK
 from tendon_mj.show.render import offscreen as scene_module
 from tendon_mj.show.render.clip import draw_arrow
 from tendon_mj.show.render.offscreen import (
@@ -31,6 +30,7 @@ from tendon_mj.show.render.offscreen import (
     project,
     without_tendons,
 )
+from tendon_mj.show.style import DARK
 from tests.refusals import refusing
 from tests.rigs import compiled, rope
 

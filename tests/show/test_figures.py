@@ -10,7 +10,7 @@ from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.verification import BenchReadings, FirstMotion
 from tendon_mj.models import Bench
 from tendon_mj.show import convergence_figure, loops_figure, replay_figure, sweep_figure
-from tendon_mj.show.figures.style import column_label, drawn_unit
+from tendon_mj.show.style import column_label, drawn_unit
 from tests.lab.recorded import recorded
 
 LAM, T0, EA, L, KSE = 0.47, 20.0, 20e3, 0.5, 8e3

@@ -13,7 +13,6 @@ from tendon_mj import add_friction
 from tendon_mj.lab.finger import lasting, press, simulate_finger
 from tendon_mj.lab.replay import FrameRecorder, control_unit, record_frames
 from tendon_mj.models import TENDON_COLOUR, load_model
-from tendon_mj.show import BLUE, VERMILLION
 from tendon_mj.show.render.offscreen import colour_limits, without_spikes
 from tendon_mj.show.render.panel import (
     TENDON_PALETTE,
@@ -24,6 +23,7 @@ from tendon_mj.show.render.panel import (
     tendon_colours,
     text_width,
 )
+from tendon_mj.show.style import BLUE, VERMILLION
 from tests.rigs import block_and_tackle, compiled, rope
 
 # Machado and others (2009): how linear red, green and blue look to dichromats

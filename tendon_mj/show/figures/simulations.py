@@ -17,7 +17,7 @@ from tendon_mj.lab.recordings import Recording, noise_levels
 from tendon_mj.lab.sweep import bins_of
 from tendon_mj.lab.units import column_name, column_unit, engineering_unit
 from tendon_mj.models import JOINTS, TENDON_COLOUR, TENDONS
-from tendon_mj.show.figures import style
+from tendon_mj.show import style
 from tendon_mj.typing import FloatArray
 
 RECORDED = "recording"  # which may itself be simulated; its source is in the title

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from tendon_mj.lab.replay import control_limits, control_unit
 from tendon_mj.lab.units import NEWTON, EngineeringUnit, engineering_unit
 from tendon_mj.plugin import PARAMETERS, SLIPPING
-from tendon_mj.show.figures.style import labelled
 from tendon_mj.show.render.offscreen import COLOURS
 from tendon_mj.show.render.panel import tendon_colours
 from tendon_mj.show.render.surroundings import first_camera, framing
+from tendon_mj.show.style import labelled
 from tendon_mj.typing import FloatArray
 
 _PALER = 0.5  # share of white in the curve of the output

@@ -22,7 +22,7 @@ from tendon_mj.lab.progress import Progress
 from tendon_mj.lab.replay import POSE, Frames
 from tendon_mj.lab.units import force_unit
 from tendon_mj.plugin import sheaths
-from tendon_mj.show.figures import style
+from tendon_mj.show import style
 from tendon_mj.show.render import offscreen
 from tendon_mj.show.render.panel import Panel, listed, tendon_colours, text_scale, unit_of_forces
 from tendon_mj.show.render.surroundings import poses_of, to_show

@@ -22,7 +22,7 @@ from PIL import ImageDraw, ImageFont
 from tendon_mj.lab.replay import Cable, Frames, control_unit, free_joints
 from tendon_mj.lab.units import EngineeringUnit, engineering_unit, force_unit
 from tendon_mj.plugin import sheaths
-from tendon_mj.show.figures import style
+from tendon_mj.show import style
 from tendon_mj.show.render.offscreen import COLOURS, Image, colour_limits, without_spikes
 from tendon_mj.typing import FloatArray
 

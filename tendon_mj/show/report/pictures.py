@@ -21,7 +21,7 @@ from tendon_mj.lab.diagnosis import (
     Located,
 )
 from tendon_mj.lab.units import EngineeringUnit, column_name, column_unit, engineering_unit, plain
-from tendon_mj.show.figures import style
+from tendon_mj.show import style
 from tendon_mj.show.figures.simulations import before_after_figure
 
 TIME_SPENT, BEFORE, SYSID, AFTER = "time spent there", "before", "mujoco.sysid alone", "after"
