@@ -23,20 +23,14 @@ from tendon_mj.lab.data_check import (
     doubt_of_signals,
     timing_warnings,
 )
-from tendon_mj.lab.recordings import (
-    Recording,
-    noise_levels,
-    read_recording,
-    tables_in,
-    write_recording,
-)
+from tendon_mj.lab.noise import noise_levels
+from tendon_mj.lab.parameter_names import expand, matching
+from tendon_mj.lab.recordings import Recording, read_recording, tables_in, write_recording
 from tendon_mj.lab.replay import (
     Adjustable,
     Misfit,
     Parameter,
-    expand,
     load_recorded,
-    matching,
     read_intervals,
     replay_error,
     replay_recording,

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from tendon_mj.lab.data_check import thresholds as limits
 from tendon_mj.lab.data_check.faults import DataWarning
-from tendon_mj.lab.recordings import Recording, noise_levels, resolution
+from tendon_mj.lab.noise import noise_levels, resolution
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.units import column_unit, quantity
 from tendon_mj.typing import FloatArray
 

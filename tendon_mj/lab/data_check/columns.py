@@ -20,8 +20,7 @@ from tendon_mj.lab.data_check.column import (
     usual_range,
 )
 from tendon_mj.lab.data_check.faults import DataWarning
-from tendon_mj.lab.recordings import (
-    Recording,
+from tendon_mj.lab.noise import (
     estimate_noise,
     held_values,
     is_noisy,
@@ -29,7 +28,9 @@ from tendon_mj.lab.recordings import (
     range_ends,
     white_noise,
 )
-from tendon_mj.lab.replay import Adjustable, expand
+from tendon_mj.lab.parameter_names import expand
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import Adjustable
 from tendon_mj.lab.units import si_name
 from tendon_mj.plugin import sensor_kind
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.lab.diagnosis import MakeSimulator
+from tendon_mj.lab.parameter_names import expand
 from tendon_mj.lab.recordings import (
     Measured,
     Recording,
@@ -28,7 +29,7 @@ from tendon_mj.lab.recordings import (
     read_text,
     read_toml,
 )
-from tendon_mj.lab.replay import Simulator, expand
+from tendon_mj.lab.replay import Simulator
 from tendon_mj.lab.units import (
     ANY_NUMBER,
     NOT_NEGATIVE,

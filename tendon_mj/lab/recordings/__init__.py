@@ -13,15 +13,6 @@ from tendon_mj.lab.recordings.files import read_text as read_text
 from tendon_mj.lab.recordings.files import read_toml as read_toml
 from tendon_mj.lab.recordings.files import table_beside as table_beside
 from tendon_mj.lab.recordings.files import tables_in as tables_in
-from tendon_mj.lab.recordings.noise import estimate_noise as estimate_noise
-from tendon_mj.lab.recordings.noise import held_values as held_values
-from tendon_mj.lab.recordings.noise import is_noisy as is_noisy
-from tendon_mj.lab.recordings.noise import least_motion as least_motion
-from tendon_mj.lab.recordings.noise import noise_levels as noise_levels
-from tendon_mj.lab.recordings.noise import noise_of_repeats as noise_of_repeats
-from tendon_mj.lab.recordings.noise import range_ends as range_ends
-from tendon_mj.lab.recordings.noise import resolution as resolution
-from tendon_mj.lab.recordings.noise import white_noise as white_noise
 from tendon_mj.lab.recordings.recording import GivenRecording as GivenRecording
 from tendon_mj.lab.recordings.recording import Recording as Recording
 from tendon_mj.lab.recordings.recording import is_same_model as is_same_model

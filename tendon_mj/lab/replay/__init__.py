@@ -31,17 +31,8 @@ from tendon_mj.lab.replay.parameters import RANGE_WIDTH as RANGE_WIDTH
 from tendon_mj.lab.replay.parameters import Adjustable as Adjustable
 from tendon_mj.lab.replay.parameters import Kind as Kind
 from tendon_mj.lab.replay.parameters import Parameter as Parameter
-from tendon_mj.lab.replay.parameters import claims as claims
-from tendon_mj.lab.replay.parameters import expand as expand
 from tendon_mj.lab.replay.parameters import has_soft_friction as has_soft_friction
-from tendon_mj.lab.replay.parameters import matching as matching
-from tendon_mj.lab.replay.parameters import name_in_session as name_in_session
-from tendon_mj.lab.replay.parameters import parameter_of as parameter_of
-from tendon_mj.lab.replay.parameters import recording_of as recording_of
 from tendon_mj.lab.replay.parameters import stiff_friction as stiff_friction
-from tendon_mj.lab.replay.parameters import value_in as value_in
-from tendon_mj.lab.replay.parameters import values_for as values_for
-from tendon_mj.lab.replay.parameters import values_in as values_in
 from tendon_mj.lab.replay.patch import patch_model as patch_model
 from tendon_mj.lab.replay.patch import read_intervals as read_intervals
 from tendon_mj.lab.replay.play import load_recorded as load_recorded

@@ -27,7 +27,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.lab.recordings import white_noise
+from tendon_mj.lab.noise import white_noise
 from tendon_mj.lab.replay.units import ROUNDING
 from tendon_mj.lab.units import LARGEST
 from tendon_mj.typing import FloatArray

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab import replay
-from tendon_mj.lab.recordings import Recording, noise_levels
+from tendon_mj.lab.noise import noise_levels
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.sweep import bins_of
 from tendon_mj.lab.units import column_name, column_unit, engineering_unit
 from tendon_mj.models import JOINTS, TENDON_COLOUR, TENDONS
