@@ -17,7 +17,6 @@ import imageio_ffmpeg
 import mujoco
 import numpy as np
 from matplotlib.font_manager import findfont
-from numpy.typing import ArrayLike
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from tendon_mj.lab.finger import lasting, press, simulate_finger
@@ -36,9 +35,7 @@ WIDE, CLOSE = (890, 684), (498, 338)  # views of the joint [pixels]
 GAP, FRAME, GREY = 12, 1, (205, 205, 205)
 
 
-def frame(
-    model: mujoco.MjModel, drive: Drive | ArrayLike, moment: float, duration: float
-) -> Image.Image:
+def frame(model: mujoco.MjModel, drive: Drive, moment: float, duration: float) -> Image.Image:
     """Frame of the clip that `tendon-mj render` and `simulate` make."""
     with tempfile.TemporaryDirectory() as folder:
         clip = Path(folder) / "clip.mp4"

@@ -32,7 +32,7 @@ from tendon_mj.lab.replay import (
     without_range,
 )
 from tendon_mj.lab.units import force_unit
-from tendon_mj.lab.verification import finger_step_cost
+from tendon_mj.lab.verification import finger_runs
 from tendon_mj.models import Finger, load_model, model_names, model_path
 from tendon_mj.show import check_size, draw_frames, find_camera, finger_figure, render_clip
 from tendon_mj.show.live import open_window, prepare, serve
@@ -262,7 +262,7 @@ def simulate(
         output.add(write_recording(answer, out / f"{stems[name]}.csv"))
     output.figure(trajectory.name, finger_figure(answers))
     if model == "finger" and not trajectory.by_tension:
-        cost = finger_step_cost(trajectory, friction=friction)
+        cost = finger_runs(trajectory, friction=friction).cost().cost
         result["step_cost"] = {"ratio": cost.ratio, "step_s": cost.step}
     if clip:
         result["clip"] = _write_clip(output, trajectory.name, model, recorders.values())

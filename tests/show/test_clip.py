@@ -103,7 +103,7 @@ def test_a_model_without_a_sheath_has_no_strip(gl, tmp_path):
     ball = mujoco.MjModel.from_xml_string(
         "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
     )
-    recorded = record_frames(ball, np.zeros((1, 0)), duration=0.2, fps=10)
+    recorded = record_frames(ball, lambda time: [], duration=0.2, fps=10)
     path = render_clip(ball, recorded, tmp_path / "b.mp4", width=128, height=96)
     frames, _ = frames_of(path, 128, 96)
     assert frames.shape == (2, 96, 128, 3)
@@ -161,7 +161,7 @@ def test_a_tendon_is_drawn_from_its_input_to_its_output_beside_a_geom(height, wo
     model = spec.compile()
     data, scene = mujoco.MjData(model), mujoco.MjvScene(model, 100)
     mujoco.mj_forward(model, data)
-    (cable,) = record_frames(model, [[5.0]], duration=0.1, fps=10).cables.values()
+    (cable,) = record_frames(model, lambda time: [5.0], duration=0.1, fps=10).cables.values()
     for drawn, site in zip(cable.points[0, [0, -1]], ("a", "d"), strict=True):
         np.testing.assert_allclose(drawn, data.site(site).xpos)
     length = np.linalg.norm(np.diff(cable.points[0], axis=0), axis=1).sum()
@@ -322,7 +322,7 @@ def test_the_legend_s_bead_is_seen_on_a_dark_floor(gl):
         world='<geom type="plane" size="90 90 1"/>',
     )
     model = compiled(text)
-    recorded = record_frames(model, [[5.0]], duration=0.1, fps=10)
+    recorded = record_frames(model, lambda time: [5.0], duration=0.1, fps=10)
     (image,) = draw_frames(model, recorded, width=960, height=540)
     corner = image[-60:, :40].astype(int)  # floor, and the bead without its text
     assert np.median(corner) < 100, "as grey as the bead"

@@ -223,6 +223,11 @@ class Cable:
         gaps = [-1, *np.flatnonzero(np.isnan(self.tensions[0])), self.tensions.shape[1]]
         return int(gaps[self.branch.number]) + 1, int(gaps[self.branch.number + 1]) - 1
 
+    @property
+    def end_tensions(self) -> FloatArray:
+        """(frames, 2) tensions at the input and the output of that branch [N]."""
+        return self.tensions[:, self.ends]
+
 
 @dataclass(frozen=True)
 class Frames:
@@ -327,7 +332,7 @@ def _contact_forces(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
 
 def record_frames(
     model: mujoco.MjModel,
-    drive: Callable[[float], ArrayLike] | ArrayLike,
+    drive: Callable[[float], ArrayLike],
     *,
     duration: float,
     fps: float = _FPS,
@@ -339,11 +344,15 @@ def record_frames(
 
     With ``at_rest`` it starts as `resting` has it.
 
-    ``drive`` is time [s] → (nu,) controls; or a (steps, nu) row of them per time step, of which the
-    last one holds on. ``parameters`` are those of `replay.parameters`; the model is not changed.
+    ``drive`` is time [s] → (nu,) controls. ``parameters`` are those of `replay.parameters`; the
+    model is not changed.
     """
     check_frames(model, duration, fps)
-    control, recorder, data = _control(model, drive), FrameRecorder(fps), mujoco.MjData(model)
+    if (shape := np.shape(drive(0.0))) != (model.nu,):
+        raise InvalidValueError(
+            f"drive gives controls of shape {shape}, the model takes ({model.nu},)"
+        )
+    recorder, data = FrameRecorder(fps), mujoco.MjData(model)
     if parameters:
         adjustable = Adjustable(copy.copy(model))
         adjustable.set(parameters)
@@ -354,9 +363,9 @@ def record_frames(
     frames = max(1, round(duration * fps))
     for k in range(frames):
         while data.time < k / fps - 0.5 * model.opt.timestep:
-            data.ctrl[:] = control(data.time)
+            data.ctrl[:] = drive(data.time)
             mujoco.mj_step(model, data)
-        recorder.keep(model, data, control(data.time))
+        recorder.keep(model, data, drive(data.time))
         if progress:
             progress("simulate", k + 1, frames)
     return recorder.frames()
@@ -392,22 +401,3 @@ def is_friction(name: str) -> bool:
 def _check_positive(name: str, value: float, unit: str) -> None:
     if not (np.isfinite(value) and value > 0.0):
         raise InvalidValueError(f"{name} = {value} [{unit}] must be finite and > 0")
-
-
-def _control(
-    model: mujoco.MjModel, drive: Callable[[float], ArrayLike] | ArrayLike
-) -> Callable[[float], ArrayLike]:
-    if callable(drive):
-        shape = np.shape(drive(0.0))
-        if shape != (model.nu,):
-            raise InvalidValueError(
-                f"drive gives controls of shape {shape}, the model takes ({model.nu},)"
-            )
-        return drive
-    rows = np.asarray(drive, float)
-    if rows.ndim != 2 or rows.shape[1] != model.nu or not len(rows):
-        raise InvalidValueError(
-            f"drive has shape {rows.shape}, the model takes (steps, {model.nu}) controls"
-        )
-    step = model.opt.timestep
-    return lambda time: rows[min(round(time / step), len(rows) - 1)]

@@ -16,7 +16,7 @@ import numpy as np
 from tendon_mj import theory
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.replay import rollout_named_sensors
-from tendon_mj.lab.verification.costs import bench_step_cost, thread_speedups
+from tendon_mj.lab.verification.costs import bench_runs, thread_speedups
 from tendon_mj.models import Bench, build_bench
 from tendon_mj.typing import FloatArray
 
@@ -247,6 +247,6 @@ def compare_bench(progress: Progress = silent) -> Comparison:
         motions=_sweep(bench, SWEEP, progress, "sweep of λ on the bench"),
         limit_motions=_sweep(limit, LIMIT_SWEEP, progress, "sweep of λ in the stiff limit"),
         convergence=convergence(steep, progress),
-        step_cost=bench_step_cost(bench).ratio,
+        step_cost=bench_runs(bench).cost().cost.ratio,
         rollout_speedup=thread_speedups(bench)[2].median,
     )

@@ -231,10 +231,7 @@ class _FramePainter:
         mujoco.mj_fwdPosition(self._model, self._data)
 
         def add(scene: mujoco.MjvScene) -> None:
-            for cable in self._frames.cables.values():
-                offscreen.add_cable(
-                    scene, cable.points[k], cable.tensions[k], self._scale, self._radius
-                )
+            offscreen.add_cables(scene, self._frames.cables, k, self._scale, self._radius)
 
         image = self._offscreen.draw(self._data, self._camera, add)
         if self._ghost is not None and self._twin is not None:

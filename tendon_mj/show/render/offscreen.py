@@ -319,6 +319,18 @@ def without_tendons(model: mujoco.MjModel, names: Iterable[str] | None = None) -
     return bare
 
 
+def add_cables(
+    scene: mujoco.MjvScene,
+    cables: Mapping[str, Cable],
+    frame: int,
+    scale: Normalize,
+    radius: float,
+) -> None:
+    """Add all tendons as they are in a frame to a scene, as it has room."""
+    for cable in cables.values():
+        add_cable(scene, cable.points[frame], cable.tensions[frame], scale, radius)
+
+
 def add_cable(
     scene: mujoco.MjvScene,
     points: FloatArray,

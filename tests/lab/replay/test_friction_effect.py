@@ -42,8 +42,8 @@ def fingers(**frictions):
     model = spec.compile()
 
     def record(parameters=None):
-        drive = np.full((1, len(names)), -20.0)
-        return record_frames(model, drive, duration=1.0, fps=10, parameters=parameters)
+        pull = np.full(len(names), -20.0)
+        return record_frames(model, lambda _: pull, duration=1.0, fps=10, parameters=parameters)
 
     return model, record(), record(frictionless(model))
 

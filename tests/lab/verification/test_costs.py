@@ -13,7 +13,7 @@ from tendon_mj.lab.replay import full_state, rollout_sensors
 from tendon_mj.lab.verification import (
     Quartiles,
     StepCost,
-    finger_step_cost,
+    finger_runs,
     measure_models,
     mujoco_tendon_bench,
     smooth_controls,
@@ -22,7 +22,7 @@ from tendon_mj.lab.verification import (
     without_tension_sensors,
 )
 from tendon_mj.lab.verification.costs import (
-    bench_step_cost,
+    bench_runs,
     memory_of,
     mujoco_tendon_finger,
     prepare_model,
@@ -92,14 +92,14 @@ def test_a_model_with_mujocos_own_tendons_has_no_plugin():
 
 
 def test_a_step_cost_is_positive_and_its_ratio_that_of_the_times():
-    cost = bench_step_cost(Bench(guides=4), rounds=1)
+    cost = bench_runs(Bench(guides=4)).cost(rounds=1).cost
     assert cost.step > 0.0
     assert cost.reference_step > 0.0
     cost = StepCost(np.array([3e-6, 5e-6, 4e-6]), np.array([2e-6, 2e-6, 1e-6]))
     assert cost.ratio == pytest.approx(2.5)
     assert cost.added.median == pytest.approx(3e-6)
     short = dataclasses.replace(tap(), time=tap().time / 10.0)
-    assert finger_step_cost(short, friction=0.3, rounds=1).ratio > 0.0
+    assert finger_runs(short, friction=0.3).cost(rounds=1).cost.ratio > 0.0
 
 
 def test_tasks_are_timed_in_turns():
