@@ -20,7 +20,8 @@ from matplotlib.font_manager import findfont
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from tendon_mj.lab.finger import lasting, press, simulate_finger
-from tendon_mj.lab.replay import Drive, FrameRecorder, Frames, default_motion, record_frames
+from tendon_mj.lab.frames import FrameRecorder, Frames
+from tendon_mj.lab.motion import Drive, default_motion, record_frames
 from tendon_mj.models import load_model
 from tendon_mj.show import Offscreen, draw_frames, find_camera, render_clip, style
 

@@ -18,19 +18,10 @@ from tendon_mj.cli.options import given_files
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.lab import finger
+from tendon_mj.lab.frames import FrameRecorder, Frames, check_frames
+from tendon_mj.lab.friction_effect import friction_sentence, most_first, sheathed_tendons
+from tendon_mj.lab.motion import demonstration_time, frictionless, record_frames, without_range
 from tendon_mj.lab.recordings import Recording, write_recording
-from tendon_mj.lab.replay import (
-    FrameRecorder,
-    Frames,
-    check_frames,
-    demonstration_time,
-    friction_sentence,
-    frictionless,
-    most_first,
-    record_frames,
-    sheathed_tendons,
-    without_range,
-)
 from tendon_mj.lab.units import force_unit
 from tendon_mj.lab.verification import finger_runs
 from tendon_mj.models import Finger, load_model, model_names, model_path

@@ -36,6 +36,7 @@ JOINT: Final[dict[str, tuple[str, str]]] = {
     "springref": ("rad", "m"),
 }
 
+ROUNDING: Final = 1e-6  # of a step, an interval or a length, and loads [N or N m] and angles [rad]
 LARGEST: Final = 1e30  # beyond, sums of squares may overflow
 SMALLEST: Final = 1.0 / LARGEST  # except 0
 

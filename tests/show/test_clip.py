@@ -16,7 +16,8 @@ from scipy.spatial import KDTree
 from tendon_mj import add_friction
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.lab.finger import lasting, press, simulate_finger, tap
-from tendon_mj.lab.replay import Cable, FrameRecorder, default_motion, record_frames
+from tendon_mj.lab.frames import Cable, FrameRecorder
+from tendon_mj.lab.motion import default_motion, record_frames
 from tendon_mj.models import Bench, build_bench, load_model
 from tendon_mj.plugin import segment_tensions, sheaths
 from tendon_mj.show import Offscreen, draw_frames, find_camera, render_clip

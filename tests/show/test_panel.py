@@ -11,7 +11,9 @@ from matplotlib.colors import to_rgb
 
 from tendon_mj import add_friction
 from tendon_mj.lab.finger import lasting, press, simulate_finger
-from tendon_mj.lab.replay import FrameRecorder, control_unit, record_frames
+from tendon_mj.lab.frames import FrameRecorder
+from tendon_mj.lab.motion import record_frames
+from tendon_mj.lab.replay import control_unit
 from tendon_mj.models import TENDON_COLOUR, load_model
 from tendon_mj.show.render.offscreen import colour_limits, without_spikes
 from tendon_mj.show.render.panel import (

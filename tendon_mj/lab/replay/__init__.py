@@ -1,30 +1,11 @@
-"""Simulation of recordings and motions.
+"""Simulation of recordings.
 
-Schedules of controls, named parameters and patched models, sensor readings, rollouts; motions and
-frames for clips; units of columns; and the template of a description.
+Schedules of controls, named parameters and patched models, sensor readings, rollouts; and the
+template of a description.
 """
 
 from tendon_mj.lab.replay.description_template import column_of as column_of
 from tendon_mj.lab.replay.description_template import format_template as format_template
-from tendon_mj.lab.replay.friction_effect import free_joints as free_joints
-from tendon_mj.lab.replay.friction_effect import friction_sentence as friction_sentence
-from tendon_mj.lab.replay.friction_effect import most_first as most_first
-from tendon_mj.lab.replay.friction_effect import sheathed_tendons as sheathed_tendons
-from tendon_mj.lab.replay.motion import POSE as POSE
-from tendon_mj.lab.replay.motion import Cable as Cable
-from tendon_mj.lab.replay.motion import Drive as Drive
-from tendon_mj.lab.replay.motion import FrameRecorder as FrameRecorder
-from tendon_mj.lab.replay.motion import Frames as Frames
-from tendon_mj.lab.replay.motion import check_frames as check_frames
-from tendon_mj.lab.replay.motion import control_limits as control_limits
-from tendon_mj.lab.replay.motion import default_motion as default_motion
-from tendon_mj.lab.replay.motion import demonstration_time as demonstration_time
-from tendon_mj.lab.replay.motion import frictionless as frictionless
-from tendon_mj.lab.replay.motion import is_friction as is_friction
-from tendon_mj.lab.replay.motion import read_motion as read_motion
-from tendon_mj.lab.replay.motion import record_frames as record_frames
-from tendon_mj.lab.replay.motion import resting as resting
-from tendon_mj.lab.replay.motion import without_range as without_range
 from tendon_mj.lab.replay.parameters import DRAWN_BEND as DRAWN_BEND
 from tendon_mj.lab.replay.parameters import EXTRA_BEND as EXTRA_BEND
 from tendon_mj.lab.replay.parameters import RANGE_WIDTH as RANGE_WIDTH

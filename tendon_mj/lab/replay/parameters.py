@@ -48,8 +48,8 @@ from tendon_mj.lab.replay.readout import (
     stored_joint_commands,
     stored_readouts,
 )
-from tendon_mj.lab.replay.units import ROUNDING, control_unit, reading_unit
-from tendon_mj.lab.units import JOINT, LARGEST, rate
+from tendon_mj.lab.replay.units import control_unit, reading_unit
+from tendon_mj.lab.units import JOINT, LARGEST, ROUNDING, rate
 from tendon_mj.plugin import GAINS, PARAMETERS, C, sensor_kind, sheath_arrays, sheaths
 from tendon_mj.sheath import LAW, check_scales, check_static
 

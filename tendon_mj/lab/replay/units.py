@@ -10,7 +10,6 @@ from tendon_mj.lab.units import UNKNOWN
 from tendon_mj.plugin import KINDS, sensor_kind, servos
 
 _PLACE, _RATE = 1, 2  # MuJoCo's `ctrlspec` of a servo
-ROUNDING: Final = 1e-6  # of a step, an interval or a length, and loads [N or N m] and angles [rad]
 
 # sensor -> (unit of its reading on a hinge, on a slide)
 _OF_JOINT: Final = {

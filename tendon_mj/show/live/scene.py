@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from tendon_mj.lab.replay import control_limits, control_unit
+from tendon_mj.lab.motion import control_limits
+from tendon_mj.lab.replay import control_unit
 from tendon_mj.lab.units import NEWTON, EngineeringUnit, engineering_unit
 from tendon_mj.plugin import PARAMETERS, SLIPPING
 from tendon_mj.show.render.offscreen import COLOURS

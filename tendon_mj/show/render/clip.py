@@ -18,8 +18,8 @@ from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
 from tendon_mj.errors import EngineError, InvalidValueError
+from tendon_mj.lab.frames import POSE, Frames
 from tendon_mj.lab.progress import Progress
-from tendon_mj.lab.replay import POSE, Frames
 from tendon_mj.lab.units import force_unit
 from tendon_mj.plugin import sheaths
 from tendon_mj.show import style

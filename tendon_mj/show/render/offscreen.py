@@ -28,7 +28,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from tendon_mj.errors import EngineError, UnknownNameError
-from tendon_mj.lab.replay import POSE, Cable
+from tendon_mj.lab.frames import POSE, Cable
 from tendon_mj.plugin import MARK, sheaths
 from tendon_mj.show.render.surroundings import add_floor, first_camera, floor, framing
 from tendon_mj.typing import FloatArray

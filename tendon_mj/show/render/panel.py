@@ -19,7 +19,9 @@ from matplotlib.lines import Line2D
 from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
-from tendon_mj.lab.replay import Frames, control_unit, free_joints
+from tendon_mj.lab.frames import Frames
+from tendon_mj.lab.friction_effect import free_joints
+from tendon_mj.lab.replay import control_unit
 from tendon_mj.lab.units import EngineeringUnit, engineering_unit, force_unit
 from tendon_mj.plugin import sheaths
 from tendon_mj.show import style

@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import BeforeAfter
-from tendon_mj.lab.replay import POSE, FrameRecorder, load_recorded, replay_recording
+from tendon_mj.lab.frames import POSE, FrameRecorder
+from tendon_mj.lab.replay import load_recorded, replay_recording
 from tendon_mj.show import style
 from tendon_mj.show.render.offscreen import (
     COLOURS,

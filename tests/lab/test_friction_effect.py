@@ -9,13 +9,8 @@ import pytest
 
 from tendon_mj import add_friction
 from tendon_mj.errors import UnknownNameError
-from tendon_mj.lab.replay import (
-    friction_sentence,
-    frictionless,
-    most_first,
-    record_frames,
-    sheathed_tendons,
-)
+from tendon_mj.lab.friction_effect import friction_sentence, most_first, sheathed_tendons
+from tendon_mj.lab.motion import frictionless, record_frames
 from tests.refusals import refusing
 
 TENDON = (

@@ -5,7 +5,8 @@ import pytest
 from tendon_mj import add_friction
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.finger import lasting, press, simulate_finger, tap
-from tendon_mj.lab.replay import FrameRecorder, check_frames, frictionless, record_frames
+from tendon_mj.lab.frames import FrameRecorder, check_frames
+from tendon_mj.lab.motion import frictionless, record_frames
 from tendon_mj.models import Bench, build_bench, load_model
 from tendon_mj.show.render.offscreen import add_cable, cable_radius, colour_limits, without_tendons
 from tests.refusals import refusing

@@ -11,9 +11,8 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import UnknownNameError
-from tendon_mj.lab.replay.motion import POSE, Frames
-from tendon_mj.lab.replay.units import ROUNDING
-from tendon_mj.lab.units import EngineeringUnit, force_unit, plain
+from tendon_mj.lab.frames import POSE, Frames
+from tendon_mj.lab.units import ROUNDING, EngineeringUnit, force_unit, plain
 from tendon_mj.plugin import sheaths
 from tendon_mj.typing import FloatArray
 
