@@ -16,7 +16,6 @@ from tendon_mj.lab.verification import (
     TimedRun,
     mujoco_tendon_bench,
     run_along,
-    step_cost,
     step_times,
     without_tension_sensors,
 )
@@ -97,6 +96,11 @@ def exponent(counts: Sequence[int], added: Sequence[float]) -> float:
     if min(added) <= 0.0:
         return float("nan")
     return float(np.polyfit(np.log(counts), np.log(added), 1)[0])
+
+
+def step_cost(run: TimedRun, reference: TimedRun, *, rounds: int = 7) -> StepCost:
+    """Time two runs in turns, and divide by their steps."""
+    return StepCost(*step_times((run, reference), rounds).T)
 
 
 def guide_runs(bench: Bench, guides: int, frequency: float) -> tuple[TimedRun, TimedRun]:

@@ -27,9 +27,10 @@ from experiments.benchmarks.scaling import (
     guide_scaling,
     sheath_scaling,
 )
+from experiments.benchmarks.threads import thread_speedups
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.progress import Progress, silent
-from tendon_mj.lab.verification import Quartiles, thread_speedups
+from tendon_mj.lab.verification import Quartiles
 from tendon_mj.models import Bench
 from tendon_mj.show import bars_figure
 from tendon_mj.show.style import GREY, SERIES, new_figure, print_style

@@ -17,8 +17,6 @@ from tendon_mj.lab.verification.costs import mujoco_tendon_bench as mujoco_tendo
 from tendon_mj.lab.verification.costs import processor_time as processor_time
 from tendon_mj.lab.verification.costs import run_along as run_along
 from tendon_mj.lab.verification.costs import smooth_controls as smooth_controls
-from tendon_mj.lab.verification.costs import step_cost as step_cost
 from tendon_mj.lab.verification.costs import step_times as step_times
-from tendon_mj.lab.verification.costs import thread_speedups as thread_speedups
 from tendon_mj.lab.verification.costs import times_in_turns as times_in_turns
 from tendon_mj.lab.verification.costs import without_tension_sensors as without_tension_sensors

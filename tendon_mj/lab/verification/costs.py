@@ -19,7 +19,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach import add_friction
-from tendon_mj.errors import EngineError, InvalidValueError, TendonError, TendonWarning
+from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning
 from tendon_mj.lab.finger import Trajectory, prepare_finger, tap
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.replay import full_state, rollout_sensors, suppress_mujoco_log
@@ -154,38 +154,6 @@ def step_times(runs: Sequence[TimedRun], rounds: int) -> FloatArray:
     """(rounds, runs) processor time of a step [s]; every round makes each run once."""
     spent = times_in_turns([run.from_now() for run in runs], rounds, processor_time)
     return spent / [len(run.controls) for run in runs]
-
-
-def step_cost(run: TimedRun, reference: TimedRun, *, rounds: int = 7) -> StepCost:
-    """Time two runs in turns, and divide by their steps."""
-    return StepCost(*step_times((run, reference), rounds).T)
-
-
-def thread_speedups(
-    bench: Bench,
-    threads: Sequence[int] = (2,),
-    *,
-    rounds: int = 5,
-    runs: int = 8,
-    steps: int = 6000,
-) -> dict[int, Quartiles]:
-    """Speedup of the same rollouts by so many threads over one, in turns [-]."""
-    model = build_bench(bench).compile()
-    pool = [mujoco.MjData(model) for _ in range(max(threads))]
-    start = np.tile(full_state(model, pool[0]), (runs, 1))
-    wave = _TRAVEL * np.sin(np.linspace(0.0, 4.0 * np.pi, steps))
-    # each run another amplitude, so that an exchange of two would show
-    control = np.linspace(1.0, 0.5, runs)[:, None, None] * wave[None, :, None]
-    readings: dict[int, FloatArray] = {}
-
-    def roll(count: int) -> None:
-        readings[count] = rollout_sensors(model, pool[:count], start, control)
-
-    spent = times_in_turns([partial(roll, count) for count in (1, *threads)], rounds)
-    for count in threads:
-        if not np.array_equal(readings[1], readings[count]):
-            raise EngineError(f"rollouts differ between one thread and {count}")
-    return {n: Quartiles.of(spent[:, 0] / spent[:, k + 1]) for k, n in enumerate(threads)}
 
 
 def smooth_controls(
