@@ -296,17 +296,13 @@ def _commands(
 
 
 def prepare_finger(
-    trajectory: Trajectory,
-    model: mujoco.MjModel,
-    finger: Finger,
-    *,
-    friction: float | None = None,
+    trajectory: Trajectory, model: mujoco.MjModel, finger: Finger
 ) -> tuple[replay.Adjustable, FloatArray]:
     """A copy of a model set for a trajectory, with its data, and its (steps, nu) controls.
 
     For callers that step the model themselves; `simulate_finger` steps it too.
     """
-    commands = _drive_recording(trajectory, model, finger, friction=friction)
+    commands = _drive_recording(trajectory, model, finger)
     motion = _to_motion(trajectory, model, commands)
     adjustable = replay.Adjustable(copy.copy(model))
     adjustable.set(motion.parameters)

@@ -11,7 +11,6 @@ from tendon_mj.lab.verification.costs import ModelCost as ModelCost
 from tendon_mj.lab.verification.costs import Quartiles as Quartiles
 from tendon_mj.lab.verification.costs import StepCost as StepCost
 from tendon_mj.lab.verification.costs import TimedRun as TimedRun
-from tendon_mj.lab.verification.costs import finger_runs as finger_runs
 from tendon_mj.lab.verification.costs import measure_models as measure_models
 from tendon_mj.lab.verification.costs import mujoco_tendon_bench as mujoco_tendon_bench
 from tendon_mj.lab.verification.costs import processor_time as processor_time

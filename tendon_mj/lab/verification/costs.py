@@ -20,7 +20,7 @@ import numpy as np
 
 from tendon_mj.attach import add_friction
 from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning
-from tendon_mj.lab.finger import Trajectory, prepare_finger, tap
+from tendon_mj.lab.finger import prepare_finger, tap
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.replay import full_state, rollout_sensors, suppress_mujoco_log
 from tendon_mj.models import (
@@ -244,18 +244,13 @@ def bench_runs(bench: Bench) -> PreparedModel:
     return PreparedModel(*(run_along(spec, wave) for spec in specs))
 
 
-def finger_runs(
-    trajectory: Trajectory, finger: Finger | None = None, *, friction: float | None = None
-) -> PreparedModel:
-    """The finger along a trajectory, with μ of its sheaths or ``friction`` [-]."""
-    finger = finger or Finger()
-    free, same_controls = prepare_finger(trajectory, mujoco_tendon_finger(finger).compile(), finger)
-    model = without_tension_sensors(build_finger(finger)).compile()
-    adjusted, controls = prepare_finger(trajectory, model, finger, friction=friction)
-    return PreparedModel(
-        TimedRun(free.model, free.data, same_controls),
-        TimedRun(adjusted.model, adjusted.data, controls),
-    )
+def finger_runs(finger: Finger) -> PreparedModel:
+    """The finger in three taps."""
+    runs = []
+    for spec in (mujoco_tendon_finger(finger), without_tension_sensors(build_finger(finger))):
+        prepared, controls = prepare_finger(tap(), spec.compile(), finger)
+        runs.append(TimedRun(prepared.model, prepared.data, controls))
+    return PreparedModel(*runs)
 
 
 def prepare_model(name: str, steps: int = _STEPS) -> PreparedModel:
@@ -305,7 +300,8 @@ def measure_models(
                 f"{count} models are called {name!r}: result.json goes by the names of the files"
             )
     costs = dict[str, ModelCost]()
-    for name, runs in zip(names, [bench_runs(Bench()), finger_runs(tap()), *prepared], strict=True):
+    every = [bench_runs(Bench()), finger_runs(Finger()), *prepared]
+    for name, runs in zip(names, every, strict=True):
         progress("models", len(costs), len(names))
         costs[name] = runs.cost(rounds)
     progress("models", len(names), len(names))
