@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.lab.progress import Progress, silent
-from tendon_mj.lab.verification import (
+from tendon_mj.lab.step_cost import (
     Quartiles,
     StepCost,
     TimedRun,

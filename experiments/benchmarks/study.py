@@ -30,7 +30,7 @@ from experiments.benchmarks.scaling import (
 from experiments.benchmarks.threads import thread_speedups
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.progress import Progress, silent
-from tendon_mj.lab.verification import Quartiles
+from tendon_mj.lab.step_cost import Quartiles
 from tendon_mj.models import Bench
 from tendon_mj.show import bars_figure
 from tendon_mj.show.style import GREY, SERIES, new_figure, print_style

@@ -10,7 +10,7 @@ import numpy as np
 
 from tendon_mj.errors import EngineError
 from tendon_mj.lab.replay import full_state, rollout_sensors
-from tendon_mj.lab.verification import Quartiles, times_in_turns
+from tendon_mj.lab.step_cost import Quartiles, times_in_turns
 from tendon_mj.models import Bench, build_bench
 from tendon_mj.typing import FloatArray
 

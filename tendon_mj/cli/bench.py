@@ -10,14 +10,8 @@ import tyro
 
 from tendon_mj.cli.options import given_files
 from tendon_mj.cli.output import Output, console, print_table, progress_bar
-from tendon_mj.lab.verification import (
-    SWING,
-    Comparison,
-    LargestErrors,
-    ModelCost,
-    compare_bench,
-    measure_models,
-)
+from tendon_mj.lab.bench_comparison import SWING, Comparison, LargestErrors, compare_bench
+from tendon_mj.lab.step_cost import ModelCost, measure_models
 from tendon_mj.show import bars_figure, convergence_figure, loops_figure, sweep_figure
 
 _COST_HEAD = ("model", "sheaths", "step [µs]", "without", "ratio", "quartiles", "state [kB]")

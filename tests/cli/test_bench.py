@@ -8,7 +8,7 @@ import pytest
 
 from tendon_mj.cli import main
 from tendon_mj.show import bars_figure
-from tests.lab.verification.test_costs import ARM, MOTOR, MUSCLE
+from tests.lab.test_step_cost import ARM, MOTOR, MUSCLE
 
 GIVEN = Path(os.environ.get("TENDON_MJ_MODELS", "/nowhere")) / "myohand.xml"
 

@@ -6,8 +6,8 @@ from matplotlib import pyplot
 
 from tendon_mj import theory
 from tendon_mj.errors import RecordingError
+from tendon_mj.lab.bench_comparison import BenchReadings, FirstMotion
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.verification import BenchReadings, FirstMotion
 from tendon_mj.models import Bench
 from tendon_mj.show import convergence_figure, loops_figure, replay_figure, sweep_figure
 from tendon_mj.show.style import column_label, drawn_unit

@@ -9,21 +9,19 @@ import pytest
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.lab.finger import prepare_finger, tap
 from tendon_mj.lab.replay import full_state, rollout_sensors
-from tendon_mj.lab.verification import (
+from tendon_mj.lab.step_cost import (
     Quartiles,
     StepCost,
+    bench_runs,
+    finger_runs,
     measure_models,
+    memory_of,
     mujoco_tendon_bench,
+    mujoco_tendon_finger,
+    prepare_model,
     smooth_controls,
     times_in_turns,
     without_tension_sensors,
-)
-from tendon_mj.lab.verification.costs import (
-    bench_runs,
-    finger_runs,
-    memory_of,
-    mujoco_tendon_finger,
-    prepare_model,
 )
 from tendon_mj.models import JOINTS, Bench, Finger, build_bench, build_finger
 from tendon_mj.plugin import sheaths
