@@ -24,13 +24,8 @@ from tendon_mj.lab.diagnosis import (
     write_before_after,
 )
 from tendon_mj.lab.diagnosis import diagnose as find
-from tendon_mj.lab.experiment_design import (
-    ExperimentBounds,
-    Suggestion,
-    check_bounds,
-    read_bounds,
-    suggest_experiment,
-)
+from tendon_mj.lab.experiment import ExperimentBounds, check_bounds, read_bounds
+from tendon_mj.lab.experiment_design import Suggestion, suggest_experiment
 from tendon_mj.lab.recordings import Recording, read_recording
 from tendon_mj.lab.units import engineering_unit, estimated_percent
 from tendon_mj.show import ABSENT, MODEL, headline, value_rows, write_report

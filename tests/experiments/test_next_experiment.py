@@ -20,9 +20,9 @@ from experiments.next_experiment.rig import (
     record,
     run,
 )
+from experiments.next_experiment.settle import draw_experiment
 from experiments.next_experiment.study import Settled, SettledCases
 from experiments.next_experiment.table import table
-from tendon_mj.lab.experiment_design import draw_experiment
 from tendon_mj.lab.recordings import read_recording, write_recording
 
 CASE = Case(hidden="sensor_bias", motion="triangle", sensors="output", ratio=3.0, seed=900)

@@ -434,14 +434,6 @@ def planned_recording(
     return replace(family.at(point, description.stem).recording, in_file=in_file)
 
 
-def draw_experiment(
-    recordings: Sequence[Recording], bounds: ExperimentBounds, seed: int
-) -> Experiment:
-    """Draw an experiment within bounds at random, with which a suggested one can be compared."""
-    family = Family(tuple(recordings), bounds)
-    return family.at(np.random.default_rng(seed).random(family.dimensions), "drawn")
-
-
 def check_bounds(
     recordings: Sequence[Recording], bounds: ExperimentBounds, simulator: MakeSimulator = Simulator
 ) -> None:

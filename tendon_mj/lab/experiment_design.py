@@ -49,7 +49,7 @@ from tendon_mj.lab.diagnosis import (
     session_terms,
     tied,
 )
-from tendon_mj.lab.experiment_design.experiment import (
+from tendon_mj.lab.experiment import (
     Experiment,
     ExperimentBounds,
     Family,
