@@ -17,13 +17,13 @@ import imageio_ffmpeg
 import mujoco
 import numpy as np
 from matplotlib.font_manager import findfont
-from numpy.typing import ArrayLike
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from tendon_mj.lab.finger import lasting, press, simulate_finger
-from tendon_mj.lab.replay import Drive, FrameRecorder, Frames, default_motion, record_frames
+from tendon_mj.lab.frames import FrameRecorder, Frames
+from tendon_mj.lab.motion import Drive, default_motion, record_frames
 from tendon_mj.models import load_model
-from tendon_mj.show import INK, Offscreen, draw_frames, find_camera, render_clip
+from tendon_mj.show import Offscreen, draw_frames, find_camera, render_clip, style
 
 ROOT = Path(__file__).parents[1]
 MODELS = ROOT / "models"
@@ -36,9 +36,7 @@ WIDE, CLOSE = (890, 684), (498, 338)  # views of the joint [pixels]
 GAP, FRAME, GREY = 12, 1, (205, 205, 205)
 
 
-def frame(
-    model: mujoco.MjModel, drive: Drive | ArrayLike, moment: float, duration: float
-) -> Image.Image:
+def frame(model: mujoco.MjModel, drive: Drive, moment: float, duration: float) -> Image.Image:
     """Frame of the clip that `tendon-mj render` and `simulate` make."""
     with tempfile.TemporaryDirectory() as folder:
         clip = Path(folder) / "clip.mp4"
@@ -73,7 +71,9 @@ def draw_joint(model: mujoco.MjModel, data: mujoco.MjData) -> Image.Image:
     for camera, ((width, height), text, (column, row)) in views.items():
         with Offscreen(model, width, height) as stage:
             shot = Image.fromarray(stage.draw(data, find_camera(model, camera)))
-        ImageDraw.Draw(shot).text((20, height - 26), text, fill=INK, font=font, anchor="lm")
+        ImageDraw.Draw(shot).text(
+            (20, height - 26), text, fill=style.LIGHT.ink, font=font, anchor="lm"
+        )
         place = (
             GAP + column * (WIDE[0] + 2 * FRAME + GAP),
             GAP + row * (WIDE[1] - CLOSE[1]),

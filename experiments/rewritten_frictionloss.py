@@ -26,7 +26,7 @@ from experiments.command import run_experiment
 from tendon_mj.attach import add_friction
 from tendon_mj.cli import Output, console
 from tendon_mj.errors import TendonWarning
-from tendon_mj.lab.verification import (
+from tendon_mj.lab.step_cost import (
     Quartiles,
     mujoco_tendon_bench,
     processor_time,

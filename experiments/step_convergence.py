@@ -24,7 +24,7 @@ from tendon_mj import TendonWarning, add_friction, largest_stiffness, load_spec,
 from tendon_mj.cli import Output, console, progress_bar
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.progress import Progress
-from tendon_mj.lab.verification import smooth_controls
+from tendon_mj.lab.step_cost import smooth_controls
 from tendon_mj.typing import FloatArray
 
 _REFINEMENT = 16

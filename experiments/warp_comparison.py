@@ -25,7 +25,7 @@ from experiments.command import run_experiment
 from tendon_mj import TendonWarning, add_friction, load_spec, remove_friction
 from tendon_mj.cli import Output, console, progress_bar
 from tendon_mj.errors import MissingPackageError
-from tendon_mj.lab.verification import smooth_controls
+from tendon_mj.lab.step_cost import smooth_controls
 from tendon_mj.plugin import segment_tensions, unsolved_evaluations
 from tendon_mj.typing import FloatArray
 

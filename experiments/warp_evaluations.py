@@ -20,7 +20,7 @@ from experiments.command import run_experiment
 from experiments.warp_comparison import Pair, pairs_of
 from tendon_mj import warp as sheathed_warp
 from tendon_mj.cli import Output, console, progress_bar
-from tendon_mj.lab.verification import smooth_controls
+from tendon_mj.lab.step_cost import smooth_controls
 from tendon_mj.typing import IntArray
 from tendon_mj.warp import breakpoints, solver
 from tendon_mj.warp.tendons import Sheath, Tendons, held

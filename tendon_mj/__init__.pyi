@@ -27,10 +27,10 @@ from tendon_mj.lab.diagnosis import on_inputs as on_inputs
 from tendon_mj.lab.diagnosis import on_joints as on_joints
 from tendon_mj.lab.diagnosis import on_sensors as on_sensors
 from tendon_mj.lab.diagnosis import on_sheaths as on_sheaths
-from tendon_mj.lab.experiment_design import DriveBounds as DriveBounds
-from tendon_mj.lab.experiment_design import ExperimentBounds as ExperimentBounds
+from tendon_mj.lab.experiment import DriveBounds as DriveBounds
+from tendon_mj.lab.experiment import ExperimentBounds as ExperimentBounds
+from tendon_mj.lab.experiment import read_bounds as read_bounds
 from tendon_mj.lab.experiment_design import Suggestion as Suggestion
-from tendon_mj.lab.experiment_design import read_bounds as read_bounds
 from tendon_mj.lab.experiment_design import suggest_experiment as suggest_experiment
 from tendon_mj.lab.recordings import Measured as Measured
 from tendon_mj.lab.recordings import Recording as Recording

@@ -9,7 +9,7 @@ from experiments.benchmarks.scaling import FAST, SLOW
 from experiments.benchmarks.study import Benchmark, run_benchmark
 from experiments.command import run_experiment
 from tendon_mj.cli import Output, console, progress_bar
-from tendon_mj.lab.verification import Quartiles
+from tendon_mj.lab.step_cost import Quartiles
 
 
 def benchmarks(out: Path = Path("out/benchmarks"), rounds: int = 15) -> None:

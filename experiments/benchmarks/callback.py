@@ -20,7 +20,7 @@ import numpy as np
 
 from tendon_mj.attach import view_sheath
 from tendon_mj.errors import EngineError
-from tendon_mj.lab.verification import (
+from tendon_mj.lab.step_cost import (
     Quartiles,
     TimedRun,
     mujoco_tendon_bench,

@@ -16,13 +16,7 @@ import numpy as np
 
 from tendon_mj import theory
 from tendon_mj.attach import add_friction, view_sheath
-from tendon_mj.lab.verification import (
-    Quartiles,
-    StepCost,
-    mujoco_tendon_bench,
-    run_along,
-    step_times,
-)
+from tendon_mj.lab.step_cost import Quartiles, StepCost, mujoco_tendon_bench, run_along, step_times
 from tendon_mj.models import Bench
 from tendon_mj.typing import FloatArray
 

@@ -10,13 +10,12 @@ import mujoco
 import numpy as np
 
 from tendon_mj.lab.progress import Progress, silent
-from tendon_mj.lab.verification import (
+from tendon_mj.lab.step_cost import (
     Quartiles,
     StepCost,
     TimedRun,
     mujoco_tendon_bench,
     run_along,
-    step_cost,
     step_times,
     without_tension_sensors,
 )
@@ -97,6 +96,11 @@ def exponent(counts: Sequence[int], added: Sequence[float]) -> float:
     if min(added) <= 0.0:
         return float("nan")
     return float(np.polyfit(np.log(counts), np.log(added), 1)[0])
+
+
+def step_cost(run: TimedRun, reference: TimedRun, *, rounds: int = 7) -> StepCost:
+    """Time two runs in turns, and divide by their steps."""
+    return StepCost(*step_times((run, reference), rounds).T)
 
 
 def guide_runs(bench: Bench, guides: int, frequency: float) -> tuple[TimedRun, TimedRun]:

@@ -27,11 +27,13 @@ from experiments.benchmarks.scaling import (
     guide_scaling,
     sheath_scaling,
 )
+from experiments.benchmarks.threads import thread_speedups
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.progress import Progress, silent
-from tendon_mj.lab.verification import Quartiles, thread_speedups
+from tendon_mj.lab.step_cost import Quartiles
 from tendon_mj.models import Bench
-from tendon_mj.show import GREY, SERIES, bars_figure, new_figure, print_style
+from tendon_mj.show import bars_figure
+from tendon_mj.show.style import GREY, SERIES, new_figure, print_style
 
 PARTS = {
     "empty_plugin": "floor: an empty plugin",

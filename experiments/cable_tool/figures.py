@@ -14,7 +14,7 @@ from experiments.cable_tool.fit import fit_tool
 from experiments.cable_tool.recording import MID_STROKE
 from experiments.cable_tool.report import TORQUE_ASKED, TORQUE_PUBLISHED
 from experiments.cable_tool.study import Study
-from tendon_mj.show import (
+from tendon_mj.show.style import (
     BLACK,
     BLUE,
     GREY,

@@ -15,7 +15,7 @@ from experiments.force_servo.servo_bench import ServoResponse
 from experiments.force_servo.staircase import Staircase
 from experiments.force_servo.study import Study
 from experiments.force_servo.tracking import Tracking
-from tendon_mj.show import (
+from tendon_mj.show.style import (
     BLACK,
     BLUE,
     GREEN,

@@ -9,7 +9,7 @@ import numpy as np
 
 from experiments.force_servo.linear_theory import with_damping
 from experiments.force_servo.servo_bench import Servo, ServoResponse, run_servo
-from tendon_mj.lab.verification import run_bench
+from tendon_mj.lab.bench_comparison import run_bench
 from tendon_mj.models import Bench
 from tendon_mj.typing import FloatArray
 

@@ -23,7 +23,7 @@ from experiments.kaneko1991.paper_tendon import PaperTendon
 from experiments.kaneko1991.refinement import STIFFENING, Refinement
 from experiments.kaneko1991.reproduction import Reproduction
 from experiments.kaneko1991.routes import Trace
-from tendon_mj.show import (
+from tendon_mj.show.style import (
     BLACK,
     BLUE,
     GREEN,

@@ -10,7 +10,7 @@ import numpy as np
 
 from tendon_mj import Measured, Recording
 from tendon_mj.lab.data_check import DataWarning
-from tendon_mj.lab.recordings import noise_levels
+from tendon_mj.lab.noise import noise_levels
 from tendon_mj.typing import FloatArray
 
 _ROWS = 2  # by which the row of a warning may differ

@@ -15,7 +15,7 @@ from experiments.measured_joint.report import BETWEEN_LIMIT, BEYOND_LIMIT
 from experiments.measured_joint.splits import BETWEEN, BEYOND, LEFT_OUT
 from experiments.measured_joint.study import Shown, Study
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.show import (
+from tendon_mj.show.style import (
     BLACK,
     BLUE,
     GREY,

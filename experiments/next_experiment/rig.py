@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.hidden_effects.references import COLUMNS, ReferenceBench
-from tendon_mj.lab.experiment_design import DriveBounds, ExperimentBounds
+from tendon_mj.lab.experiment import DriveBounds, ExperimentBounds
 from tendon_mj.lab.recordings import Measured, Recording, Uncertain
 from tendon_mj.typing import FloatArray
 

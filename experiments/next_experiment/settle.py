@@ -14,7 +14,8 @@ from experiments.next_experiment.case import Case, HiddenRig, make
 from experiments.next_experiment.rig import Description, run
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import Diagnosis, diagnose
-from tendon_mj.lab.experiment_design import Experiment, draw_experiment, suggest_experiment
+from tendon_mj.lab.experiment import Experiment, ExperimentBounds, Family
+from tendon_mj.lab.experiment_design import suggest_experiment
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Simulator
 
@@ -22,6 +23,14 @@ RANDOM_EXPERIMENTS = 2  # of each tie
 _DRAWS = 50  # until one keeps the readings within limits
 
 simulator = partial(Simulator, threads=1)
+
+
+def draw_experiment(
+    recordings: Sequence[Recording], bounds: ExperimentBounds, seed: int
+) -> Experiment:
+    """Draw an experiment within bounds at random, with which a suggested one can be compared."""
+    family = Family(tuple(recordings), bounds)
+    return family.at(np.random.default_rng(seed).random(family.dimensions), "drawn")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,16 @@ from scipy.signal import savgol_filter
 from experiments.positioning_system import published
 from experiments.positioning_system.report import offset, scale, signal
 from experiments.positioning_system.study import HELD_OUT, Study
-from tendon_mj.show import BLACK, BLUE, GREY, ORANGE, SERIES, legend_below, new_figure, print_style
+from tendon_mj.show.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    SERIES,
+    legend_below,
+    new_figure,
+    print_style,
+)
 
 _WINDOW = 41  # samples of the filter that differentiates the position
 _START = 0.2  # [s] in which the carriage, at rest in the replay, catches up with the measured one

@@ -13,7 +13,8 @@ from tendon_mj.attach import Attached, Row, attach_cable_drives, attach_friction
 from tendon_mj.cli.options import OutFile, Repeated, flat
 from tendon_mj.cli.output import console, print_table
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.lab.replay import Adjustable, Parameter, matching
+from tendon_mj.lab.parameter_names import matching
+from tendon_mj.lab.replay import Adjustable, Parameter
 from tendon_mj.models import load_model, load_spec, model_path
 from tendon_mj.plugin import export_library
 

@@ -116,7 +116,7 @@ def _run_command(given: Sequence[str]) -> None:
 
 
 def _show_help(command: CommandFunction, call: Callable[[], object]) -> None:
-    """Print tyro's help, whose first lines it does not wrap, and an example."""
+    """Print tyro's help, of which it does not wrap the description, and an example."""
     shown = TextIOWrapper(BytesIO(), sys.stdout.encoding, "backslashreplace", write_through=True)
     shown.isatty = sys.stdout.isatty  # type: ignore[method-assign]  # keeps its colours
     try:
@@ -124,23 +124,9 @@ def _show_help(command: CommandFunction, call: Callable[[], object]) -> None:
             call()
     finally:
         shown.seek(0)
-        for line in map(Text.from_ansi, shown.read().splitlines()):
-            if line.plain.startswith("usage: "):
-                print(_wrapped_usage(line.plain))
-            else:
-                console.print(line, soft_wrap=False)
+        for line in shown.read().splitlines():
+            console.print(Text.from_ansi(line), soft_wrap=False)
         print(f"example:\n  {example(command)}")
-
-
-def _wrapped_usage(usage: str) -> str:
-    """The line of all arguments, wrapped between them."""
-    first, *others = re.findall(r"\[[^]]*\]|\S+", usage)
-    lines = [first]
-    for argument in others:
-        if len(lines[-1]) + 1 + len(argument) > console.width:
-            lines.append(" " * len(first))
-        lines[-1] += f" {argument}"
-    return "\n".join(lines)
 
 
 def load_command(name: str) -> CommandFunction:

@@ -24,15 +24,10 @@ from tendon_mj.lab.diagnosis import (
     write_before_after,
 )
 from tendon_mj.lab.diagnosis import diagnose as find
-from tendon_mj.lab.experiment_design import (
-    ExperimentBounds,
-    Suggestion,
-    check_bounds,
-    read_bounds,
-    suggest_experiment,
-)
+from tendon_mj.lab.experiment import ExperimentBounds, check_bounds, read_bounds
+from tendon_mj.lab.experiment_design import Suggestion, suggest_experiment
 from tendon_mj.lab.recordings import Recording, read_recording
-from tendon_mj.lab.replay import engineering_unit, estimated_percent, plain, with_unit
+from tendon_mj.lab.units import engineering_unit, estimated_percent
 from tendon_mj.show import ABSENT, MODEL, headline, value_rows, write_report
 
 _Result = TypeVar("_Result")
@@ -235,7 +230,7 @@ def _print_diagnosis(diagnosis: Diagnosis) -> None:
     for name, spread in diagnosis.sessions.items():  # in one unit
         numbers = (*spread.values.values(), spread.estimated, spread.stated)
         shown = engineering_unit(spread.unit, numbers)
-        *each, estimated, stated = (with_unit(plain(v * shown.factor), shown) for v in numbers)
+        *each, estimated, stated = map(shown.write, numbers)
         listed = ", ".join(f"{text} in {r}" for r, text in zip(spread.values, each, strict=True))
         console.print(f"  {name}, of each session: {listed}; spread {estimated}, stated {stated}")
     for label, errors in (("train", diagnosis.train), ("held out", diagnosis.held_out)):

@@ -10,9 +10,9 @@ from tendon_mj.cli.output import Output, console, print_table, progress_bar
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.diagnosis import Identifiability
 from tendon_mj.lab.diagnosis import identify as judge
-from tendon_mj.lab.experiment_design import planned_recording, read_bounds
+from tendon_mj.lab.experiment import planned_recording, read_bounds
 from tendon_mj.lab.recordings import Recording, table_beside
-from tendon_mj.lab.replay import quantity
+from tendon_mj.lab.units import quantity
 
 
 def identify(

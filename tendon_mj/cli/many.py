@@ -24,7 +24,7 @@ from tendon_mj.lab.data_check import timing_warnings
 from tendon_mj.lab.diagnosis import collect_provenance
 from tendon_mj.lab.fleet import REPRODUCIBILITY, RESULT_TABLE, compare_states, find_rigs, run_fleet
 from tendon_mj.lab.recordings import Recording, read_recording, tables_in
-from tendon_mj.lab.replay import UNKNOWN, load_recorded
+from tendon_mj.lab.replay import load_recorded
 from tendon_mj.lab.sweep import (
     CSV,
     PLAN,
@@ -39,6 +39,7 @@ from tendon_mj.lab.sweep import (
     run_sweep,
 )
 from tendon_mj.lab.tasks import Workers
+from tendon_mj.lab.units import UNKNOWN
 from tendon_mj.models import load_model, model_path
 from tendon_mj.show import (
     CHANGES,

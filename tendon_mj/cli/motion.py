@@ -18,21 +18,11 @@ from tendon_mj.cli.options import given_files
 from tendon_mj.cli.output import Output, console, progress_bar
 from tendon_mj.errors import EngineError, InvalidValueError
 from tendon_mj.lab import finger
+from tendon_mj.lab.frames import FrameRecorder, Frames, check_frames
+from tendon_mj.lab.friction_effect import friction_sentence, most_first, sheathed_tendons
+from tendon_mj.lab.motion import demonstration_time, frictionless, record_frames, without_range
 from tendon_mj.lab.recordings import Recording, write_recording
-from tendon_mj.lab.replay import (
-    FrameRecorder,
-    Frames,
-    check_frames,
-    demonstration_time,
-    force_unit,
-    friction_sentence,
-    frictionless,
-    most_first,
-    record_frames,
-    sheathed_tendons,
-    without_range,
-)
-from tendon_mj.lab.verification import finger_step_cost
+from tendon_mj.lab.units import force_unit
 from tendon_mj.models import Finger, load_model, model_names, model_path
 from tendon_mj.show import check_size, draw_frames, find_camera, finger_figure, render_clip
 from tendon_mj.show.live import open_window, prepare, serve
@@ -261,9 +251,6 @@ def simulate(
         result[name] = {**finger.summarise(answer), "tracking": _tracking(answer)}
         output.add(write_recording(answer, out / f"{stems[name]}.csv"))
     output.figure(trajectory.name, finger_figure(answers))
-    if model == "finger" and not trajectory.by_tension:
-        cost = finger_step_cost(trajectory, friction=friction)
-        result["step_cost"] = {"ratio": cost.ratio, "step_s": cost.step}
     if clip:
         result["clip"] = _write_clip(output, trajectory.name, model, recorders.values())
     output.result(result)
@@ -314,8 +301,3 @@ def _print_tracking(labels: Iterable[str], result: Mapping[str, Any]) -> None:
         )
         errors = [f"{column} {error['rmse']:.3g}" for column, error in run["tracking"].items()]
         console.print(f"  tracking error, rms: {', '.join(errors)}")
-    if cost := result.get("step_cost"):
-        console.print(
-            f"a step takes {cost['step_s'] * 1e6:.1f} µs, {cost['ratio']:.2f} × that of the finger "
-            "with MuJoCo's own tendons"
-        )

@@ -23,28 +23,20 @@ from tendon_mj.lab.data_check import (
     doubt_of_signals,
     timing_warnings,
 )
-from tendon_mj.lab.recordings import (
-    Recording,
-    noise_levels,
-    read_recording,
-    tables_in,
-    write_recording,
-)
+from tendon_mj.lab.noise import noise_levels
+from tendon_mj.lab.parameter_names import expand, matching
+from tendon_mj.lab.recordings import Recording, read_recording, tables_in, write_recording
 from tendon_mj.lab.replay import (
     Adjustable,
     Misfit,
     Parameter,
-    column_unit,
-    expand,
     load_recorded,
-    matching,
-    plain,
-    quantity,
     read_intervals,
     replay_error,
     replay_recording,
     stated_values,
 )
+from tendon_mj.lab.units import column_unit, plain, quantity
 from tendon_mj.models import load_model
 from tendon_mj.show import init as write_description
 from tendon_mj.show import replay_figure

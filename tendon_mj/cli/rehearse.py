@@ -13,7 +13,8 @@ from tendon_mj.cli.recordings import parse_change
 from tendon_mj.lab.diagnosis import CATALOGUE
 from tendon_mj.lab.diagnosis import rehearse as simulate
 from tendon_mj.lab.recordings import write_recording
-from tendon_mj.lab.replay import Simulator, quantity
+from tendon_mj.lab.replay import Simulator
+from tendon_mj.lab.units import quantity
 
 
 def rehearse(

@@ -1,4 +1,7 @@
-"""Figures, reports, fleet pages and clips from data; `show.live`: views of running simulations."""
+"""Figures, reports, fleet pages and clips from data.
+
+`show.live` has views of running simulations, `show.style` the colours of all figures.
+"""
 
 from tendon_mj.errors import MissingPackageError
 
@@ -10,18 +13,6 @@ try:
     from tendon_mj.show.figures.simulations import finger_figure as finger_figure
     from tendon_mj.show.figures.simulations import parameter_figure as parameter_figure
     from tendon_mj.show.figures.simulations import replay_figure as replay_figure
-    from tendon_mj.show.figures.style import BLACK as BLACK
-    from tendon_mj.show.figures.style import BLUE as BLUE
-    from tendon_mj.show.figures.style import GREEN as GREEN
-    from tendon_mj.show.figures.style import GREY as GREY
-    from tendon_mj.show.figures.style import ORANGE as ORANGE
-    from tendon_mj.show.figures.style import PURPLE as PURPLE
-    from tendon_mj.show.figures.style import SERIES as SERIES
-    from tendon_mj.show.figures.style import SKY as SKY
-    from tendon_mj.show.figures.style import VERMILLION as VERMILLION
-    from tendon_mj.show.figures.style import legend_below as legend_below
-    from tendon_mj.show.figures.style import new_figure as new_figure
-    from tendon_mj.show.figures.style import print_style as print_style
     from tendon_mj.show.fleets import CHANGES as CHANGES
     from tendon_mj.show.fleets import SPREAD as SPREAD
     from tendon_mj.show.fleets import changes_figure as changes_figure
@@ -45,7 +36,6 @@ try:
     from tendon_mj.show.render.offscreen import Image as Image
     from tendon_mj.show.render.offscreen import Offscreen as Offscreen
     from tendon_mj.show.render.offscreen import find_camera as find_camera
-    from tendon_mj.show.render.panel import INK as INK
     from tendon_mj.show.report.page import MODEL as MODEL
     from tendon_mj.show.report.page import first_screen as first_screen
     from tendon_mj.show.report.page import write_report as write_report

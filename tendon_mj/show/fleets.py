@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 
 from tendon_mj.lab.diagnosis import Provenance
 from tendon_mj.lab.fleet import FleetResult, RigResult
-from tendon_mj.lab.replay import EngineeringUnit, engineering_unit, plain, quantity
-from tendon_mj.show.figures import style
+from tendon_mj.lab.units import EngineeringUnit, engineering_unit, plain, quantity
+from tendon_mj.show import style
 from tendon_mj.show.report.page import page_templates
 from tendon_mj.whole_file import whole_file
 

@@ -18,11 +18,12 @@ from tendon_mj.lab import finger
 from tendon_mj.lab.data_check import Checked, check_recording
 from tendon_mj.lab.diagnosis import Diagnosis
 from tendon_mj.lab.fleet import FleetResult, find_rigs, run_fleet
+from tendon_mj.lab.frames import FrameRecorder
 from tendon_mj.lab.recordings import GivenRecording, Recording, read_given
-from tendon_mj.lab.replay import FrameRecorder, format_template, load_recorded, replay_recording
+from tendon_mj.lab.replay import format_template, load_recorded, replay_recording
 from tendon_mj.lab.sweep import Sweep, SweepResult, motion_recording, run_sweep
 from tendon_mj.models import load_model, model_names, model_path
-from tendon_mj.show.figures import style
+from tendon_mj.show import style
 from tendon_mj.show.figures.simulations import before_after_figure, replay_figure
 from tendon_mj.show.render.clip import check_size, draw_frames
 from tendon_mj.show.report.pictures import misfit_figure

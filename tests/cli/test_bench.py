@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 
 from tendon_mj.cli import main
-from tests.lab.verification.test_costs import ARM, MOTOR, MUSCLE
+from tests.lab.test_step_cost import ARM, MOTOR, MUSCLE
 
 GIVEN = Path(os.environ.get("TENDON_MJ_MODELS", "/nowhere")) / "myohand.xml"
 

@@ -28,7 +28,6 @@ def test_compare_meets_its_figures(tmp_path):
     assert result["limit"]["apparent_stiffness"]["max_relative_error"] < 7e-4
     assert result["limit"]["equivalent_backlash"]["max_relative_error"] < 1e-4
     assert result["convergence_order"] == pytest.approx(2.0, abs=0.2)
-    assert result["step_cost_ratio"] > 0.5  # a measurement, not a promise: the machine may be busy
     for picture in ("loops", "sweep", "limit", "convergence"):
         assert (tmp_path / f"{picture}.png").stat().st_size > 10_000
 

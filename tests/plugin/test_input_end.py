@@ -6,7 +6,7 @@ import pytest
 
 from tendon_mj import Spool, add_friction, remove_friction, view_sheath
 from tendon_mj.errors import InvalidValueError, TendonWarning
-from tendon_mj.lab.verification import smooth_controls
+from tendon_mj.lab.step_cost import smooth_controls
 from tendon_mj.plugin import sheaths
 from tests.refusals import refusing
 from tests.rigs import (

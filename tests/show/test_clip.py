@@ -16,7 +16,8 @@ from scipy.spatial import KDTree
 from tendon_mj import add_friction
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.finger import lasting, press, simulate_finger
-from tendon_mj.lab.replay import Cable, FrameRecorder, default_motion, record_frames
+from tendon_mj.lab.frames import Cable, FrameRecorder
+from tendon_mj.lab.motion import default_motion, record_frames
 from tendon_mj.models import Bench, build_bench, load_model
 from tendon_mj.plugin import segment_tensions, sheaths
 from tendon_mj.show import Offscreen, draw_frames, find_camera, render_clip
@@ -111,7 +112,7 @@ def test_a_tendon_is_drawn_from_its_input_to_its_output_beside_a_geom(height, wo
     model = spec.compile()
     data, scene = mujoco.MjData(model), mujoco.MjvScene(model, 100)
     mujoco.mj_forward(model, data)
-    (cable,) = record_frames(model, [[5.0]], duration=0.1, fps=10).cables.values()
+    (cable,) = record_frames(model, lambda time: [5.0], duration=0.1, fps=10).cables.values()
     for drawn, site in zip(cable.points[0, [0, -1]], ("a", "d"), strict=True):
         np.testing.assert_allclose(drawn, data.site(site).xpos)
     length = np.linalg.norm(np.diff(cable.points[0], axis=0), axis=1).sum()

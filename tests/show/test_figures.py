@@ -5,10 +5,10 @@ import pytest
 from matplotlib import pyplot
 
 from tendon_mj import theory
-from tendon_mj.lab.verification import BenchReadings, FirstMotion
+from tendon_mj.lab.bench_comparison import BenchReadings, FirstMotion
 from tendon_mj.models import Bench
 from tendon_mj.show import convergence_figure, loops_figure, replay_figure, sweep_figure
-from tendon_mj.show.figures.style import column_label, drawn_unit
+from tendon_mj.show.style import column_label, drawn_unit
 from tests.lab.recorded import recorded
 
 LAM, T0, EA, L, KSE = 0.47, 20.0, 20e3, 0.5, 8e3

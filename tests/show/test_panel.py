@@ -10,9 +10,10 @@ from matplotlib.colors import to_rgb
 
 from tendon_mj import add_friction
 from tendon_mj.lab.finger import lasting, press, simulate_finger
-from tendon_mj.lab.replay import FrameRecorder, control_unit, record_frames
+from tendon_mj.lab.frames import FrameRecorder
+from tendon_mj.lab.motion import record_frames
+from tendon_mj.lab.replay import control_unit
 from tendon_mj.models import TENDON_COLOUR, load_model
-from tendon_mj.show import BLUE, VERMILLION
 from tendon_mj.show.render.offscreen import colour_limits, without_spikes
 from tendon_mj.show.render.panel import (
     TENDON_PALETTE,
@@ -21,6 +22,7 @@ from tendon_mj.show.render.panel import (
     listed,
     tendon_colours,
 )
+from tendon_mj.show.style import BLUE, VERMILLION
 from tests.rigs import block_and_tackle, compiled, rope
 
 # Machado and others (2009): how linear red, green and blue look to dichromats
@@ -54,7 +56,7 @@ def pulled(count, rgba="0.5 0.5 0.5 1", name="tendon_{}", force=5.0):
     )
     add_friction(spec, "*", friction=0.1)
     model = spec.compile()
-    return model, record_frames(model, np.full((1, count), force), duration=0.2, fps=10)
+    return model, record_frames(model, lambda time: np.full(count, force), duration=0.2, fps=10)
 
 
 def lab(colour, seen):
@@ -131,7 +133,7 @@ def test_over_pulleys_a_clip_shows_the_ends_of_the_branch_that_friction_acts_on(
     spec = mujoco.MjSpec.from_string(block_and_tackle())
     add_friction(spec, "t", friction=0.2)
     model = spec.compile()
-    frames = record_frames(model, [[-15.0]], duration=0.2, fps=10)
+    frames = record_frames(model, lambda time: [-15.0], duration=0.2, fps=10)
     panel = Panel(model, frames, colour_limits(frames.cables), 436, 720)
     (cells,) = [cells for name, _, cells in panel._rows if name.strip() == "t, branch 1"]
     went_in, came_out = (end[-1] for end in cells[1])
@@ -177,7 +179,7 @@ def test_every_chart_has_a_unit(pressed):
 
 def test_controls_of_one_chart_are_in_units_that_engineers_read():
     model = load_model("joint")
-    frames = record_frames(model, [[1.0, 2e-3, 0.0]], duration=0.1, fps=20)
+    frames = record_frames(model, lambda time: [1.0, 2e-3, 0.0], duration=0.1, fps=20)
     frames.controls[0] = 0.0
     (controls,) = [chart for chart in charts(model, frames) if chart.label.startswith("control")]
     shown = {line.name: line.values[-1] for line in controls.lines}

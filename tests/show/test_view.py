@@ -21,7 +21,7 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
 
 from tendon_mj.errors import EngineError
-from tendon_mj.lab.replay import force_unit
+from tendon_mj.lab.units import force_unit
 from tendon_mj.models import load_model
 from tendon_mj.show.live import open_window, prepare, serve
 from tendon_mj.show.live.scene import (

@@ -16,8 +16,10 @@ import numpy as np
 from tendon_mj.lab.data_check import thresholds as limits
 from tendon_mj.lab.data_check.column import Column, columns_of
 from tendon_mj.lab.data_check.faults import DataWarning
+from tendon_mj.lab.parameter_names import expand
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import JOINT, Adjustable, Schedule, expand, quantity
+from tendon_mj.lab.replay import Adjustable, Schedule
+from tendon_mj.lab.units import JOINT, quantity
 from tendon_mj.plugin import sensor_kind, sheath_arrays, sheaths
 from tendon_mj.typing import BoolArray, FloatArray
 

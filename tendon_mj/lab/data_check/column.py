@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from tendon_mj.lab.data_check import thresholds as limits
 from tendon_mj.lab.data_check.faults import DataWarning
-from tendon_mj.lab.recordings import Recording, noise_levels, resolution
-from tendon_mj.lab.replay import column_unit, quantity
+from tendon_mj.lab.noise import noise_levels, resolution
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.units import column_unit, quantity
 from tendon_mj.typing import FloatArray
 
 

@@ -20,17 +20,18 @@ from tendon_mj.lab.data_check.column import (
     usual_range,
 )
 from tendon_mj.lab.data_check.faults import DataWarning
-from tendon_mj.lab.recordings import (
-    Recording,
+from tendon_mj.lab.noise import (
     estimate_noise,
     held_values,
     is_noisy,
     noise_levels,
     range_ends,
-    si_name,
     white_noise,
 )
-from tendon_mj.lab.replay import Adjustable, expand
+from tendon_mj.lab.parameter_names import expand
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import Adjustable
+from tendon_mj.lab.units import si_name
 from tendon_mj.plugin import sensor_kind
 
 _DEGREES = math.degrees(1.0)

@@ -16,8 +16,9 @@ import scipy
 from tendon_mj.lab.data_check import thresholds as limits
 from tendon_mj.lab.data_check.column import Column, a_step, median_around, more
 from tendon_mj.lab.data_check.faults import DataWarning
-from tendon_mj.lab.recordings import Recording, noise_levels, range_ends
-from tendon_mj.lab.replay import plain
+from tendon_mj.lab.noise import noise_levels, range_ends
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.units import plain
 from tendon_mj.typing import FloatArray
 
 Replay = Callable[[Recording], Recording | None]

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import column_unit
+from tendon_mj.lab.units import column_unit
 
 FORCES: Final = "a load cell, a spring scale in one pose, or a known weight on the output"
 _UNITS: Final = {"N", "N m"}

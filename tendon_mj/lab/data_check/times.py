@@ -9,8 +9,8 @@ import numpy as np
 from tendon_mj.lab.data_check import thresholds as limits
 from tendon_mj.lab.data_check.column import Column, columns_of, row_of
 from tendon_mj.lab.data_check.faults import DataWarning
-from tendon_mj.lab.recordings import TIME, TIMES, Recording
-from tendon_mj.lab.replay import quantity
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.units import TIME, TIMES, quantity
 from tendon_mj.typing import FloatArray
 
 

@@ -18,7 +18,8 @@ from tendon_mj.lab.diagnosis.data import (
     training_samples,
 )
 from tendon_mj.lab.diagnosis.regimes import motion
-from tendon_mj.lab.recordings import Recording, is_same_model, noise_of_repeats
+from tendon_mj.lab.noise import noise_of_repeats
+from tendon_mj.lab.recordings import Recording, is_same_model
 from tendon_mj.lab.replay import Parameter, Simulates
 
 _FEWEST = 50  # samples of a motion, where neighbours repeat each other

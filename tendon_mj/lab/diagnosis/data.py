@@ -21,9 +21,7 @@ from scipy.ndimage import uniform_filter1d
 
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.lab.diagnosis.effects.effect import SystemDescription, Term, element
-from tendon_mj.lab.recordings import (
-    Recording,
-    Session,
+from tendon_mj.lab.noise import (
     is_noisy,
     least_motion,
     noise_levels,
@@ -31,6 +29,15 @@ from tendon_mj.lab.recordings import (
     resolution,
     white_noise,
 )
+from tendon_mj.lab.parameter_names import (
+    claims,
+    expand,
+    name_in_session,
+    parameter_of,
+    recording_of,
+    values_in,
+)
+from tendon_mj.lab.recordings import Recording, Session
 from tendon_mj.lab.replay import (
     DRAWN_BEND,
     EXTRA_BEND,
@@ -39,14 +46,8 @@ from tendon_mj.lab.replay import (
     Series,
     Simulates,
     Simulator,
-    claims,
-    expand,
-    name_in_session,
-    parameter_of,
-    recording_of,
     suppress_mujoco_log,
     suppress_unsolved_warnings,
-    values_in,
 )
 from tendon_mj.typing import FloatArray
 

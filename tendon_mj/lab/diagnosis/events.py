@@ -27,8 +27,9 @@ import numpy as np
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Constant, Term
 from tendon_mj.lab.diagnosis.fitting import Fit
+from tendon_mj.lab.parameter_names import name_in_session
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import name_in_session, suppress_unsolved_warnings
+from tendon_mj.lab.replay import suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
 
 _PROBE = 0.02  # of the range of the drive

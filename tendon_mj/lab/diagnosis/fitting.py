@@ -24,7 +24,8 @@ from scipy.linalg import cholesky, solve_triangular
 
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Term
-from tendon_mj.lab.replay import recording_of, suppress_unsolved_warnings
+from tendon_mj.lab.parameter_names import recording_of
+from tendon_mj.lab.replay import suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
 
 DIFFERENCE = 1e-2  # of a probe: above the roughness of stick and slip, below curvature

@@ -42,9 +42,11 @@ from tendon_mj.lab.diagnosis.search import ScreeningScore, screen
 from tendon_mj.lab.diagnosis.selection import SelectionContext
 from tendon_mj.lab.diagnosis.statistics import half_widths, intervals
 from tendon_mj.lab.diagnosis.verdict import LARGEST_EXCESS, SMALLEST_EXCESS, chance_excess
+from tendon_mj.lab.parameter_names import parameter_of
 from tendon_mj.lab.progress import Progress, silent
-from tendon_mj.lab.recordings import Recording, si_name, unit_fault
-from tendon_mj.lab.replay import Simulator, parameter_of, suppress_unsolved_warnings
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import Simulator, suppress_unsolved_warnings
+from tendon_mj.lab.units import si_name, unit_fault
 from tendon_mj.typing import FloatArray
 
 _TWICE = 2.0  # times the strength from which an effect is noticed

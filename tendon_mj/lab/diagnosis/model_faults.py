@@ -19,18 +19,17 @@ from tendon_mj.attach import numbers, view_sheath
 from tendon_mj.lab.data_check import play_warnings
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.result import Value
+from tendon_mj.lab.parameter_names import expand, values_for
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import (
     Adjustable,
     Schedule,
     Simulates,
     Simulator,
-    column_unit,
-    expand,
     has_soft_friction,
     stiff_friction,
-    values_for,
 )
+from tendon_mj.lab.units import column_unit
 
 # Root mean square error of a tension, in ranges of it, over (μφ)^(3/2) at one guide: at most so
 # much, measured on `bench` against many guides. At the end where a displacement is prescribed it is

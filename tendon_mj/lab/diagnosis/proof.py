@@ -67,7 +67,8 @@ from tendon_mj.lab.diagnosis.wording import (
     warn_of_ends,
     warn_of_step_and_noise,
 )
-from tendon_mj.lab.replay import Parameter, parameter_of, recording_of, value_in
+from tendon_mj.lab.parameter_names import parameter_of, recording_of, value_in
+from tendon_mj.lab.replay import Parameter
 from tendon_mj.typing import FloatArray
 
 _EXPLAINS = 0.01  # of the excess χ², to be in the ranking

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.verdict import ABOVE_NOISE
-from tendon_mj.lab.recordings import Recording, estimate_noise
-from tendon_mj.lab.replay import column_name, column_unit, from_to
-from tendon_mj.lab.replay import rate as rate_unit
+from tendon_mj.lab.noise import estimate_noise
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.units import column_name, column_unit, from_to
+from tendon_mj.lab.units import rate as rate_unit
 from tendon_mj.typing import FloatArray
 
 _BINS = 6

@@ -11,8 +11,10 @@ from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.lab.diagnosis.data import Problem, all_samples, describe_system
 from tendon_mj.lab.diagnosis.effects import CATALOGUE
 from tendon_mj.lab.diagnosis.effects.effect import Effect, SystemDescription
-from tendon_mj.lab.recordings import Recording, noise_levels
-from tendon_mj.lab.replay import Simulator, as_recording, described_values, parameter_of
+from tendon_mj.lab.noise import noise_levels
+from tendon_mj.lab.parameter_names import parameter_of
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import Simulator, as_recording, described_values
 
 
 def rehearse(

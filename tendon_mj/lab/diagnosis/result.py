@@ -17,18 +17,11 @@ from tendon_mj.lab.diagnosis.fitting import Fit
 from tendon_mj.lab.diagnosis.regimes import Located
 from tendon_mj.lab.diagnosis.selection import Selection, SelectionContext
 from tendon_mj.lab.diagnosis.verdict import ErrorReduction, Evidence, Verdict
+from tendon_mj.lab.parameter_names import expand, recording_of, values_for
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording, write_recording
-from tendon_mj.lab.replay import (
-    Simulates,
-    as_recording,
-    described_values,
-    estimated_percent,
-    expand,
-    patch_model,
-    recording_of,
-    values_for,
-)
+from tendon_mj.lab.replay import Simulates, as_recording, described_values, patch_model
+from tendon_mj.lab.units import estimated_percent
 
 
 @dataclass(frozen=True)

@@ -32,8 +32,10 @@ from numpy.typing import NDArray
 
 from tendon_mj.lab.diagnosis.data import SMALLEST_EXCESS as SMALLEST_EXCESS
 from tendon_mj.lab.diagnosis.data import Problem, by_recording
-from tendon_mj.lab.recordings import Recording, noise_of_repeats
-from tendon_mj.lab.replay import Simulates, column_unit
+from tendon_mj.lab.noise import noise_of_repeats
+from tendon_mj.lab.recordings import Recording
+from tendon_mj.lab.replay import Simulates
+from tendon_mj.lab.units import column_unit
 from tendon_mj.typing import FloatArray
 
 Verdict = Literal["named", "parameter", "partly", "nothing missing", "undetermined", "unknown"]

@@ -12,14 +12,14 @@ from tendon_mj.lab.diagnosis.effects.effect import Candidate, ShiftTerm, Term, e
 from tendon_mj.lab.diagnosis.result import Alternative, Diagnosis, Finding, Value
 from tendon_mj.lab.diagnosis.verdict import ABOVE_NOISE as ABOVE_NOISE
 from tendon_mj.lab.diagnosis.verdict import CLOSED, NOISE, PART, ErrorReduction, Evidence, Verdict
-from tendon_mj.lab.replay import (
-    Parameter,
+from tendon_mj.lab.parameter_names import parameter_of
+from tendon_mj.lab.replay import Parameter
+from tendon_mj.lab.units import (
     column_name,
     column_unit,
     engineering_unit,
     estimated_percent,
     from_to,
-    parameter_of,
     plain,
     quantity,
 )

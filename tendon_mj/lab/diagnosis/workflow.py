@@ -50,9 +50,10 @@ from tendon_mj.lab.diagnosis.result import Diagnosis
 from tendon_mj.lab.diagnosis.selection import CONVERGED, Selection, SelectionContext, select_effects
 from tendon_mj.lab.diagnosis.statistics import FittedCandidate
 from tendon_mj.lab.diagnosis.verdict import SMALLEST_EXCESS, Verdict, reducible_excess
+from tendon_mj.lab.parameter_names import matching
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import GivenRecording, Recording, read_given
-from tendon_mj.lab.replay import Simulator, matching
+from tendon_mj.lab.replay import Simulator
 from tendon_mj.typing import FloatArray
 
 _EXPLAINED = ("named", "parameter", "nothing missing")

@@ -43,8 +43,9 @@ from tendon_mj.lab.diagnosis import (
     written,
 )
 from tendon_mj.lab.fleet.rigs import RigData
+from tendon_mj.lab.parameter_names import name_in_session
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import Simulator, name_in_session, suppress_unsolved_warnings
+from tendon_mj.lab.replay import Simulator, suppress_unsolved_warnings
 from tendon_mj.typing import BoolArray, FloatArray
 
 Label = tuple[str, str, tuple[float, ...]]  # identifier, name, shape

@@ -31,7 +31,7 @@ from tendon_mj.lab.fleet.changes import LEAST_DAYS, SIGNIFICANT, Change
 from tendon_mj.lab.fleet.observation import NumberSeries
 from tendon_mj.lab.fleet.rigs import stamp
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import engineering_unit, plain, quantity
+from tendon_mj.lab.units import engineering_unit, plain, quantity
 from tendon_mj.models import model_digest
 
 FEWEST = 5  # rigs, for a spread between them
@@ -362,9 +362,8 @@ def _course(change: Change, series: NumberSeries, dates: Sequence[datetime]) -> 
 def in_one_unit(values: Sequence[float], unit: str) -> list[str]:
     """Values in one unit, the last with its symbol."""
     chosen = engineering_unit(unit, values)
-    symbol = f" {chosen.symbol}" if chosen.symbol and chosen.symbol != "°" else chosen.symbol
-    numbers = [plain(value * chosen.factor) for value in values]
-    return [*numbers[:-1], f"{numbers[-1]}{symbol}"]
+    *others, last = values
+    return [*(plain(value * chosen.factor) for value in others), chosen.write(last)]
 
 
 def other_kind(parts: Sequence[str]) -> str:

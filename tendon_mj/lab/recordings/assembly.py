@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError, TendonWarning, unknown
 from tendon_mj.lab.recordings.description import UNSAID, Source, TableLayout
-from tendon_mj.lab.recordings.units import (
+from tendon_mj.lab.units import (
     CURRENT,
     FOREIGN,
     FOREIGN_TIME,

@@ -11,7 +11,7 @@ import tomli_w
 
 from tendon_mj.errors import InvalidValueError, RecordingError, unknown
 from tendon_mj.lab.recordings.files import read_toml
-from tendon_mj.lab.recordings.units import (
+from tendon_mj.lab.units import (
     ANY_NUMBER,
     NOT_NEGATIVE,
     POSITIVE_NUMBER,

@@ -15,7 +15,7 @@ from tendon_mj.errors import RecordingError, unknown
 from tendon_mj.lab.recordings.assembly import Samples, at_common_times, check_table, in_its_unit
 from tendon_mj.lab.recordings.description import Source
 from tendon_mj.lab.recordings.files import check_file, is_bag, missing_reader
-from tendon_mj.lab.recordings.units import TIME, TIMES, UNIT_FACTORS, claimed_unit
+from tendon_mj.lab.units import TIME, TIMES, UNIT_FACTORS, claimed_unit
 from tendon_mj.typing import FloatArray
 
 # types of ROS whose definitions say that they are in SI

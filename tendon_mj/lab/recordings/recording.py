@@ -29,7 +29,7 @@ from tendon_mj.lab.recordings.files import (
 )
 from tendon_mj.lab.recordings.logs import read_log
 from tendon_mj.lab.recordings.table_files import open_csv, open_parquet, write_csv
-from tendon_mj.lab.recordings.units import TIME, si_name
+from tendon_mj.lab.units import TIME, si_name
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 

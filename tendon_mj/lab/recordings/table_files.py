@@ -30,7 +30,7 @@ from tendon_mj.lab.recordings.files import (
     read_info,
     read_text,
 )
-from tendon_mj.lab.recordings.units import TIME, UNIT, proposed_name
+from tendon_mj.lab.units import TIME, UNIT, proposed_name
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 

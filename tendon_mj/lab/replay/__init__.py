@@ -1,47 +1,19 @@
-"""Simulation of recordings and motions.
+"""Simulation of recordings.
 
-Schedules of controls, named parameters and patched models, sensor readings, rollouts; motions and
-frames for clips; units of columns; and the template of a description.
+Schedules of controls, named parameters and patched models, sensor readings, rollouts; and the
+template of a description.
 """
 
 from tendon_mj.lab.replay.description_template import column_of as column_of
 from tendon_mj.lab.replay.description_template import format_template as format_template
-from tendon_mj.lab.replay.friction_effect import free_joints as free_joints
-from tendon_mj.lab.replay.friction_effect import friction_sentence as friction_sentence
-from tendon_mj.lab.replay.friction_effect import most_first as most_first
-from tendon_mj.lab.replay.friction_effect import sheathed_tendons as sheathed_tendons
-from tendon_mj.lab.replay.motion import POSE as POSE
-from tendon_mj.lab.replay.motion import Cable as Cable
-from tendon_mj.lab.replay.motion import Drive as Drive
-from tendon_mj.lab.replay.motion import FrameRecorder as FrameRecorder
-from tendon_mj.lab.replay.motion import Frames as Frames
-from tendon_mj.lab.replay.motion import check_frames as check_frames
-from tendon_mj.lab.replay.motion import control_limits as control_limits
-from tendon_mj.lab.replay.motion import default_motion as default_motion
-from tendon_mj.lab.replay.motion import demonstration_time as demonstration_time
-from tendon_mj.lab.replay.motion import frictionless as frictionless
-from tendon_mj.lab.replay.motion import is_friction as is_friction
-from tendon_mj.lab.replay.motion import read_motion as read_motion
-from tendon_mj.lab.replay.motion import record_frames as record_frames
-from tendon_mj.lab.replay.motion import resting as resting
-from tendon_mj.lab.replay.motion import without_range as without_range
 from tendon_mj.lab.replay.parameters import DRAWN_BEND as DRAWN_BEND
 from tendon_mj.lab.replay.parameters import EXTRA_BEND as EXTRA_BEND
 from tendon_mj.lab.replay.parameters import RANGE_WIDTH as RANGE_WIDTH
 from tendon_mj.lab.replay.parameters import Adjustable as Adjustable
 from tendon_mj.lab.replay.parameters import Kind as Kind
 from tendon_mj.lab.replay.parameters import Parameter as Parameter
-from tendon_mj.lab.replay.parameters import claims as claims
-from tendon_mj.lab.replay.parameters import expand as expand
 from tendon_mj.lab.replay.parameters import has_soft_friction as has_soft_friction
-from tendon_mj.lab.replay.parameters import matching as matching
-from tendon_mj.lab.replay.parameters import name_in_session as name_in_session
-from tendon_mj.lab.replay.parameters import parameter_of as parameter_of
-from tendon_mj.lab.replay.parameters import recording_of as recording_of
 from tendon_mj.lab.replay.parameters import stiff_friction as stiff_friction
-from tendon_mj.lab.replay.parameters import value_in as value_in
-from tendon_mj.lab.replay.parameters import values_for as values_for
-from tendon_mj.lab.replay.parameters import values_in as values_in
 from tendon_mj.lab.replay.patch import patch_model as patch_model
 from tendon_mj.lab.replay.patch import read_intervals as read_intervals
 from tendon_mj.lab.replay.play import load_recorded as load_recorded
@@ -64,21 +36,5 @@ from tendon_mj.lab.replay.simulation import run_open_loop as run_open_loop
 from tendon_mj.lab.replay.simulation import suppress_mujoco_log as suppress_mujoco_log
 from tendon_mj.lab.replay.simulation import suppress_unsolved_warnings as suppress_unsolved_warnings
 from tendon_mj.lab.replay.simulation import unsolved_sheaths as unsolved_sheaths
-from tendon_mj.lab.replay.units import JOINT as JOINT
-from tendon_mj.lab.replay.units import NEWTON as NEWTON
-from tendon_mj.lab.replay.units import UNKNOWN as UNKNOWN
-from tendon_mj.lab.replay.units import EngineeringUnit as EngineeringUnit
-from tendon_mj.lab.replay.units import column_name as column_name
-from tendon_mj.lab.replay.units import column_unit as column_unit
 from tendon_mj.lab.replay.units import control_unit as control_unit
-from tendon_mj.lab.replay.units import ending_of as ending_of
-from tendon_mj.lab.replay.units import engineering_unit as engineering_unit
-from tendon_mj.lab.replay.units import estimated_percent as estimated_percent
-from tendon_mj.lab.replay.units import force_unit as force_unit
-from tendon_mj.lab.replay.units import from_to as from_to
-from tendon_mj.lab.replay.units import percent as percent
-from tendon_mj.lab.replay.units import plain as plain
-from tendon_mj.lab.replay.units import quantity as quantity
-from tendon_mj.lab.replay.units import rate as rate
 from tendon_mj.lab.replay.units import reading_unit as reading_unit
-from tendon_mj.lab.replay.units import with_unit as with_unit

@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 import tomli_w
 
-from tendon_mj.lab.recordings import unit_fault
 from tendon_mj.lab.replay.parameters import Adjustable, Parameter
-from tendon_mj.lab.replay.units import ROUNDING, control_unit, ending_of, reading_unit
+from tendon_mj.lab.replay.units import control_unit, reading_unit
+from tendon_mj.lab.units import ROUNDING, ending_of, unit_fault
 
 _SHEATH = ("axial_stiffness", "pretension", "drawn_bend")
 _JOINT = ("stiffness", "springref", "damping", "frictionloss", "armature")

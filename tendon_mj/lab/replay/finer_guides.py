@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach import sheaths_by_tendon
-from tendon_mj.lab.replay.units import ROUNDING
+from tendon_mj.lab.units import ROUNDING
 from tendon_mj.typing import FloatArray
 
 _WRAP = mujoco.mjtWrap

@@ -22,9 +22,6 @@ where the cable slips on its drum.
 
 A joint without `frictionloss` has no softness of it that anybody chose: where MuJoCo's own stands,
 with which a joint at rest creeps, it gets a stiff one.
-
-In recordings ``sheath_*.friction`` stands for several parameters, and ``<parameter> @ <recording>``
-for the value of one in a single recording.
 """
 
 from __future__ import annotations
@@ -32,10 +29,9 @@ from __future__ import annotations
 import contextlib
 import math
 import warnings
-from collections.abc import Collection, Mapping
-from fnmatch import fnmatchcase
+from collections.abc import Mapping
 from functools import cached_property
-from typing import Any, Final, Literal, NamedTuple, TypeVar
+from typing import Any, Final, Literal, NamedTuple
 
 import mujoco
 import numpy as np
@@ -43,7 +39,6 @@ from numpy.typing import NDArray
 
 from tendon_mj.attach import Parameters, checked_number
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownKeyError, UnknownNameError
-from tendon_mj.lab.recordings import LARGEST, Recording
 from tendon_mj.lab.replay.readout import (
     PLAIN_COMMAND,
     USER_NUMBERS,
@@ -53,14 +48,11 @@ from tendon_mj.lab.replay.readout import (
     stored_joint_commands,
     stored_readouts,
 )
-from tendon_mj.lab.replay.units import JOINT, ROUNDING, control_unit, rate, reading_unit
+from tendon_mj.lab.replay.units import control_unit, reading_unit
+from tendon_mj.lab.units import JOINT, LARGEST, ROUNDING, rate
 from tendon_mj.plugin import GAINS, PARAMETERS, C, sensor_kind, sheath_arrays, sheaths
 from tendon_mj.sheath import LAW, check_scales, check_static
 
-Entry = TypeVar("Entry")
-
-_WILD = frozenset("*?[")
-_AT = " @ "
 _OBJ, _TRN = mujoco.mjtObj, mujoco.mjtTrn
 _HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value
 _ON_JOINT = _TRN.mjTRN_JOINT.value, _TRN.mjTRN_JOINTINPARENT.value
@@ -83,84 +75,6 @@ _PLAIN_DRIVE = {**PLAIN_COMMAND, **dict.fromkeys(SLIP, 0.0)}
 _COMMANDS = {"command_scale": -math.inf, "command_offset": -math.inf, "command_delay": 0.0}  # least
 
 Kind = Literal["live", "joint", "tendon", "body", "actuator", "motor", "sensor", "gravity"]
-
-
-def matching(name: str, names: Collection[str], where: str = "") -> list[str]:
-    """Parameters that a name stands for: itself, or all that fit its `*`, `?` and `[…]`."""
-    if name in names or not _WILD & set(name):
-        return [name]
-    fitting = sorted(n for n in names if fnmatchcase(n, name))
-    if not fitting:
-        raise UnknownNameError("parameter", name, names, where)
-    return fitting
-
-
-def expand(table: Mapping[str, Entry], names: Collection[str]) -> dict[str, Entry]:
-    """Parameter → entry of a table whose names may stand for several; a plain name goes first."""
-    expanded = {n: entry for name, entry in table.items() for n in matching(name, names)}
-    return expanded | {name: entry for name, entry in table.items() if name in expanded}
-
-
-def claims(recording: Recording, names: Collection[str]) -> dict[str, tuple[str, str]]:
-    """Parameter → (table, name in it) of a recording that describes it; a plain name goes first."""
-    claimed: dict[str, tuple[str, str]] = {}
-    for title in ("known", "uncertain", "session"):
-        for name in getattr(recording, title):
-            for target in matching(name, names):
-                other = claimed.get(target)
-                if other is None or (name == target and other[1] != target):
-                    claimed[target] = title, name
-                elif (name == target) == (other[1] == target):
-                    raise InvalidValueError(
-                        f"{target!r} is meant by {other[1]!r} in [{other[0]}] and by {name!r} in"
-                        f" [{title}]; leave one of them out, or name the parameter itself"
-                    )
-    return claimed
-
-
-def name_in_session(parameter: str, recording: str) -> str:
-    """Name of a parameter's value in one recording."""
-    return f"{parameter}{_AT}{recording}"
-
-
-def parameter_of(name: str) -> str:
-    """The parameter of a name, in one recording or in all."""
-    return name.partition(_AT)[0]
-
-
-def recording_of(name: str) -> str:
-    """The recording of a name; empty where it is for all."""
-    return name.partition(_AT)[2]
-
-
-def value_in(values: Mapping[str, float], name: str) -> float:
-    """Value of a name; without one in its recording, that of the parameter in all."""
-    return values.get(name, values[parameter_of(name)])
-
-
-def values_in(
-    recordings: Collection[str], values: Mapping[str, float], parameters: Collection[str]
-) -> dict[str, float]:
-    """The values without those of parameters in other recordings than these.
-
-    A name of no parameter stays, for the simulator to refuse.
-    """
-    return {
-        name: value
-        for name, value in values.items()
-        if recording_of(name) in {"", *recordings} or parameter_of(name) not in parameters
-    }
-
-
-def values_for(recording: str, values: Mapping[str, float]) -> dict[str, float]:
-    """Parameter → value that holds in one recording, its own before that in all."""
-    common = {name: value for name, value in values.items() if _AT not in name}
-    in_session = {
-        parameter_of(name): value
-        for name, value in values.items()
-        if _AT in name and recording_of(name) == recording
-    }
-    return common | in_session
 
 
 class Parameter(NamedTuple):

@@ -26,7 +26,7 @@ from tendon_mj.attach import Mjcf, number_text, numbers
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay.parameters import RANGE_WIDTH, Parameter, stiff_friction
-from tendon_mj.lab.replay.units import JOINT, ROUNDING
+from tendon_mj.lab.units import JOINT, ROUNDING
 from tendon_mj.models import load_model, load_spec, model_path
 from tendon_mj.plugin import sheath_arrays, sheaths
 

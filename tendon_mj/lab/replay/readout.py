@@ -27,8 +27,8 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.lab.recordings import LARGEST, white_noise
-from tendon_mj.lab.replay.units import ROUNDING
+from tendon_mj.lab.noise import white_noise
+from tendon_mj.lab.units import LARGEST, ROUNDING
 from tendon_mj.typing import FloatArray
 
 # of a column that is a control as it stands

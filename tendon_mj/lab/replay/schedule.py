@@ -12,18 +12,21 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import RecordingError, TendonError, TendonWarning, UnknownNameError
-from tendon_mj.lab.recordings import (
-    NOT_NEGATIVE,
-    POSITIVE_NUMBER,
-    Recording,
-    Session,
-    Uncertain,
-    least_motion,
-)
-from tendon_mj.lab.replay.parameters import Adjustable, Parameter, expand
+from tendon_mj.lab.noise import least_motion
+from tendon_mj.lab.parameter_names import expand
+from tendon_mj.lab.recordings import Recording, Session, Uncertain
+from tendon_mj.lab.replay.parameters import Adjustable, Parameter
 from tendon_mj.lab.replay.patch import read_intervals
 from tendon_mj.lab.replay.readout import Readout, Sense, make_clock, sense_of
-from tendon_mj.lab.replay.units import ROUNDING, column_unit, name_in, quantity, reading_unit
+from tendon_mj.lab.replay.units import reading_unit
+from tendon_mj.lab.units import (
+    NOT_NEGATIVE,
+    POSITIVE_NUMBER,
+    ROUNDING,
+    column_unit,
+    name_in,
+    quantity,
+)
 from tendon_mj.models import load_model
 from tendon_mj.typing import FloatArray
 

@@ -29,20 +29,14 @@ from tendon_mj.errors import (
     UnknownNameError,
     unknown,
 )
+from tendon_mj.lab.frames import FrameRecorder
+from tendon_mj.lab.parameter_names import parameter_of, recording_of, values_for
 from tendon_mj.lab.recordings import Measured, Recording, is_same_model
 from tendon_mj.lab.replay.finer_guides import split_guides
-from tendon_mj.lab.replay.motion import FrameRecorder
-from tendon_mj.lab.replay.parameters import (
-    Adjustable,
-    Parameter,
-    joint_of,
-    parameter_of,
-    recording_of,
-    values_for,
-)
+from tendon_mj.lab.replay.parameters import Adjustable, Parameter, joint_of
 from tendon_mj.lab.replay.play import MakeModel, load_recorded, plays
 from tendon_mj.lab.replay.schedule import Rests, Schedule, described_values, stated_values
-from tendon_mj.lab.replay.units import ROUNDING, UNKNOWN, column_unit, rate
+from tendon_mj.lab.units import ROUNDING, UNKNOWN, column_unit, rate
 from tendon_mj.models import load_model, load_spec
 from tendon_mj.plugin import sheaths, unsolved_evaluations
 from tendon_mj.typing import FloatArray

@@ -20,20 +20,20 @@ from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.lab.finger import find_motion
+from tendon_mj.lab.motion import demonstration_time
 from tendon_mj.lab.recordings import Measured, Recording, read_text
 from tendon_mj.lab.replay import (
     Adjustable,
     Schedule,
     column_of,
     control_unit,
-    demonstration_time,
-    ending_of,
     reading_unit,
     run_open_loop,
     suppress_mujoco_log,
     unsolved_sheaths,
 )
 from tendon_mj.lab.sweep.design import SensorSummary, summarised
+from tendon_mj.lab.units import ending_of
 from tendon_mj.models import model_digest
 from tendon_mj.typing import FloatArray
 

@@ -18,6 +18,7 @@ import pandas
 from numpy.typing import NDArray
 
 from tendon_mj.errors import InvalidValueError
+from tendon_mj.lab.parquet_parts import ParquetParts
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Parameter, Simulator, plain_commands, reading_unit, stated_values
@@ -31,7 +32,7 @@ from tendon_mj.lab.sweep.design import (
     share_of_variance,
 )
 from tendon_mj.lab.sweep.rollouts import FAILED, UNSOLVED, Batch, Policy, Rollouts
-from tendon_mj.lab.tasks import ParquetParts, Workers, run_tasks, versions
+from tendon_mj.lab.tasks import Workers, run_tasks, versions
 from tendon_mj.plugin import sheaths
 from tendon_mj.whole_file import whole_file
 

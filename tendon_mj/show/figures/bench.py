@@ -12,10 +12,10 @@ from matplotlib.ticker import NullLocator
 from numpy.typing import ArrayLike
 
 from tendon_mj import theory
-from tendon_mj.lab.verification import BenchReadings, FirstMotion
+from tendon_mj.lab.bench_comparison import BenchReadings, FirstMotion
 from tendon_mj.models import Bench
-from tendon_mj.show.figures import style
-from tendon_mj.show.figures.style import BLACK, BLUE, legend_below, new_figure, print_style
+from tendon_mj.show import style
+from tendon_mj.show.style import BLACK, BLUE, legend_below, new_figure, print_style
 from tendon_mj.typing import FloatArray
 
 _MARGIN = 0.06  # of the data's span, by which lines run on

@@ -13,10 +13,12 @@ from matplotlib.figure import Figure
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab import replay
-from tendon_mj.lab.recordings import Recording, noise_levels
+from tendon_mj.lab.noise import noise_levels
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.sweep import bins_of
+from tendon_mj.lab.units import column_name, column_unit, engineering_unit
 from tendon_mj.models import JOINTS, TENDON_COLOUR, TENDONS
-from tendon_mj.show.figures import style
+from tendon_mj.show import style
 from tendon_mj.typing import FloatArray
 
 RECORDED = "recording"  # which may itself be simulated; its source is in the title
@@ -89,12 +91,10 @@ def _draw_replay(axes: Axes, x: FloatArray, series: Mapping[str, FloatArray]) ->
 def _draw_key(key: Axes, drawn: Axes, column: str, rms: Mapping[str, float]) -> None:
     """The legend of a row, next to it."""
     key.set_axis_off()
-    unit = replay.engineering_unit(replay.column_unit(column), rms.values())
+    unit = engineering_unit(column_unit(column), rms.values())
     handles, labels = drawn.get_legend_handles_labels()
     texts = [
-        f"{label}\nrms error {replay.with_unit(replay.plain(unit.factor * rms[label]), unit)}"
-        if label in rms
-        else label
+        f"{label}\nrms error {unit.write(rms[label])}" if label in rms else label
         for label in labels
     ]
     key.legend(handles, texts, loc="center left", borderaxespad=0.0, labelspacing=0.9)
@@ -165,12 +165,9 @@ def _draw_residual(
 def _title(measured: Recording, column: str, rms: Mapping[str, float]) -> str:
     """A signal's errors and its noise, in one unit."""
     noise = noise_levels(measured)[column]
-    unit = replay.engineering_unit(replay.column_unit(column), [*rms.values(), noise])
-    errors = ", ".join(
-        f"{replay.with_unit(replay.plain(unit.factor * e), unit)} {name}" for name, e in rms.items()
-    )
-    level = replay.with_unit(replay.plain(unit.factor * noise, 2), unit)
-    return f"{replay.column_name(column)}: rms error {errors}; noise {level}"
+    unit = engineering_unit(column_unit(column), [*rms.values(), noise])
+    errors = ", ".join(f"{unit.write(error)} {name}" for name, error in rms.items())
+    return f"{column_name(column)}: rms error {errors}; noise {unit.write(noise, 2)}"
 
 
 def finger_figure(answers: Mapping[str, Recording]) -> Figure:

@@ -15,18 +15,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from tendon_mj.lab.replay import (
-    NEWTON,
-    EngineeringUnit,
-    control_limits,
-    control_unit,
-    engineering_unit,
-)
+from tendon_mj.lab.motion import control_limits
+from tendon_mj.lab.replay import control_unit
+from tendon_mj.lab.units import NEWTON, EngineeringUnit, engineering_unit
 from tendon_mj.plugin import PARAMETERS, SLIPPING
-from tendon_mj.show.figures.style import labelled
 from tendon_mj.show.render.offscreen import COLOURS
 from tendon_mj.show.render.panel import tendon_colours
 from tendon_mj.show.render.surroundings import first_camera, framing
+from tendon_mj.show.style import labelled
 from tendon_mj.typing import FloatArray
 
 _PALER = 0.5  # share of white in the curve of the output

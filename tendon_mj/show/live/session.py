@@ -19,20 +19,17 @@ import numpy as np
 from tendon_mj.attach import Parameters, show_tension, view_sheath
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.finger import find_motion, motion_names
-from tendon_mj.lab.progress import Progress
-from tendon_mj.lab.replay import (
+from tendon_mj.lab.friction_effect import friction_sentence, most_first, sheathed_tendons
+from tendon_mj.lab.motion import (
     Drive,
-    EngineeringUnit,
     demonstration_time,
-    force_unit,
-    friction_sentence,
     frictionless,
     is_friction,
-    most_first,
     record_frames,
     resting,
-    sheathed_tendons,
 )
+from tendon_mj.lab.progress import Progress
+from tendon_mj.lab.units import EngineeringUnit, force_unit
 from tendon_mj.models import load_spec, model_path
 from tendon_mj.plugin import TENSION_SCALE, most_bent_branch, sheaths
 from tendon_mj.show.live.scene import Viewpoint, first_view

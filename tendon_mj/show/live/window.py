@@ -14,8 +14,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import EngineError
-from tendon_mj.lab.replay import NEWTON, EngineeringUnit
-from tendon_mj.show.figures.style import labelled
+from tendon_mj.lab.units import NEWTON, EngineeringUnit
 from tendon_mj.show.live.scene import (
     MOST_TENDONS,
     colour_key,
@@ -26,6 +25,7 @@ from tendon_mj.show.live.scene import (
 )
 from tendon_mj.show.live.session import Prepared, RealTime, kept_state, run_in_real_time
 from tendon_mj.show.render.surroundings import add_floor, floor, to_show
+from tendon_mj.show.style import labelled
 from tendon_mj.typing import FloatArray
 
 _CURVES_SPAN = 8.0  # of the curves [s]

@@ -18,10 +18,11 @@ from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
 from tendon_mj.errors import EngineError, InvalidValueError
+from tendon_mj.lab.frames import POSE, Frames
 from tendon_mj.lab.progress import Progress
-from tendon_mj.lab.replay import POSE, Frames, force_unit
+from tendon_mj.lab.units import force_unit
 from tendon_mj.plugin import sheaths
-from tendon_mj.show.figures import style
+from tendon_mj.show import style
 from tendon_mj.show.render import offscreen
 from tendon_mj.show.render.panel import Panel, listed, tendon_colours, text_scale, unit_of_forces
 from tendon_mj.show.render.surroundings import poses_of, to_show
@@ -230,10 +231,7 @@ class _FramePainter:
         mujoco.mj_fwdPosition(self._model, self._data)
 
         def add(scene: mujoco.MjvScene) -> None:
-            for cable in self._frames.cables.values():
-                offscreen.add_cable(
-                    scene, cable.points[k], cable.tensions[k], self._scale, self._radius
-                )
+            offscreen.add_cables(scene, self._frames.cables, k, self._scale, self._radius)
 
         image = self._offscreen.draw(self._data, self._camera, add)
         if self._ghost is not None and self._twin is not None:

@@ -28,7 +28,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from tendon_mj.errors import EngineError, UnknownNameError
-from tendon_mj.lab.replay import POSE, Cable
+from tendon_mj.lab.frames import POSE, Cable
 from tendon_mj.plugin import MARK, sheaths
 from tendon_mj.show.render.surroundings import add_floor, first_camera, floor, framing
 from tendon_mj.typing import FloatArray
@@ -317,6 +317,18 @@ def without_tendons(model: mujoco.MjModel, names: Iterable[str] | None = None) -
         bare.tendon_width[tendon] *= _THIN
         bare.site_rgba[model.wrap_objid[path][sites], 3] = 0.0
     return bare
+
+
+def add_cables(
+    scene: mujoco.MjvScene,
+    cables: Mapping[str, Cable],
+    frame: int,
+    scale: Normalize,
+    radius: float,
+) -> None:
+    """Add all tendons as they are in a frame to a scene, as it has room."""
+    for cable in cables.values():
+        add_cable(scene, cable.points[frame], cable.tensions[frame], scale, radius)
 
 
 def add_cable(

@@ -19,17 +19,12 @@ from matplotlib.lines import Line2D
 from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
-from tendon_mj.lab.replay import (
-    Cable,
-    EngineeringUnit,
-    Frames,
-    control_unit,
-    engineering_unit,
-    force_unit,
-    free_joints,
-)
+from tendon_mj.lab.frames import Frames
+from tendon_mj.lab.friction_effect import free_joints
+from tendon_mj.lab.replay import control_unit
+from tendon_mj.lab.units import EngineeringUnit, engineering_unit, force_unit
 from tendon_mj.plugin import sheaths
-from tendon_mj.show.figures import style
+from tendon_mj.show import style
 from tendon_mj.show.render.offscreen import COLOURS, Image, colour_limits, without_spikes
 from tendon_mj.typing import FloatArray
 
@@ -200,7 +195,7 @@ def _value_rows(
     colours, cables, names = tendon_colours(model, frames.cables), frames.cables, listed(frames)
     for name in names:
         cable = cables[name]
-        shown = [_ends(c, unit) for c in (cable, twin.cables[name] if twin else None) if c]
+        shown = [tuple(unit.factor * f.cables[name].end_tensions.T) for f in (frames, twin) if f]
         colour = colours[name] if len(cables) > 1 else INK
         cells = (shown[0], shown[1]) if twin else ("", shown[0])
         rows.append((f"  {sheaths(model)[name].tendon}{cable.branch.words}", colour, cells))
@@ -213,11 +208,6 @@ def listed(frames: Frames) -> list[str]:
     """Sheaths that are in table, chart and scene by name: one more in place of "and 1 more"."""
     names = list(frames.cables)
     return names if len(names) == _TABLE_ROWS + 1 else names[:_TABLE_ROWS]
-
-
-def _ends(cable: Cable, unit: EngineeringUnit) -> tuple[FloatArray, FloatArray]:
-    first, last = cable.ends
-    return unit.factor * cable.tensions[:, first], unit.factor * cable.tensions[:, last]
 
 
 def _entries(chart: _Chart, theme: style.Theme = style.LIGHT) -> tuple[list[str], list[Line2D]]:
@@ -384,10 +374,8 @@ def _forces_chart(
 
 
 def _tensions_chart(model: mujoco.MjModel, frames: Frames, unit: EngineeringUnit) -> _Chart:
-    label, ends = (
-        style.labelled("tension", unit),
-        {n: _ends(c, unit) for n, c in frames.cables.items()},
-    )
+    label = style.labelled("tension", unit)
+    ends = {n: unit.factor * c.end_tensions.T for n, c in frames.cables.items()}
     if len(ends) == 1:
         ((first, last),) = ends.values()
         return _Chart(

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from tendon_mj.lab.replay import Frames
+from tendon_mj.lab.frames import Frames
 from tendon_mj.show.render.see_through import PULLEY, WRAPPED, see_through
 from tendon_mj.typing import FloatArray
 

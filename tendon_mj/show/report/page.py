@@ -28,8 +28,7 @@ from tendon_mj.lab.diagnosis import (
     residual_autocorrelations,
 )
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay import column_name, estimated_percent, percent, quantity
-from tendon_mj.show.figures.style import DPI
+from tendon_mj.lab.units import column_name, estimated_percent, percent, quantity
 from tendon_mj.show.report.pictures import (
     correlation_figure,
     diagnosis_figures,
@@ -48,6 +47,7 @@ from tendon_mj.show.report.text import (
     what_to_do,
     written,
 )
+from tendon_mj.show.style import DPI
 from tendon_mj.whole_file import whole_file
 
 MODEL = "model.xml"

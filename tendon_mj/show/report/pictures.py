@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from tendon_mj.lab import replay
 from tendon_mj.lab.diagnosis import (
     Autocorrelation,
     BeforeAfter,
@@ -21,7 +20,8 @@ from tendon_mj.lab.diagnosis import (
     Diagnosis,
     Located,
 )
-from tendon_mj.show.figures import style
+from tendon_mj.lab.units import EngineeringUnit, column_name, column_unit, engineering_unit, plain
+from tendon_mj.show import style
 from tendon_mj.show.figures.simulations import before_after_figure
 
 TIME_SPENT, BEFORE, SYSID, AFTER = "time spent there", "before", "mujoco.sysid alone", "after"
@@ -84,7 +84,7 @@ def whiteness_figure(
         figure = style.new_figure(8.0, 0.6 + 1.8 * rows)
         panels = figure.subplots(rows, _ACROSS, squeeze=False, sharey=True).ravel()
         for axes, (column, (before, after)) in zip(panels, white.items(), strict=False):
-            unit = replay.engineering_unit("s", after.lags)
+            unit = engineering_unit("s", after.lags)
             drawn = {BEFORE: before, AFTER: after} if changed else {"residual": before}
             for colour, (label, shown) in zip(
                 (style.VERMILLION, style.BLUE), drawn.items(), strict=False
@@ -92,9 +92,7 @@ def whiteness_figure(
                 lags = unit.factor * shown.lags
                 axes.plot(lags, shown.values, ".-", color=colour, linewidth=1.1, label=label)
             axes.axhspan(-before.band, before.band, color=style.PALE, alpha=0.5, linewidth=0.0)
-            axes.set(
-                title=replay.column_name(column), xlabel=f"lag [{unit.symbol}]", ylim=(-1.05, 1.05)
-            )
+            axes.set(title=column_name(column), xlabel=f"lag [{unit.symbol}]", ylim=(-1.05, 1.05))
             axes.set_xlim(left=0.0)
         for axes in panels[len(white) :]:
             axes.set_axis_off()
@@ -129,7 +127,7 @@ def _errors_figure(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> F
         longest = 1.0
         for row, column in zip(grid, held_out.signals, strict=True):
             shown = [*held_out.signals[column][:2], *train.signals.get(column, ())[:2]]
-            unit = replay.engineering_unit(replay.column_unit(column), shown)
+            unit = engineering_unit(column_unit(column), shown)
             rival = (sysid or {}).get(column)
             for axes, errors, other in zip(row, (train, held_out), (None, rival), strict=True):
                 before, after, noise = errors.signals.get(column, (0.0, 0.0, 1.0))
@@ -141,7 +139,7 @@ def _errors_figure(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> F
                         diagnosis.bars[column], color=style.GREY, linewidth=1.3, label=FLOOR
                     )
                 longest = max(longest, *(value / noise for value in bars.values()))
-            row[0].set_ylabel(replay.column_name(column))
+            row[0].set_ylabel(column_name(column))
         grid[0][0].set_xlim(0.0, _AXIS_SPAN * longest)
         grid[0][0].set_title("training data: selection and fit")
         grid[0][1].set_title("held-out data")
@@ -152,7 +150,7 @@ def _errors_figure(diagnosis: Diagnosis, sysid: Mapping[str, float] | None) -> F
 
 
 def _draw_errors(
-    axes: Axes, bars: Mapping[str, float], noise: float, unit: replay.EngineeringUnit, changed: bool
+    axes: Axes, bars: Mapping[str, float], noise: float, unit: EngineeringUnit, changed: bool
 ) -> None:
     for k, (label, value) in enumerate(bars.items()):
         axes.barh(
@@ -165,7 +163,7 @@ def _draw_errors(
             label=label if changed or label != BEFORE else "calibrated, nothing added",
         )
         axes.annotate(
-            f"{value / noise:.2f} × ({replay.with_unit(replay.plain(unit.factor * value), unit)})",
+            f"{value / noise:.2f} × ({unit.write(value)})",
             (value / noise, k),
             xytext=(4, 0),
             textcoords="offset points",
@@ -196,7 +194,7 @@ def misfit_figure(located: Located, remaining: Located | None) -> Figure:
             return unit * b.time * (left.get((b.regime, b.label), 1.0) ** 2 - 1.0)
 
         kept = max(0.0, sum(after(b) for b in located.bins if b.regime == "signal"))
-        label = f"misfit beyond noise, after ({replay.plain(kept, 2)} % of that before)"
+        label = f"misfit beyond noise, after ({plain(kept, 2)} % of that before)"
         bars.append(_Bars(AFTER, label, after))
     return _by_regime(located, bars, located.sentence, "share [%]")
 
@@ -228,7 +226,7 @@ def _by_bin(located: Located) -> Mapping[tuple[str, str], float]:
 def _row_name(shown: Bin) -> str:
     """Label of a row, in which numbers have minus signs."""
     if shown.regime == "signal":
-        return replay.column_name(shown.label)
+        return column_name(shown.label)
     return shown.label.replace("-", "−")
 
 

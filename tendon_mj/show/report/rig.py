@@ -11,13 +11,14 @@ from matplotlib.figure import Figure
 
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import BeforeAfter
-from tendon_mj.lab.replay import POSE, FrameRecorder, load_recorded, replay_recording
-from tendon_mj.show.figures import style
+from tendon_mj.lab.frames import POSE, FrameRecorder
+from tendon_mj.lab.replay import load_recorded, replay_recording
+from tendon_mj.show import style
 from tendon_mj.show.render.offscreen import (
     COLOURS,
     Image,
     Offscreen,
-    add_cable,
+    add_cables,
     cable_radius,
     colour_limits,
     find_camera,
@@ -57,8 +58,7 @@ def rig_figure(shown: BeforeAfter) -> Figure | None:
         scale, radius = colour_limits(frames.cables), cable_radius(model, frames.cables)
 
         def add(scene: mujoco.MjvScene) -> None:
-            for cable in frames.cables.values():
-                add_cable(scene, cable.points[peak], cable.tensions[peak], scale, radius)
+            add_cables(scene, frames.cables, peak, scale, radius)
 
         view = find_camera(model, None, data.qpos[None])
         with Offscreen(bare, *_SIZE, ground=False) as offscreen:

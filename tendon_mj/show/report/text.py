@@ -19,8 +19,9 @@ from tendon_mj.lab.diagnosis import (
     Value,
     state_alternatives,
 )
-from tendon_mj.lab.recordings import noise_levels
-from tendon_mj.lab.replay import column_name, column_unit, engineering_unit, plain, replay_error
+from tendon_mj.lab.noise import noise_levels
+from tendon_mj.lab.replay import replay_error
+from tendon_mj.lab.units import column_name, column_unit, engineering_unit, plain
 
 ABSENT = "–"
 _NAMES = 3  # of parameters that share a value

@@ -24,6 +24,7 @@ from experiments.benchmarks.scaling import (
     guide_runs,
 )
 from experiments.benchmarks.study import run_benchmark
+from experiments.benchmarks.threads import thread_speedups
 from experiments.command import run_experiment
 from tendon_mj import view_sheath
 from tendon_mj.errors import EngineError, InvalidValueError
@@ -128,3 +129,9 @@ def test_the_sheath_follows_the_capstan_law_and_frictionloss_does_not():
     assert result.error.at_most == pytest.approx(ratio - 1.0, abs=0.01)
     assert result.error.largest >= result.error.rms > 0.1
     assert result.default_error.largest > result.error.largest
+
+
+def test_rollouts_are_compared_for_each_number_of_threads():
+    speedups = thread_speedups(Bench(guides=4), (2, 3), rounds=1, runs=4, steps=200)
+    assert set(speedups) == {2, 3}  # the same as on one thread to the bit, or it had refused
+    assert min(speedup.median for speedup in speedups.values()) > 0.0

@@ -28,8 +28,9 @@ from tendon_mj.lab.diagnosis.effects.binding import (
 )
 from tendon_mj.lab.diagnosis.statistics import cross_validate
 from tendon_mj.lab.diagnosis.verdict import bar, reproducibility
+from tendon_mj.lab.parameter_names import name_in_session, recording_of, values_for
 from tendon_mj.lab.recordings import Measured, Recording, Session, Uncertain
-from tendon_mj.lab.replay import Parameter, Simulates, name_in_session, recording_of, values_for
+from tendon_mj.lab.replay import Parameter, Simulates
 from tendon_mj.typing import FloatArray
 from tests.lab.diagnosis.toy import problem_of, system
 from tests.lab.recorded import recorded

@@ -14,7 +14,7 @@ import numpy as np
 
 from tendon_mj.lab.diagnosis import Diagnosis, Effect, diagnose
 from tendon_mj.lab.diagnosis.effects.binding import ParameterSpecification, on_sheaths
-from tendon_mj.lab.experiment_design import DriveBounds, ExperimentBounds
+from tendon_mj.lab.experiment import DriveBounds, ExperimentBounds
 from tendon_mj.lab.recordings import Recording, Uncertain
 from tendon_mj.typing import FloatArray
 from tests.lab.diagnosis.toy import Added, measured_by

@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import InvalidValueError, TendonError
-from tendon_mj.lab.experiment_design import DriveBounds, ExperimentBounds, check_bounds, read_bounds
-from tendon_mj.lab.experiment_design.experiment import SHAPES, motion_at
+from tendon_mj.lab.experiment import (
+    SHAPES,
+    DriveBounds,
+    ExperimentBounds,
+    check_bounds,
+    motion_at,
+    read_bounds,
+)
 from tendon_mj.lab.recordings import Measured
 from tests.lab.experiment_design.rig import DRIVE, TENSION, bounds, record
 from tests.lab.recorded import recorded

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.lab.diagnosis import Fit, Term
-from tendon_mj.lab.experiment_design.suggest import Adaptation, Alternative
+from tendon_mj.lab.experiment_design import Adaptation, Alternative
 from tendon_mj.typing import FloatArray
 
 OLD, NEW = 300, 200  # samples

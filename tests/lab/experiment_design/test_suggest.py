@@ -7,13 +7,8 @@ from functools import partial
 import numpy as np
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
-from tendon_mj.lab.experiment_design import (
-    DriveBounds,
-    ExperimentBounds,
-    Suggestion,
-    check_bounds,
-    suggest_experiment,
-)
+from tendon_mj.lab.experiment import DriveBounds, ExperimentBounds, check_bounds
+from tendon_mj.lab.experiment_design import Suggestion, suggest_experiment
 from tendon_mj.lab.recordings import Measured, Uncertain
 from tests.lab.diagnosis import test_alternatives as angle_alone
 from tests.lab.experiment_design.rig import (

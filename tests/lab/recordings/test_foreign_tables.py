@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tendon_mj.cli.recordings import check
 from tendon_mj.errors import RecordingError, TendonWarning
 from tendon_mj.lab.recordings import Recording, files, read_recording, read_table
-from tendon_mj.lab.recordings.units import proposed_name
+from tendon_mj.lab.units import proposed_name
 from tests.lab.recordings import tables
 from tests.lab.recordings.tables import log
 from tests.refusals import refusing

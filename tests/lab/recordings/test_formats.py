@@ -10,9 +10,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from tendon_mj.errors import MissingPackageError, RecordingError, UnknownNameError
-from tendon_mj.lab.recordings import UNITS, read_recording, read_table, si_name, write_recording
-from tendon_mj.lab.recordings.units import UNIT_FACTORS
+from tendon_mj.lab.recordings import read_recording, read_table, write_recording
 from tendon_mj.lab.replay import Simulator, replay_recording
+from tendon_mj.lab.units import UNIT_FACTORS, UNITS, si_name
 from tests.lab.recordings.tables import log, parquet
 from tests.refusals import refusing
 

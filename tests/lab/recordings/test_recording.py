@@ -17,8 +17,6 @@ from hypothesis import strategies as st
 
 from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.lab.recordings import (
-    LARGEST,
-    UNITS,
     Measured,
     Recording,
     Session,
@@ -28,7 +26,7 @@ from tendon_mj.lab.recordings import (
     write_recording,
 )
 from tendon_mj.lab.recordings.description import parse_toml
-from tendon_mj.lab.recordings.units import SMALLEST
+from tendon_mj.lab.units import LARGEST, SMALLEST, UNITS
 from tests.refusals import refusing
 
 CELLS = st.floats(-LARGEST, LARGEST)
@@ -45,7 +43,7 @@ PARAMETER = st.builds("{}.{}".format, TEXT, WORD).filter(
 def recordings(draw: st.DrawFn) -> Recording:
     clock = sorted(draw(st.lists(CELLS, min_size=2, max_size=8, unique=True)))
     words = draw(st.lists(WORD, max_size=5, unique=True))
-    names = [f"{word}{draw(st.sampled_from(UNITS))}" for word in words]
+    names = [f"{word}{draw(st.sampled_from(list(UNITS)))}" for word in words]
     names = [name for name in names if name != "time_s"]
     series = st.lists(CELLS, min_size=len(clock), max_size=len(clock))
     roles = {name: draw(st.sampled_from(["drive", "measured", "context"])) for name in names}

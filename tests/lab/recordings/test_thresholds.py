@@ -11,13 +11,19 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import TendonWarning
-from tendon_mj.lab.recordings import held_values, least_motion, noise_levels, noise_of_repeats
-from tendon_mj.lab.recordings import range_ends as ends
-from tendon_mj.lab.recordings import resolution as step
+from tendon_mj.lab.noise import (
+    held_values,
+    is_noisy,
+    least_motion,
+    noise_levels,
+    noise_of_repeats,
+    white_noise,
+)
+from tendon_mj.lab.noise import range_ends as ends
+from tendon_mj.lab.noise import resolution as step
 from tendon_mj.lab.recordings.assembly import at_common_times, spread
 from tendon_mj.lab.recordings.description import Session, Source
-from tendon_mj.lab.recordings.noise import is_noisy, white_noise
-from tendon_mj.lab.recordings.units import NumberRange
+from tendon_mj.lab.units import NumberRange
 from tests.lab.recorded import recorded
 from tests.refusals import refused
 

@@ -11,12 +11,12 @@ import pytest
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.lab.recordings import Measured, Uncertain
 from tendon_mj.lab.replay import (
-    UNKNOWN,
     Adjustable,
     Simulator,
     replay_recording,
     suppress_unsolved_warnings,
 )
+from tendon_mj.lab.units import UNKNOWN
 from tendon_mj.models import Bench, build_bench, load_model, model_path
 from tests.lab.recorded import recorded
 from tests.lab.replay.rigs import bench_recording, joint_recording

@@ -16,7 +16,7 @@ from tendon_mj import (
     write_recording,
 )
 from tendon_mj.errors import RecordingError, UnknownNameError
-from tendon_mj.lab.replay import expand, matching
+from tendon_mj.lab.parameter_names import expand, matching
 from tests.lab.replay.rigs import TENSION, bench
 from tests.refusals import refusing
 

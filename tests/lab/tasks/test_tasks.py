@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import InvalidValueError, TendonError, WorkerError
-from tendon_mj.lab.tasks import ParquetParts, Workers, run_tasks, workers
-from tendon_mj.lab.tasks.workers import identity
+from tendon_mj.lab import tasks
+from tendon_mj.lab.parquet_parts import ParquetParts
+from tendon_mj.lab.tasks import Workers, identity, run_tasks
 from tests.lab.tasks import functions
 from tests.lab.tasks.functions import KEYS, Kept, number
 from tests.refusals import refusing
@@ -40,10 +41,10 @@ def test_a_killed_process_ends_the_run_and_the_next_goes_on(tmp_path):
 
 def test_what_was_done_before_is_not_computed_again_and_progress_says_so():
     store, shown = Kept(done=KEYS[:10]), []
-    before = os.environ.get(workers.THREADS)
+    before = os.environ.get(tasks.THREADS)
     run(functions.threads, 3, store, on=Workers(processes=1), progress=lambda *a: shown.append(a))
     assert store.results == {"task_10": "1", "task_11": "1"}  # one thread for linear algebra
-    assert os.environ.get(workers.THREADS) == before
+    assert os.environ.get(tasks.THREADS) == before
     assert shown[0] == ("tasks", 10, 12)
     assert shown[-1] == ("tasks", 12, 12)
     run(functions.doomed, None, Kept(done=KEYS))  # begins no process
@@ -57,7 +58,8 @@ def test_a_refusal_names_the_task_and_ends_the_run():
 PROGRAM = """
 import os, sys
 from pathlib import Path
-from tendon_mj.lab.tasks import ParquetParts, Workers, run_tasks
+from tendon_mj.lab.parquet_parts import ParquetParts
+from tendon_mj.lab.tasks import Workers, run_tasks
 from tests.lab.tasks.functions import KEYS, number, row
 if __name__ == "__main__":
     store = ParquetParts(Path(sys.argv[1], "rows"))
@@ -129,8 +131,8 @@ class Modelled:
 
 @pytest.mark.parametrize("name", ["python", "mujoco", "numpy", "tendon_mj"])
 def test_a_worker_with_another_version_is_refused_with_both(name, monkeypatch):
-    monkeypatch.setenv(workers.THREADS, "1")
-    sent = workers.Job.of(functions.scaled, 2, ("tendon_mj",))
+    monkeypatch.setenv(tasks.THREADS, "1")
+    sent = tasks.Job.of(functions.scaled, 2, ("tendon_mj",))
     assert sent.run("task", 3, "here") == 6
     other = replace(sent, expected={**sent.expected, name: "9.9"})
     with refusing(WorkerError, f"{name}: {identity()[name]} there, 9.9 here"):
@@ -138,13 +140,13 @@ def test_a_worker_with_another_version_is_refused_with_both(name, monkeypatch):
 
 
 def test_a_worker_with_another_model_or_more_threads_is_refused(monkeypatch):
-    monkeypatch.setenv(workers.THREADS, "1")
+    monkeypatch.setenv(tasks.THREADS, "1")
     sent = pickle.loads(
-        pickle.dumps(workers.Job.of(functions.scaled, Modelled("abc"), ("tendon_mj",)))
+        pickle.dumps(tasks.Job.of(functions.scaled, Modelled("abc"), ("tendon_mj",)))
     )
     with pytest.raises(WorkerError, match="model arm: abc, read otherwise there, abc here"):
         sent.run("task", 3, "there")
-    monkeypatch.setenv(workers.THREADS, "8")
+    monkeypatch.setenv(tasks.THREADS, "8")
     with pytest.raises(WorkerError, match=r"OMP_NUM_THREADS: 8 there, 1 here.*--nthreads 1"):
         sent.run("task", 3, "there")
 

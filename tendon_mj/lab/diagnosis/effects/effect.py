@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, get_args
 
 from tendon_mj.errors import UnknownNameError
-from tendon_mj.lab.replay import Readout, recording_of, value_in
+from tendon_mj.lab.parameter_names import recording_of, value_in
+from tendon_mj.lab.replay import Readout
 
 EffectKind = Literal["missing", "parameter"]
 _LARGEST_LOGARITHM = math.log(sys.float_info.max)

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tendon_mj.lab.recordings.recording import Recording
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.typing import BoolArray, FloatArray
 
 _GAUSS = 0.6744897501960817  # median |x| of a standard normal variable

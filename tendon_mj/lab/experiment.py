@@ -18,10 +18,8 @@ import numpy as np
 
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError, UnknownNameError
 from tendon_mj.lab.diagnosis import MakeSimulator
+from tendon_mj.lab.parameter_names import expand
 from tendon_mj.lab.recordings import (
-    ANY_NUMBER,
-    NOT_NEGATIVE,
-    POSITIVE_NUMBER,
     Measured,
     Recording,
     check_keys,
@@ -30,11 +28,17 @@ from tendon_mj.lab.recordings import (
     read_number,
     read_text,
     read_toml,
+)
+from tendon_mj.lab.replay import Simulator
+from tendon_mj.lab.units import (
+    ANY_NUMBER,
+    NOT_NEGATIVE,
+    POSITIVE_NUMBER,
+    column_unit,
     si_name,
     unit_fault,
 )
-from tendon_mj.lab.replay import Simulator, column_unit, expand
-from tendon_mj.lab.replay import rate as per_second
+from tendon_mj.lab.units import rate as per_second
 from tendon_mj.typing import FloatArray
 
 Interval = tuple[float, float]
@@ -428,14 +432,6 @@ def planned_recording(
         point[k : k + NUMBERS] = (SHAPES.index("growing") + 0.5) / len(SHAPES), 1.0, 0.5, 1.0, 1.0
     in_file = {si_name(c)[0]: c for c in (*as_written.drive, *as_written.measured)}
     return replace(family.at(point, description.stem).recording, in_file=in_file)
-
-
-def draw_experiment(
-    recordings: Sequence[Recording], bounds: ExperimentBounds, seed: int
-) -> Experiment:
-    """Draw an experiment within bounds at random, with which a suggested one can be compared."""
-    family = Family(tuple(recordings), bounds)
-    return family.at(np.random.default_rng(seed).random(family.dimensions), "drawn")
 
 
 def check_bounds(

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import RecordingError
-from tendon_mj.lab.recordings import (
-    Recording,
+from tendon_mj.lab.noise import (
     estimate_noise,
     held_values,
     least_motion,
@@ -16,6 +15,7 @@ from tendon_mj.lab.recordings import (
     range_ends,
     resolution,
 )
+from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.recordings.description import parse_toml
 from tests.lab.recorded import recorded
 from tests.refusals import refusing

@@ -21,7 +21,10 @@ from tendon_mj.errors import (
     unknown,
 )
 from tendon_mj.lab import replay
-from tendon_mj.lab.recordings import TIME, Measured, Recording, read_table
+from tendon_mj.lab.frames import FrameRecorder
+from tendon_mj.lab.motion import Drive, default_motion, read_motion
+from tendon_mj.lab.recordings import Measured, Recording, read_table
+from tendon_mj.lab.units import TIME
 from tendon_mj.models import JOINTS, TENDONS, Finger, spool_angles
 from tendon_mj.typing import FloatArray
 
@@ -163,7 +166,7 @@ class Motion(NamedTuple):
     """A motion of a model."""
 
     name: str  # of the motion
-    drive: replay.Drive  # time [s] → (nu,) controls
+    drive: Drive  # time [s] → (nu,) controls
     duration: float  # of it [s]; infinite for a default motion, which has no end
     parameters: Mapping[str, float] = {}  # of the model that it needs, by name
     hidden: tuple[str, ...] = ()  # bodies that are out of the way, so far that they are not shown
@@ -211,8 +214,8 @@ def find_motion(
     """
     if name not in _FINGERS:
         if motion is None:
-            return Motion("default motion", replay.default_motion(name, model, tendons), math.inf)
-        return Motion(Path(motion).stem, *replay.read_motion(Path(motion), model))
+            return Motion("default motion", default_motion(name, model, tendons), math.inf)
+        return Motion(Path(motion).stem, *read_motion(Path(motion), model))
     trajectory = find_trajectory(motion or "curl")
     if duration is not None:
         trajectory = lasting(trajectory, duration)
@@ -293,17 +296,13 @@ def _commands(
 
 
 def prepare_finger(
-    trajectory: Trajectory,
-    model: mujoco.MjModel,
-    finger: Finger,
-    *,
-    friction: float | None = None,
+    trajectory: Trajectory, model: mujoco.MjModel, finger: Finger
 ) -> tuple[replay.Adjustable, FloatArray]:
     """A copy of a model set for a trajectory, with its data, and its (steps, nu) controls.
 
     For callers that step the model themselves; `simulate_finger` steps it too.
     """
-    commands = _drive_recording(trajectory, model, finger, friction=friction)
+    commands = _drive_recording(trajectory, model, finger)
     motion = _to_motion(trajectory, model, commands)
     adjustable = replay.Adjustable(copy.copy(model))
     adjustable.set(motion.parameters)
@@ -318,7 +317,7 @@ def simulate_finger(
     *,
     name: str = "finger",
     friction: float | None = None,
-    recorder: replay.FrameRecorder | None = None,
+    recorder: FrameRecorder | None = None,
 ) -> Recording:
     """Follow a trajectory, and return every sensor in a recording that `replay` can run again.
 

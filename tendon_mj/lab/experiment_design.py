@@ -49,23 +49,16 @@ from tendon_mj.lab.diagnosis import (
     session_terms,
     tied,
 )
-from tendon_mj.lab.experiment_design.experiment import (
+from tendon_mj.lab.experiment import (
     Experiment,
     ExperimentBounds,
     Family,
     check_bounds,
 )
+from tendon_mj.lab.parameter_names import expand, name_in_session, parameter_of, recording_of
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording, write_recording
-from tendon_mj.lab.replay import (
-    Simulates,
-    Simulator,
-    expand,
-    name_in_session,
-    parameter_of,
-    recording_of,
-    suppress_unsolved_warnings,
-)
+from tendon_mj.lab.replay import Simulates, Simulator, suppress_unsolved_warnings
 from tendon_mj.typing import BoolArray, FloatArray
 
 _WIDE = 0.5, 5.0  # of the value, and of the probe: an interval wider than both determines little

@@ -9,13 +9,8 @@ import pytest
 
 from tendon_mj import add_friction
 from tendon_mj.errors import UnknownNameError
-from tendon_mj.lab.replay import (
-    friction_sentence,
-    frictionless,
-    most_first,
-    record_frames,
-    sheathed_tendons,
-)
+from tendon_mj.lab.friction_effect import friction_sentence, most_first, sheathed_tendons
+from tendon_mj.lab.motion import frictionless, record_frames
 from tests.refusals import refusing
 
 TENDON = (
@@ -42,8 +37,8 @@ def fingers(**frictions):
     model = spec.compile()
 
     def record(parameters=None):
-        drive = np.full((1, len(names)), -20.0)
-        return record_frames(model, drive, duration=1.0, fps=10, parameters=parameters)
+        pull = np.full(len(names), -20.0)
+        return record_frames(model, lambda _: pull, duration=1.0, fps=10, parameters=parameters)
 
     return model, record(), record(frictionless(model))
 

@@ -19,8 +19,8 @@ import mujoco
 import numpy as np
 
 from tendon_mj.attach import add_friction
-from tendon_mj.errors import EngineError, InvalidValueError, TendonError, TendonWarning
-from tendon_mj.lab.finger import Trajectory, prepare_finger, tap
+from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning
+from tendon_mj.lab.finger import prepare_finger, tap
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.replay import full_state, rollout_sensors, suppress_mujoco_log
 from tendon_mj.models import (
@@ -156,65 +156,6 @@ def step_times(runs: Sequence[TimedRun], rounds: int) -> FloatArray:
     return spent / [len(run.controls) for run in runs]
 
 
-def step_cost(run: TimedRun, reference: TimedRun, *, rounds: int = 7) -> StepCost:
-    """Time two runs in turns, and divide by their steps."""
-    return StepCost(*step_times((run, reference), rounds).T)
-
-
-def bench_step_cost(bench: Bench, *, rounds: int = 7) -> StepCost:
-    """Step cost of the bench while its reel goes to and fro, so that the tendon slides."""
-    wave = _TRAVEL * np.sin(np.linspace(0.0, 4.0 * np.pi, _BENCH_STEPS))
-    specs = (without_tension_sensors(build_bench(bench)), mujoco_tendon_bench(bench))
-    return step_cost(*(run_along(spec, wave) for spec in specs), rounds=rounds)
-
-
-def finger_step_cost(
-    trajectory: Trajectory,
-    finger: Finger | None = None,
-    *,
-    friction: float | None = None,
-    rounds: int = 7,
-) -> StepCost:
-    """Step cost of the finger along a trajectory, with μ of its sheaths or ``friction`` [-]."""
-    finger = finger or Finger()
-    model = without_tension_sensors(build_finger(finger)).compile()
-    adjusted, controls = prepare_finger(trajectory, model, finger, friction=friction)
-    reference = mujoco_tendon_finger(finger).compile()
-    free, same_controls = prepare_finger(trajectory, reference, finger)
-    return step_cost(
-        TimedRun(adjusted.model, adjusted.data, controls),
-        TimedRun(free.model, free.data, same_controls),
-        rounds=rounds,
-    )
-
-
-def thread_speedups(
-    bench: Bench,
-    threads: Sequence[int] = (2,),
-    *,
-    rounds: int = 5,
-    runs: int = 8,
-    steps: int = 6000,
-) -> dict[int, Quartiles]:
-    """Speedup of the same rollouts by so many threads over one, in turns [-]."""
-    model = build_bench(bench).compile()
-    pool = [mujoco.MjData(model) for _ in range(max(threads))]
-    start = np.tile(full_state(model, pool[0]), (runs, 1))
-    wave = _TRAVEL * np.sin(np.linspace(0.0, 4.0 * np.pi, steps))
-    # each run another amplitude, so that an exchange of two would show
-    control = np.linspace(1.0, 0.5, runs)[:, None, None] * wave[None, :, None]
-    readings: dict[int, FloatArray] = {}
-
-    def roll(count: int) -> None:
-        readings[count] = rollout_sensors(model, pool[:count], start, control)
-
-    spent = times_in_turns([partial(roll, count) for count in (1, *threads)], rounds)
-    for count in threads:
-        if not np.array_equal(readings[1], readings[count]):
-            raise EngineError(f"rollouts differ between one thread and {count}")
-    return {n: Quartiles.of(spent[:, 0] / spent[:, k + 1]) for k, n in enumerate(threads)}
-
-
 def smooth_controls(
     model: mujoco.MjModel, steps: int, seed: int = 0, amplitude: float = 1.0
 ) -> FloatArray:
@@ -275,22 +216,41 @@ class ModelCost:
 
 
 class PreparedModel(NamedTuple):
-    """A given model without friction, with it, and with it but without the sensors of tension."""
+    """Runs of a model without sheaths, with them, and with them but without sensors of tension.
+
+    The last is None if the second has no such sensors either.
+    """
 
     plain: TimedRun
     sheathed: TimedRun
-    unsensed: TimedRun
+    unsensed: TimedRun | None = None
 
     def cost(self, rounds: int = 7) -> ModelCost:
-        """Time the three runs in turns."""
-        plain, sheathed, unsensed = step_times(self, rounds).T
+        """Time the runs in turns."""
+        plain, sheathed, *unsensed = step_times([run for run in self if run], rounds).T
         return ModelCost(
             cost=StepCost(sheathed, plain),
-            unsensed=StepCost(unsensed, plain),
+            unsensed=StepCost(unsensed[0], plain) if unsensed else None,
             sheaths=len(sheaths(self.sheathed.model)),
             memory=memory_of(self.sheathed.model),
             reference_memory=memory_of(self.plain.model),
         )
+
+
+def bench_runs(bench: Bench) -> PreparedModel:
+    """The bench while its reel goes to and fro, so that the tendon slides."""
+    wave = _TRAVEL * np.sin(np.linspace(0.0, 4.0 * np.pi, _BENCH_STEPS))
+    specs = (mujoco_tendon_bench(bench), without_tension_sensors(build_bench(bench)))
+    return PreparedModel(*(run_along(spec, wave) for spec in specs))
+
+
+def finger_runs(finger: Finger) -> PreparedModel:
+    """The finger in three taps."""
+    runs = []
+    for spec in (mujoco_tendon_finger(finger), without_tension_sensors(build_finger(finger))):
+        prepared, controls = prepare_finger(tap(), spec.compile(), finger)
+        runs.append(TimedRun(prepared.model, prepared.data, controls))
+    return PreparedModel(*runs)
 
 
 def prepare_model(name: str, steps: int = _STEPS) -> PreparedModel:
@@ -333,29 +293,19 @@ def measure_models(
     if rounds < 1:
         raise InvalidValueError(f"rounds = {rounds} must be 1 or more")
     prepared = [prepare_model(name) for name in models]
-    stems = [model_path(name).stem for name in models]
-    for name, count in Counter(["bench", "finger", *stems]).items():
+    names = ["bench", "finger", *(model_path(name).stem for name in models)]
+    for name, count in Counter(names).items():
         if count > 1:
             raise InvalidValueError(
                 f"{count} models are called {name!r}: result.json goes by the names of the files"
             )
-    bench, finger, total = Bench(), Finger(), len(models) + 2
-    progress("models", 0, total)
-    cost = bench_step_cost(bench, rounds=rounds)
-    costs = {"bench": _model_cost(cost, build_bench(bench), mujoco_tendon_bench(bench))}
-    progress("models", 1, total)
-    cost = finger_step_cost(tap(), finger, rounds=rounds)
-    costs["finger"] = _model_cost(cost, build_finger(finger), mujoco_tendon_finger(finger))
-    for stem, model in zip(stems, prepared, strict=True):
-        progress("models", len(costs), total)
-        costs[stem] = model.cost(rounds)
-    progress("models", total, total)
+    costs = dict[str, ModelCost]()
+    every = [bench_runs(Bench()), finger_runs(Finger()), *prepared]
+    for name, runs in zip(names, every, strict=True):
+        progress("models", len(costs), len(names))
+        costs[name] = runs.cost(rounds)
+    progress("models", len(names), len(names))
     return costs
-
-
-def _model_cost(cost: StepCost, spec: mujoco.MjSpec, reference: mujoco.MjSpec) -> ModelCost:
-    model, plain = without_tension_sensors(spec).compile(), reference.compile()
-    return ModelCost(cost, None, len(sheaths(model)), memory_of(model), memory_of(plain))
 
 
 def mujoco_tendon_bench(bench: Bench) -> mujoco.MjSpec:

@@ -4,7 +4,7 @@ import pytest
 
 from tendon_mj import add_friction
 from tendon_mj.errors import RecordingError, TendonWarning, UnknownNameError
-from tendon_mj.lab.replay import (
+from tendon_mj.lab.motion import (
     control_limits,
     default_motion,
     demonstration_time,

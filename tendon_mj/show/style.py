@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
-from tendon_mj.lab.replay import EngineeringUnit, column_name, column_unit, engineering_unit
+from tendon_mj.lab.units import EngineeringUnit, column_name, column_unit, engineering_unit
 from tendon_mj.typing import FloatArray
 
 # from Okabe and Ito's palette

@@ -15,17 +15,19 @@ from scipy.linalg import eigh
 from tendon_mj.attach import add_sensor
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.finger import (
+    ANGLES,
     OUT_OF_REACH,
     Trajectory,
     clamped,
+    curl,
     find_motion,
+    hold,
     prepare_finger,
     press,
     simulate_finger,
     summarise,
     tap,
 )
-from tendon_mj.lab.finger.motions import ANGLES, curl, hold
 from tendon_mj.models import JOINTS, TENDONS, Finger, build_finger, load_model, spool_angles
 from tendon_mj.plugin import unsolved_evaluations
 from tests.refusals import refusing
@@ -174,7 +176,7 @@ def test_a_sliding_tendon_loses_the_product_of_the_capstans_at_every_joint(tendo
         assert np.ptp(bend[:, guides].sum(axis=1)) > np.radians(10.0), joint
 
 
-# TENDON_MJ_SEEDS=100 pytest tests/lab/finger/test_finger.py -k minute
+# TENDON_MJ_SEEDS=100 pytest tests/lab/test_finger.py -k minute
 @pytest.mark.parametrize("seed", range(int(os.environ.get("TENDON_MJ_SEEDS", "3"))))
 @pytest.mark.parametrize("aside", [True, False])
 def test_a_minute_of_random_motion_is_sound(seed, aside):

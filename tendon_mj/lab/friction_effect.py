@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import UnknownNameError
-from tendon_mj.lab.replay.motion import POSE, Cable, Frames
-from tendon_mj.lab.replay.units import ROUNDING, EngineeringUnit, force_unit, plain
+from tendon_mj.lab.frames import POSE, Frames
+from tendon_mj.lab.units import ROUNDING, EngineeringUnit, force_unit, plain
 from tendon_mj.plugin import sheaths
 from tendon_mj.typing import FloatArray
 
@@ -42,7 +42,7 @@ def most_first(
     kept = {n: c for n, c in frames.cables.items() if tendons is None or names[n].tendon in tendons}
 
     def size(name: str) -> tuple[float, float]:
-        first, last = _ends(kept[name])
+        first, last = kept[name].end_tensions.T
         return float(np.abs(first - last).max()), float(np.abs(first).max())
 
     ordered = sorted(kept, key=size, reverse=True)
@@ -56,7 +56,7 @@ def friction_sentence(model: mujoco.MjModel, frames: Frames, twin: Frames | None
     of that tendon, and at which the joint lags farthest behind where it is in the ``twin``, without
     friction. Empty where friction takes nothing.
     """
-    losses = {name: np.abs(np.subtract(*_ends(cable))) for name, cable in frames.cables.items()}
+    losses = {n: np.abs(np.diff(c.end_tensions)[:, 0]) for n, c in frames.cables.items()}
     losses = {name: loss for name, loss in losses.items() if loss.max() > 0.0}
     if not losses:
         return ""
@@ -81,7 +81,7 @@ def friction_sentence(model: mujoco.MjModel, frames: Frames, twin: Frames | None
                     f" {plain(farthest, 2)}{unit.symbol} {size} than without friction (to"
                     f" {_at(here[k, j], unit)}, not {_at(free[k, j], unit)})"
                 )
-    first, last = (float(end[frame]) for end in _ends(frames.cables[sheath]))
+    first, last = frames.cables[sheath].end_tensions[frame].tolist()
     forces = force_unit([first, last])
     less, more = (plain(forces.factor * force) for force in sorted((first, last)))
     return (
@@ -92,12 +92,6 @@ def friction_sentence(model: mujoco.MjModel, frames: Frames, twin: Frames | None
 
 def _at(place: float, unit: EngineeringUnit) -> str:
     return f"{place:z.1f}{unit.symbol}".replace("-", "−")
-
-
-def _ends(cable: Cable) -> tuple[FloatArray, FloatArray]:
-    """(frames,) tensions at the input and the output [N]."""
-    first, last = cable.ends
-    return cable.tensions[:, first], cable.tensions[:, last]
 
 
 def free_joints(model: mujoco.MjModel, kind: mujoco.mjtJoint) -> list[int]:

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tendon_mj.lab.replay import engineering_unit, force_unit, quantity
+from tendon_mj.lab.units import engineering_unit, force_unit, quantity
 from tendon_mj.plugin import GAINS, PARAMETERS
 
 

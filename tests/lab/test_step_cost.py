@@ -1,7 +1,5 @@
 """The models whose steps are timed are the ones that they stand for."""
 
-import dataclasses
-
 import mujoco
 import numpy as np
 import pytest
@@ -9,18 +7,15 @@ import pytest
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.lab.finger import prepare_finger, tap
 from tendon_mj.lab.replay import full_state, rollout_sensors
-from tendon_mj.lab.verification import (
+from tendon_mj.lab.step_cost import (
     StepCost,
-    finger_step_cost,
+    bench_runs,
+    finger_runs,
     measure_models,
     mujoco_tendon_bench,
-    thread_speedups,
-    without_tension_sensors,
-)
-from tendon_mj.lab.verification.costs import (
-    bench_step_cost,
     mujoco_tendon_finger,
     prepare_model,
+    without_tension_sensors,
 )
 from tendon_mj.models import JOINTS, Bench, Finger, build_bench, build_finger
 from tendon_mj.plugin import sheaths
@@ -80,20 +75,13 @@ def test_without_friction_the_bench_is_as_stiff_as_with_mujocos_own_tendon():
 
 
 def test_a_step_cost_is_positive_and_its_ratio_that_of_the_times():
-    cost = bench_step_cost(Bench(guides=4), rounds=1)
+    cost = bench_runs(Bench(guides=4)).cost(rounds=1).cost
     assert cost.step > 0.0
     assert cost.reference_step > 0.0
     cost = StepCost(np.array([3e-6, 5e-6, 4e-6]), np.array([2e-6, 2e-6, 1e-6]))
     assert cost.ratio == pytest.approx(2.5)
     assert cost.added.median == pytest.approx(3e-6)
-    short = dataclasses.replace(tap(), time=tap().time / 10.0)
-    assert finger_step_cost(short, friction=0.3, rounds=1).ratio > 0.0
-
-
-def test_rollouts_are_compared_for_each_number_of_threads():
-    speedups = thread_speedups(Bench(guides=4), (2, 3), rounds=1, runs=4, steps=200)
-    assert set(speedups) == {2, 3}  # the same as on one thread to the bit, or it had refused
-    assert min(speedup.median for speedup in speedups.values()) > 0.0
+    assert finger_runs(Finger()).cost(rounds=1).cost.ratio > 0.0
 
 
 @pytest.fixture

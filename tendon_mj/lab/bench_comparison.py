@@ -16,7 +16,6 @@ import numpy as np
 from tendon_mj import theory
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.replay import rollout_named_sensors
-from tendon_mj.lab.verification.costs import bench_step_cost, thread_speedups
 from tendon_mj.models import Bench, build_bench
 from tendon_mj.typing import FloatArray
 
@@ -187,8 +186,6 @@ class Comparison:
     motions: list[FirstMotion]
     limit_motions: list[FirstMotion]
     convergence: Convergence  # over guides, at λ = 3 in the limit
-    step_cost: float  # time of a step over that of MuJoCo's own tendon [-]
-    rollout_speedup: float  # of rollouts on two threads over one [-]
 
     @property
     def transmission_stiffness(self) -> dict[int, float]:
@@ -206,8 +203,6 @@ class Comparison:
                 "relative_error_loosening": self.transmission_stiffness[-1],
             },
             "convergence_order": self.convergence.order,
-            "step_cost_ratio": self.step_cost,
-            "rollout_speedup": self.rollout_speedup,
             "motions": [_numbers(m) for m in self.motions],
             "limit_motions": [_numbers(m) for m in self.limit_motions],
         }
@@ -234,7 +229,7 @@ def _numbers(motion: FirstMotion) -> dict[str, float]:
 
 
 def compare_bench(progress: Progress = silent) -> Comparison:
-    """Compare the bench with the closed form: loops, sweep, limit, convergence, step cost."""
+    """Compare the bench with the closed form: loops, sweep, limit, convergence."""
     bench = Bench()
     limit = dataclasses.replace(bench, guides=LIMIT_GUIDES).stiffened(LIMIT_FACTOR)
     # so slow that the carriages' damping does not show
@@ -247,6 +242,4 @@ def compare_bench(progress: Progress = silent) -> Comparison:
         motions=_sweep(bench, SWEEP, progress, "sweep of λ on the bench"),
         limit_motions=_sweep(limit, LIMIT_SWEEP, progress, "sweep of λ in the stiff limit"),
         convergence=convergence(steep, progress),
-        step_cost=bench_step_cost(bench).ratio,
-        rollout_speedup=thread_speedups(bench)[2].median,
     )
