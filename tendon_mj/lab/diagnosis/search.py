@@ -50,6 +50,10 @@ _PASSES = ("screen, first pass", "screen, second pass", "screen, third pass")
 
 _LONGEST = 0.1  # of its range: the step of a term
 _NONLINEAR = 0.2  # of the mean square change of the response, at most
+_DESCENTS = 6  # steps with slopes over a distance
+_SHARES = 1.0, 0.5, 0.2  # of such a step, that are tried; the last, of the distance after that
+_NEAREST = 0.1  # of the first distance
+_LESS = 0.98  # of the squares, which a step has to leave
 _WIDE = 4.0  # half intervals to either side
 _OUTLIER = 3.0  # scale of the Cauchy loss [noise]
 _GENERATIONS = 9
@@ -270,13 +274,9 @@ def linearisation_holds(problem: Problem, base: Mapping[str, float], fitted: Fit
     changes by as much as the fit leaves. With Δ_k the change of step k and d_k its linearisation,
     the criterion is Σ |Δ_k − d_k|² < 0.2 Σ |Δ_k|².
     """
-    used, longest = problem.in_train, _LONGEST * np.ptp(fitted.bounds, axis=0)
+    used = problem.in_train
     slopes = fitted.jacobian[used]
-    left = np.sqrt(max(float(np.mean(fitted.residual[used] ** 2)) - 1.0, 0.0))
-    steep = np.sqrt(np.mean(slopes**2, axis=0))
-    reach = np.divide(left, steep, out=longest.copy(), where=steep * longest > left)
-    steps = np.vstack([np.diag(reach), -np.diag(reach)])
-    points = np.clip(fitted.scaled + steps, *fitted.bounds)
+    points = _within_reach(fitted, fitted.scaled, slopes, fitted.residual[used])
     sets = [fitted.parameters(base, natural(fitted.terms, point)) for point in points]
     here, *there = problem.residuals([fitted.parameters(base), *sets])[:, used]
     changed = nonlinear = 0.0
@@ -285,6 +285,64 @@ def linearisation_holds(problem: Problem, base: Mapping[str, float], fitted: Fit
         changed += float(np.sum((residual - here) ** 2))
         nonlinear += float(np.sum((residual - here - linear) ** 2))
     return nonlinear < _NONLINEAR * changed
+
+
+@suppress_unsolved_warnings()
+def descend(problem: Problem, base: Mapping[str, float], fitted: Fit) -> FloatArray | None:
+    """(p,) values of a fit's terms that leave less, None where no other minimum is in reach.
+
+    Gauss-Newton steps with slopes over the distances of `linearisation_holds`, which see through
+    what is rough on a small scale. They end where that linearisation holds, or nothing is gained.
+    """
+    used = problem.in_train
+    point, residual = fitted.scaled, fitted.residual[used]
+    slopes, reach, improved = fitted.jacobian[used], 1.0, False
+    for _ in range(_DESCENTS):
+        points = _within_reach(fitted, point, slopes, reach * residual)
+        linear = (points - point) @ slopes.T
+        rows = _simulated(problem, base, fitted, points)
+        rows = np.where(np.isfinite(rows), rows, residual + linear)  # where one failed
+        changes = rows - residual
+        if np.sum((changes - linear) ** 2) < _NONLINEAR * np.sum(changes**2):
+            break
+        ahead, behind = np.split(points, 2)
+        across = np.maximum(np.diag(ahead - behind), np.finfo(float).tiny)
+        slopes = ((rows[: len(point)] - rows[len(point) :]) / across[:, np.newaxis]).T
+        step = bounded_least_squares(slopes, residual, fitted.bounds - point)
+        steps = point + np.outer(_SHARES, step)
+        points = np.vstack([points, steps])
+        rows = np.vstack([rows, _simulated(problem, base, fitted, steps)])
+        best = int(np.nanargmin(np.sum(rows**2, axis=1)))
+        if np.sum(rows[best] ** 2) < _LESS * np.sum(residual**2):
+            point, residual, improved = points[best], rows[best], True
+        elif reach < _NEAREST:
+            break
+        else:
+            reach *= _SHARES[-1]
+    return natural(fitted.terms, point) if improved else None
+
+
+def _within_reach(
+    fitted: Fit, point: FloatArray, slopes: FloatArray, residual: FloatArray
+) -> FloatArray:
+    """(2p, p) points a step ahead and behind by each term, all that is left to first order."""
+    longest = _LONGEST * np.ptp(fitted.bounds, axis=0)
+    left = np.sqrt(max(float(np.mean(residual**2)) - 1.0, 0.0))
+    steep = np.sqrt(np.mean(slopes**2, axis=0))
+    reach = np.divide(left, steep, out=longest.copy(), where=steep * longest > left)
+    points: FloatArray = np.clip(
+        point + np.vstack([np.diag(reach), -np.diag(reach)]), *fitted.bounds
+    )
+    return points
+
+
+def _simulated(
+    problem: Problem, base: Mapping[str, float], fitted: Fit, points: FloatArray
+) -> FloatArray:
+    """(points, training samples) residuals, with the correction of a fit."""
+    sets = [fitted.parameters(base, natural(fitted.terms, point)) for point in points]
+    rows: FloatArray = (problem.residuals(sets) + fitted.correction)[:, problem.in_train]
+    return rows
 
 
 @suppress_unsolved_warnings()

@@ -17,6 +17,7 @@ from tendon_mj.lab.diagnosis.fitting import Fit, fit, fit_without
 from tendon_mj.lab.diagnosis.search import (
     ScreeningScore,
     Slopes,
+    descend,
     linearisation_holds,
     screen,
     search_globally,
@@ -232,13 +233,20 @@ class SelectionContext:
         return sorted([*ended, *ranked[len(ended) :]], key=lambda m: m.excess)
 
     def optimise(self, model: FittedCandidate) -> FittedCandidate:
-        """Continue a fit to convergence, and to the global minimum for a non-smooth last effect."""
+        """Continue a fit to convergence, and out of a local minimum where it leaves much."""
         best = self.polish(model)
         if best.candidate is not None and best.candidate.effect.non_smooth:
             for whole_range in (True, False):
                 if not self._may_be_local(best):
                     break
                 best = self._search(best, whole_range=whole_range)
+        elif best.excess > self.smallest_gain:
+            lower = descend(self.problem, self.base, best.fit)
+            if lower is not None:
+                moved = self.fit_model(
+                    best.fit.effects, lower, best.candidate, evaluations=CONVERGED
+                )
+                best = min(best, moved, key=lambda end: end.excess)
         return best
 
     def at_other_places(

@@ -10,6 +10,7 @@ import pytest
 
 from tendon_mj.lab.diagnosis import Selection
 from tendon_mj.lab.diagnosis.proof import without_undetermined
+from tendon_mj.lab.diagnosis.search import descend
 from tendon_mj.lab.diagnosis.selection import CONVERGED, eliminate_backward
 from tendon_mj.lab.diagnosis.statistics import SelectedEffect
 from tendon_mj.lab.recordings import Recording
@@ -82,6 +83,45 @@ def test_the_same_effect_at_another_place_is_fitted_from_the_values_of_the_chose
     assert moved.excess == pytest.approx(0.0, abs=1e-6)
     other = rig.fit_model([B], [0.5], B, evaluations=0)
     assert rig.at_other_places(chosen, [chosen, other]) is chosen
+
+
+class Rough(LinearRig):
+    """A rig of which each response goes up and down on its way, as where friction sticks."""
+
+    height, frequency = 0.5, 20.0
+
+    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
+        rough = {
+            name: value + self.height * np.sin(self.frequency * value)
+            for name, value in changed.items()
+        }
+        return super()._one(rough, recording)
+
+
+class Rougher(Rough):
+    height = 1.0
+
+
+class Finer(Rough):
+    height, frequency = 0.3, 60.0
+
+
+@pytest.mark.parametrize(("make", "start"), [(Rough, 0.2), (Rougher, 0.2), (Finer, 1.0)])
+def test_a_fit_that_roughness_stopped_descends_by_slopes_over_a_distance(
+    make: type[Rough], start: float
+) -> None:
+    shapes = {"a": {"a": 1.0}, "b": {"b": 1.0}}
+    rig = context(shapes, {"a": 5.0, "b": 3.0}, [])
+    rig = replace(rig, problem=replace(rig.problem, simulate=make(rig.problem.recordings, shapes)))
+    stopped = rig.fit_model([A, B], [start, start], B, evaluations=CONVERGED)
+    assert stopped.excess > 1.0
+    assert rig.optimise(stopped).excess < 0.01
+
+
+def test_a_fit_of_a_linear_response_is_not_searched_further() -> None:
+    rig = context({"a": {"a": 1.0}, "w": {"w": 1.0}}, {"a": 5.0, "w": 5.0}, [])
+    ended = rig.fit_model([A], [1.0], A, evaluations=CONVERGED)
+    assert descend(rig.problem, rig.base, ended.fit) is None
 
 
 @pytest.mark.parametrize(("unknown", "tried"), [(1.95, True), (2.15, False)])
