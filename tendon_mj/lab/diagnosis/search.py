@@ -1,4 +1,4 @@
-"""Screening of candidates for a residual, and the global search for a non-smooth minimum.
+"""Screening of candidates for a residual, and ways out of a local minimum.
 
 Screening fits no candidate. Each is switched on by a little. Its trace t in the residuals and the
 Jacobian J of the fitted terms predict, to first order, with which strength and which corrections of
@@ -16,7 +16,8 @@ evolution (SciPy's) finds its bottom without derivatives in some three hundred s
 end where half of the training data have been seen, a third of the misfit beyond the noise and a
 third of what each searched term changes near the fit; a fit to all data follows.
 If the linearisation of the response holds, which ten simulations show, there is no local minimum
-to leave.
+to leave. Where the misfit is rough but has one basin, as beside the dry friction of a joint, slopes
+over distances lead down to it in some ten simulations a step.
 """
 
 from __future__ import annotations
