@@ -236,7 +236,7 @@ class _Judge:
                     self._rivals(candidate, z),
                     self._change(candidate, z),
                 )
-                told |= dict.fromkeys(before.keys() - rivals.keys(), change)
+                told |= {name: change for name in before if name not in rivals}
                 named = None if rivals else change
         pairs = [Pair((candidate.label, name), below, "") for name, below in told.items()]
         for name, rival in rivals.items():

@@ -233,7 +233,7 @@ def _powers_of_repeats(problem: Problem, errors: Errors) -> dict[str, list[float
         if not _repeat(one, other):
             continue
         size = min(one.time.size, other.time.size)
-        for column in one.measured.keys() & other.measured.keys():
+        for column in (c for c in one.measured if c in other.measured):
             difference = errors[j, column][:size] - errors[k, column][:size]
             difference = difference[np.isfinite(difference)]
             if difference.size:

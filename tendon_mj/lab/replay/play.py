@@ -141,7 +141,7 @@ def load_with_plays(
         TendonError: a joint or a sheath on it is not in the model's text.
     """
     model, source = load_model(name, beside=beside), model_path(name, beside=beside)
-    missing = plays(model).keys() & {*parameters}
+    missing = [name for name in plays(model) if name in {*parameters}]
     if not missing:
         return model if make is load_model else make(name, beside=beside)
     text = Mjcf(source)
