@@ -19,7 +19,7 @@ from tendon_mj.typing import FloatArray
 _PERIOD = 0.02  # [s]
 _NOISE = {"agonist_N": 0.09, "antagonist_N": 0.09, "elbow_deg": 0.1}
 _HIDDEN = ("drum", "output", "nothing")
-EFFECTS = {"drum": "backlash", "output": "output_play"}
+_EFFECTS = {"drum": "backlash", "output": "output_play"}
 
 
 def _write_model(path: Path, rig: Elbow) -> None:
@@ -160,7 +160,7 @@ def make_case(folder: Path, seed: int, *, load_cell: bool) -> dict[str, Any]:
     return {"folder": folder.name, "hidden": hidden, "measured": columns, **rig._asdict()}
 
 
-def _found(diagnosis: Diagnosis, truth: dict[str, Any]) -> dict[str, Any]:
+def _found(diagnosis: Diagnosis) -> dict[str, Any]:
     numbers = {**diagnosis.calibrated, **diagnosis.parameters}
     plays = [v for k, v in numbers.items() if k.endswith((".backlash", "_play.range_width"))]
     friction = numbers["agonist_sheath.friction"]
@@ -182,7 +182,7 @@ def run_cases(out: Path, seeds: Iterable[int], *, load_cell: bool) -> Iterator[d
         diagnosis = diagnose(
             [folder / "train.csv"], [folder / "hold.csv"], description=folder / "elbow.toml"
         )
-        found = {**truth, **_found(diagnosis, truth), "seconds": time.perf_counter() - start}
+        found = {**truth, **_found(diagnosis), "seconds": time.perf_counter() - start}
         (folder / "found.json").write_text(json.dumps(found, indent=1), encoding="utf-8")
         yield found
 
@@ -194,7 +194,7 @@ def _holds(interval: list[float], truth: float) -> bool:
 def summary(cases: Sequence[dict[str, Any]]) -> str:
     """What was found of what was hidden, in a few lines."""
     lines = list[str]()
-    for hidden, effect in EFFECTS.items():
+    for hidden, effect in _EFFECTS.items():
         some = [case for case in cases if case["hidden"] == hidden]
         first = [case for case in some if case["effects"][:1] == [effect]]
         width = [(case["play_found"], case[f"{hidden}_play"]) for case in first]
@@ -204,17 +204,17 @@ def summary(cases: Sequence[dict[str, Any]]) -> str:
             f"play ({hidden}): {len(first)} of {len(some)} named first,"
             f" {near} to 10 %, {holds} in their interval"
         )
-    right = [case["hidden"] == "nothing" and not case["effects"] for case in cases]
+    none = [case for case in cases if case["hidden"] == "nothing"]
+    right = sum(not case["effects"] for case in none)
     wrong = [
-        name for case in cases for name in case["effects"] if name != EFFECTS.get(case["hidden"])
+        name for case in cases for name in case["effects"] if name != _EFFECTS.get(case["hidden"])
     ]
-    none = sum(case["hidden"] == "nothing" for case in cases)
     holds = sum(_holds(case["friction_found"], case["friction"]) for case in cases)
     off = [abs(case["friction_found"][0] / case["friction"] - 1.0) for case in cases]
     return "\n".join(
         [
             *lines,
-            f"nothing hidden: {sum(right)} of {none} without an effect; wrong names: {wrong}",
+            f"nothing hidden: {right} of {len(none)} without an effect; wrong names: {wrong}",
             f"friction: {holds} of {len(cases)} in their interval;"
             f" off by {np.median(off):.1%} in the median, by {max(off):.1%} at most",
         ]

@@ -276,16 +276,10 @@ def linearisation_holds(problem: Problem, base: Mapping[str, float], fitted: Fit
     the criterion is Σ |Δ_k − d_k|² < 0.2 Σ |Δ_k|².
     """
     used = problem.in_train
-    slopes = fitted.jacobian[used]
-    points = _within_reach(fitted, fitted.scaled, slopes, fitted.residual[used])
-    sets = [fitted.parameters(base, natural(fitted.terms, point)) for point in points]
-    here, *there = problem.residuals([fitted.parameters(base), *sets])[:, used]
-    changed = nonlinear = 0.0
-    for point, residual in zip(points, there, strict=True):
-        linear = slopes @ (point - fitted.scaled)
-        changed += float(np.sum((residual - here) ** 2))
-        nonlinear += float(np.sum((residual - here - linear) ** 2))
-    return nonlinear < _NONLINEAR * changed
+    slopes, residual = fitted.jacobian[used], fitted.residual[used]
+    points = _within_reach(fitted, fitted.scaled, slopes, residual)
+    changes = _simulated(problem, base, fitted, points) - residual
+    return _are_linear(changes, (points - fitted.scaled) @ slopes.T)
 
 
 @suppress_unsolved_warnings()
@@ -303,8 +297,7 @@ def descend(problem: Problem, base: Mapping[str, float], fitted: Fit) -> FloatAr
         linear = (points - point) @ slopes.T
         rows = _simulated(problem, base, fitted, points)
         rows = np.where(np.isfinite(rows), rows, residual + linear)  # where one failed
-        changes = rows - residual
-        if np.sum((changes - linear) ** 2) < _NONLINEAR * np.sum(changes**2):
+        if _are_linear(rows - residual, linear):
             break
         ahead, behind = np.split(points, 2)
         across = np.maximum(np.diag(ahead - behind), np.finfo(float).tiny)
@@ -321,6 +314,11 @@ def descend(problem: Problem, base: Mapping[str, float], fitted: Fit) -> FloatAr
         else:
             reach *= _SHARES[-1]
     return natural(fitted.terms, point) if improved else None
+
+
+def _are_linear(changes: FloatArray, linear: FloatArray) -> bool:
+    """Return whether changes of the response are as their linearisation says."""
+    return bool(np.sum((changes - linear) ** 2) < _NONLINEAR * np.sum(changes**2))
 
 
 def _within_reach(

@@ -241,12 +241,9 @@ class SelectionContext:
                     break
                 best = self._search(best, whole_range=whole_range)
         elif best.excess > self.smallest_gain:
-            lower = descend(self.problem, self.base, best.fit)
-            if lower is not None:
-                moved = self.fit_model(
-                    best.fit.effects, lower, best.candidate, evaluations=CONVERGED
-                )
-                best = min(best, moved, key=lambda end: end.excess)
+            start = descend(self.problem, self.base, best.fit)
+            if start is not None:
+                best = self._lower(best, start, best.added)
         return best
 
     def at_other_places(
@@ -256,15 +253,17 @@ class SelectionContext:
 
         They begin from its values: far from the data, each had ended in a minimum of its own.
         """
-        best, effects = model, model.fit.effects[:-1]
-        for other in others:
-            candidate = other.added
+        best = model
+        for candidate in (other.added for other in others):
             if candidate != model.candidate and candidate.effect is model.added.effect:
-                moved = self.fit_model(
-                    (*effects, candidate), model.fit.values, candidate, evaluations=CONVERGED
-                )
-                best = min(best, moved, key=lambda end: end.excess)
+                best = self._lower(best, model.fit.values, candidate)
         return best
+
+    def _lower(self, model: FittedCandidate, start: FloatArray, last: Candidate) -> FittedCandidate:
+        """Better one of a fit and a fit from ``start``, whose last effect is ``last``."""
+        effects = (*model.fit.effects[:-1], last)
+        moved = self.fit_model(effects, start, last, evaluations=CONVERGED)
+        return min(model, moved, key=lambda end: end.excess)
 
     def optimise_nearby(
         self, model: FittedCandidate, change: FloatArray | None = None

@@ -209,6 +209,7 @@ def test_the_linearisation_is_tried_a_tenth_of_a_range_away(curvature: float, ho
         bounds=np.array([[-0.5], [0.5]]),
         scaled=np.zeros(1),
         residual=np.full(3, 1e3),  # far more than the range can change
+        correction=1e3,
         jacobian=np.ones((3, 1)),
         parameters=lambda base, values=(0.0,): {"": values[0]},
     )
