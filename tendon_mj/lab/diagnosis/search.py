@@ -9,15 +9,10 @@ switched on by more, and go on from the strength that promises most. A trace cha
 effect is added to the model: if it is known from an earlier screening it takes the place of the
 first pass.
 
-With stick and slip the squared misfit has many local minima, and least squares ends in the one
-where it began. Most of that misfit lies in the few samples between one slip and the other. A
-logarithm of the squares (Cauchy loss) is robust to them and leaves one wide basin; differential
-evolution (SciPy's) finds its bottom without derivatives in some three hundred simulations. These
-end where half of the training data have been seen, a third of the misfit beyond the noise and a
-third of what each searched term changes near the fit; a fit to all data follows.
-If the linearisation of the response holds, which ten simulations show, there is no local minimum
-to leave. Where the misfit is rough but has one basin, as beside the dry friction of a joint, slopes
-over distances lead down to it in some ten simulations a step.
+Where a tendon or a joint sticks and slips, least squares ends in the local minimum where it began.
+Slopes over a distance, by which the response should change by as much as the fit leaves, see
+through what is rough on a smaller scale; Gauss-Newton steps by them lead down in some ten
+simulations each, and end where the response is linear over such distances.
 """
 
 from __future__ import annotations
@@ -27,8 +22,6 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-import scipy
-from numpy.typing import NDArray
 
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
@@ -39,7 +32,6 @@ from tendon_mj.lab.diagnosis.fitting import (
     natural_in_range,
     written,
 )
-from tendon_mj.lab.diagnosis.statistics import half_widths
 from tendon_mj.lab.progress import Progress
 from tendon_mj.lab.replay import suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
@@ -55,11 +47,6 @@ _DESCENTS = 6  # steps with slopes over a distance
 _SHARES = 1.0, 0.5, 0.2  # of such a step, that are tried; the last, of the distance after that
 _NEAREST = 0.1  # of the first distance
 _LESS = 0.98  # of the squares, which a step has to leave
-_WIDE = 4.0  # half intervals to either side
-_OUTLIER = 3.0  # scale of the Cauchy loss [noise]
-_GENERATIONS = 9
-_POPULATION = 6  # points of a generation, for every term
-_LEAST_DATA, _LEAST_SEEN = 0.5, 1.0 / 3.0  # shares of data and of squares that a search sees
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,21 +255,6 @@ def _probe(candidate: Candidate) -> float:
 
 
 @suppress_unsolved_warnings()
-def linearisation_holds(problem: Problem, base: Mapping[str, float], fitted: Fit) -> bool:
-    """Return whether the response changes as a fit's Jacobian says, so its minimum is global.
-
-    Each term takes a step to either side within its range, by which, to first order, the response
-    changes by as much as the fit leaves. With Δ_k the change of step k and d_k its linearisation,
-    the criterion is Σ |Δ_k − d_k|² < 0.2 Σ |Δ_k|².
-    """
-    used = problem.in_train
-    slopes, residual = fitted.jacobian[used], fitted.residual[used]
-    points = _within_reach(fitted, fitted.scaled, slopes, residual)
-    changes = _simulated(problem, base, fitted, points) - residual
-    return _are_linear(changes, (points - fitted.scaled) @ slopes.T)
-
-
-@suppress_unsolved_warnings()
 def descend(problem: Problem, base: Mapping[str, float], fitted: Fit) -> FloatArray | None:
     """(p,) values of a fit's terms that leave less, None where no other minimum is in reach.
 
@@ -342,77 +314,3 @@ def _simulated(
     sets = [fitted.parameters(base, natural(fitted.terms, point)) for point in points]
     rows: FloatArray = (problem.residuals(sets) + fitted.correction)[:, problem.in_train]
     return rows
-
-
-@suppress_unsolved_warnings()
-def search_globally(
-    problem: Problem, base: Mapping[str, float], fitted: Fit, widely: slice, progress: Progress
-) -> FloatArray:
-    """(p,) start values of the terms, from which another fit may end lower.
-
-    The neighbourhood of the free terms of a fit is searched, and the terms ``widely`` in their
-    whole range, with the beginning of each recording. Deterministic: the random numbers are seeded.
-    """
-    free = fitted.free.copy()
-    half = np.full(free.size, np.inf)
-    half[free] = half_widths(problem, fitted, free)
-    free[widely], half[widely] = True, np.inf
-    if not free.any():
-        return fitted.values.copy()
-    low = np.maximum(fitted.scaled - _WIDE * half, fitted.bounds[0])[free]
-    high = np.minimum(fitted.scaled + _WIDE * half, fitted.bounds[1])[free]
-    generation, problem = 0, _beginning(problem, fitted, free)
-    used = problem.in_train
-
-    def values(point: FloatArray) -> FloatArray:
-        scaled = fitted.scaled.copy()
-        scaled[free] = point
-        return natural(fitted.terms, scaled)
-
-    def losses(points: FloatArray) -> FloatArray:
-        """(k,) losses at (free terms, k) points."""
-        nonlocal generation
-        progress("global search", min(generation, _GENERATIONS), _GENERATIONS + 1)
-        generation += 1
-        sets = [fitted.parameters(base, values(point)) for point in points.T]
-        rows = problem.residuals(sets)
-        return np.array([float(np.mean(np.log1p((row[used] / _OUTLIER) ** 2))) for row in rows])
-
-    random = np.random.default_rng(0)
-    spread = scipy.stats.qmc.LatinHypercube(low.size, rng=random)
-    first = scipy.stats.qmc.scale(spread.random(_POPULATION * low.size), low, high)
-    first[0] = fitted.scaled[free]
-    best = scipy.optimize.differential_evolution(
-        losses,
-        list(zip(low, high, strict=True)),
-        init=first,
-        maxiter=_GENERATIONS,
-        mutation=(0.4, 0.8),
-        recombination=0.8,
-        tol=0.0,
-        polish=False,
-        updating="deferred",
-        vectorized=True,
-        rng=random,
-    )
-    progress("global search", _GENERATIONS + 1, _GENERATIONS + 1)
-    return values(best.x)
-
-
-def _beginning(problem: Problem, fitted: Fit, free: NDArray[np.bool_]) -> Problem:
-    """The problem for half of each recording's training data, or for more where a search needs it.
-
-    It shows a third or more of what the squared residuals sum to beyond the noise, and of the
-    squared derivatives by each free term. If that saves no steps, nothing is left out.
-    """
-    passed = [(np.cumsum(mask) - 1) / mask.sum() for mask in problem.train]
-    used = problem.in_train
-    at = np.concatenate([passed[k] for k, _, _ in problem.signals])[used]
-    order = np.argsort(at, kind="stable")
-    squares = np.column_stack([fitted.residual**2 - 1.0, fitted.jacobian[:, free] ** 2])[used]
-    seen = np.cumsum(squares[order], axis=0)
-    enough = np.argmax(seen >= _LEAST_SEEN * seen[-1], axis=0)
-    share = max(_LEAST_DATA, at[order][enough].max())
-    train = tuple(mask & (p <= share) for mask, p in zip(problem.train, passed, strict=True))
-    shorter = replace(problem, train=train).without_tails()
-    return shorter if shorter.simulate.steps < problem.simulate.steps else problem

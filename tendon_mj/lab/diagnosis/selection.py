@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -18,9 +18,7 @@ from tendon_mj.lab.diagnosis.search import (
     ScreeningScore,
     Slopes,
     descend,
-    linearisation_holds,
     screen,
-    search_globally,
 )
 from tendon_mj.lab.diagnosis.statistics import (
     FittedCandidate,
@@ -79,8 +77,6 @@ class SelectionContext:
     initial_excess: float  # excess χ² of the calibrated model, see reducible_excess
     progress: Progress  # callback
     residual: FloatArray | None = None  # (m,) of the calibrated model [noise]
-    # end of every global search, so that backtracking does not search a model again
-    searched: dict[Hashable, FittedCandidate] = field(default_factory=dict)
     # slopes of candidates where they were screened first, for the first pass of later screenings
     slopes: Slopes = field(default_factory=dict)
     # fits without one of the effects of a fit, likewise
@@ -235,12 +231,7 @@ class SelectionContext:
     def optimise(self, model: FittedCandidate) -> FittedCandidate:
         """Continue a fit to convergence, and out of a local minimum where it leaves much."""
         best = self.polish(model)
-        if best.candidate is not None and best.candidate.effect.non_smooth:
-            for whole_range in (True, False):
-                if not self._may_be_local(best):
-                    break
-                best = self._search(best, whole_range=whole_range)
-        elif best.excess > self.smallest_gain:
+        if best.excess > self.smallest_gain:
             start = descend(self.problem, self.base, best.fit)
             if start is not None:
                 best = self._lower(best, start, best.added)
@@ -264,38 +255,6 @@ class SelectionContext:
         effects = (*model.fit.effects[:-1], last)
         moved = self.fit_model(effects, start, last, evaluations=CONVERGED)
         return min(model, moved, key=lambda end: end.excess)
-
-    def optimise_nearby(
-        self, model: FittedCandidate, change: FloatArray | None = None
-    ) -> FittedCandidate:
-        """Continue a fit as `polish` does, searching near it where the cost is non-smooth."""
-        best = self.polish(model, change)
-        non_smooth = any(candidate.effect.non_smooth for candidate in best.fit.effects)
-        if non_smooth and self._may_be_local(best):
-            return self._search(best, whole_range=False)
-        return best
-
-    def _may_be_local(self, model: FittedCandidate) -> bool:
-        """Return whether a fit leaves a significant excess, as a local minimum may."""
-        significant = model.excess > self.smallest_gain
-        return significant and not linearisation_holds(self.problem, self.base, model.fit)
-
-    def _search(self, model: FittedCandidate, *, whole_range: bool) -> FittedCandidate:
-        """Better one of a fit and a fit from a global search around it.
-
-        With ``whole_range`` the terms of the last effect are searched in all their range.
-        """
-        fitted, last = model.fit, model.candidate
-        wide = last if whole_range else None
-        widely = slice(0) if wide is None else fitted.terms_of(wide)
-        labels = frozenset(effect.label for effect in fitted.effects)
-        key = self.problem, labels, wide and wide.label
-        if key not in self.searched:
-            start = search_globally(self.problem, self.base, fitted, widely, self.progress)
-            self.searched[key] = self.fit_model(
-                fitted.effects, start, last, near=fitted, evaluations=CONVERGED
-            )
-        return min(model, replace(self.searched[key], candidate=last), key=lambda end: end.excess)
 
     def improves(self, before: FittedCandidate, after: FittedCandidate) -> bool:
         """Return whether the second model leaves significantly less than the first."""

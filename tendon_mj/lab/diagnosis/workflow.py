@@ -196,7 +196,6 @@ def _at(context: SelectionContext, calibrated: FittedCandidate) -> SelectionCont
         step_error=step_error(fit.correction[problem.in_train]),
         initial_excess=reducible_excess(problem, fit.residual),
         residual=fit.residual,
-        searched={},
         slopes={},
         reduced={},
     )
@@ -262,5 +261,5 @@ def _fit_again(
     context = replace(context, initial_excess=initial, residual=calibrated.fit.residual)
     final = calibrated
     if selection.effects:
-        final = context.optimise_nearby(selection.final, change)
+        final = context.polish(selection.final, change)
     return context, replace(selection, calibrated=calibrated, final=final)
