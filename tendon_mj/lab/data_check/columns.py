@@ -33,6 +33,7 @@ from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Adjustable
 from tendon_mj.lab.units import si_name
 from tendon_mj.plugin import sensor_kind
+from tendon_mj.typing import FloatArray
 
 _DEGREES = math.degrees(1.0)
 
@@ -60,7 +61,8 @@ def spike_warnings(columns: Sequence[Column]) -> Iterator[DataWarning]:
     """Warn of samples of driven and measured columns from which their neighbours differ.
 
     Not of a sample at which a reading and the model make the same excursion, as where a cable is
-    let off for one settled point, and not of a reading soon before or after one of the model.
+    let off for one settled point, not of a reading soon before or after one of the model, and not
+    where the samples beside it change by as much, as where a cable rings after a slip.
     """
     off, shown, limit = {}, {}, {}
     follows = np.zeros(1, bool)
@@ -83,7 +85,9 @@ def spike_warnings(columns: Sequence[Column]) -> Iterator[DataWarning]:
         else:
             lost = _dropouts(column)
         known = follows | _near(np.abs(shown[column.name]) > 0.5 * limit[column.name])
-        spikes = np.flatnonzero(((excursion > limit[column.name]) | lost) & ~known)
+        out = excursion > limit[column.name]
+        out &= excursion > _changes_beside(series, out)
+        spikes = np.flatnonzero((out | lost) & ~known)
         if not spikes.size:
             continue
         worst = int(spikes[np.argmax(excursion[spikes])])
@@ -98,6 +102,14 @@ def spike_warnings(columns: Sequence[Column]) -> Iterator[DataWarning]:
             "a glitch of the logger: leave the row out",
             blocks=True,
         )
+
+
+def _changes_beside(series: FloatArray, out: NDArray[np.bool_]) -> FloatArray:
+    """(n,) largest change near each sample between two that are not ``out``."""
+    changes = np.abs(np.diff(series, append=series[-1]))
+    changes[out | np.append(out[1:], False)] = 0.0
+    largest: FloatArray = scipy.ndimage.maximum_filter1d(changes, 2 * limits.SIDE + 1)
+    return largest
 
 
 def _dropouts(column: Column) -> NDArray[np.bool_]:

@@ -33,6 +33,9 @@ def column(
     return Column(made, name, replace(made, columns={**made.columns, name: model[: read.size]}))
 
 
+BESIDE = slice(391, 396)
+
+
 def put(series: np.ndarray, rows: slice | Sequence[int], values: object) -> np.ndarray:
     series = series.copy()
     series[rows] = values
@@ -138,6 +141,13 @@ EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
         lambda samples: spikes(column(put(WAVE, slice(400, 400 + samples), 90.0 + ROWS[:samples]))),
         3,
         2,
+    ),
+    "a spike beside changes of a share of it": (
+        lambda share: spikes(
+            column(put(put(WAVE, [400], WAVE[400] + 6.0), BESIDE, WAVE[BESIDE] + 6.0 * share))
+        ),
+        1.1,
+        0.9,
     ),
     "a spike samples after one of the model": (
         lambda samples: spikes(column(put(WAVE, [400 + samples], 90.0), put(WAVE, [400], 90.0))),
