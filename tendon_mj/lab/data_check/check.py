@@ -33,8 +33,10 @@ from tendon_mj.lab.data_check.faults import DRIVE_LOST, FOLLOW, WRONG_TIMES, Dat
 from tendon_mj.lab.data_check.jumps import jump_warnings
 from tendon_mj.lab.data_check.names import degree_warnings, exchange_warnings
 from tendon_mj.lab.data_check.times import timing_warnings
+from tendon_mj.lab.parameter_names import expand
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import (
+    GEARED,
     Adjustable,
     Schedule,
     load_recorded,
@@ -104,6 +106,7 @@ def check_recording(
         warnings += filter(None, [f(c) for c in measured for f in (coarse, overstated_noise)])
         warnings += [*filter(None, map(held, columns)), *spike_warnings(columns)]
     warnings += _friction_warnings(recording, adjustable)
+    warnings += _gear_warnings(recording, adjustable)
     warnings += still
     warnings += actuation_warnings(schedule, adjustable)
     warnings += play_warnings(schedule, adjustable, stated_play(schedule, adjustable))
@@ -130,6 +133,23 @@ def _friction_warnings(recording: Recording, adjustable: Adjustable) -> Iterator
             value_said, _, way_out = said.partition(": ")
             place = f"{recording.name}, {name}"
             yield DataWarning("friction", place, value_said, way_out)
+
+
+def _gear_warnings(recording: Recording, adjustable: Adjustable) -> Iterator[DataWarning]:
+    """Warn of a gear whose efficiency is stated, and not what it shows at rest."""
+    stated = {**recording.known, **recording.uncertain, **recording.session}
+    names = expand(stated, adjustable.names())
+    for sensor in [name.removesuffix(".efficiency") for name in names]:
+        rests = [f"{sensor}.{rest}" for rest in GEARED[1:]]
+        if f"{sensor}.{GEARED[0]}" in names and not names.keys() & set(rests):
+            yield DataWarning(
+                "gear",
+                f"{recording.name}, {sensor}.{GEARED[0]}",
+                "is stated, and not how far the gear's friction bears the load at rest, which is"
+                " taken to be as in paying out",
+                "let both be fitted, in [uncertain]: "
+                + ", ".join(f'"{rest}" = {{ value = 0, low = -1, high = 1 }}' for rest in rests),
+            )
 
 
 def _short_settle(

@@ -8,6 +8,7 @@ from tendon_mj.lab.replay.description_template import column_of as column_of
 from tendon_mj.lab.replay.description_template import format_template as format_template
 from tendon_mj.lab.replay.parameters import DRAWN_BEND as DRAWN_BEND
 from tendon_mj.lab.replay.parameters import EXTRA_BEND as EXTRA_BEND
+from tendon_mj.lab.replay.parameters import GEARED as GEARED
 from tendon_mj.lab.replay.parameters import RANGE_WIDTH as RANGE_WIDTH
 from tendon_mj.lab.replay.parameters import Adjustable as Adjustable
 from tendon_mj.lab.replay.parameters import Kind as Kind

@@ -90,7 +90,7 @@ class Sense:
     """Sense in which a drive moves at its n samples and between them: 2n − 1 in order of time."""
 
     now: FloatArray  # 1 winding in, −1 paying out, 0 at rest
-    last: FloatArray  # of the last motion, 1 or −1; before the first one −1, as the drive holds
+    last: FloatArray  # of the last motion, 1 or −1
 
     def at(self, time: FloatArray, grid: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Both at times of a grid, from those at and between the samples at ``time`` (n,)."""
@@ -113,18 +113,19 @@ class Sense:
         return samples
 
 
-def sense_of(time: FloatArray, place: FloatArray) -> Sense:
+def sense_of(time: FloatArray, place: FloatArray, begin: float | None = None) -> Sense:
     """Direction of a drive's motion; ``place`` (n,) grows as it winds in.
 
     No faster than its noise makes it, it is at rest. At a corner the faster of two motions counts,
-    and of equal ones neither.
+    and of equal ones neither. A motion from ``begin`` to the first place is over before the first
+    sample; without one the drive holds as after paying out.
     """
     ahead, behind = np.r_[place[1:], place[-1]], np.r_[place[0], place[:-1]]
     elapsed = np.r_[time[1:], time[-1]] - np.r_[time[0], time[:-1]]
     speed, step = (ahead - behind) / elapsed, float(np.median(elapsed))
     fastest = float(np.abs(speed).max())
-    least = _NOISE * math.sqrt(2.0) * white_noise(place, order=5) / step  # fast motion apart
-    still = float(np.clip(least, ROUNDING * fastest, _FASTEST_STILL * fastest))
+    noise = _NOISE * math.sqrt(2.0) * white_noise(place, order=5)  # fast motion apart
+    still = float(np.clip(noise / step, ROUNDING * fastest, _FASTEST_STILL * fastest))
 
     def way(speeds: FloatArray) -> FloatArray:
         return np.where(np.abs(speeds) > still, np.sign(speeds), 0.0)
@@ -134,7 +135,8 @@ def sense_of(time: FloatArray, place: FloatArray) -> Sense:
     between = way(np.diff(place) / np.diff(time))  # of twice the noise, so only at corners
     now[1::2] = np.where(now[:-1:2] == now[2::2], now[:-1:2], between)
     moved = np.maximum.accumulate(np.where(now != 0.0, np.arange(now.size), -1))
-    return Sense(now, np.where(moved < 0, -1.0, now[moved]))
+    before = 1.0 if begin is not None and place[0] - begin > noise else -1.0
+    return Sense(now, np.where(moved < 0, before, now[moved]))
 
 
 class Readout(NamedTuple):

@@ -95,7 +95,8 @@ class Schedule:
         self._recorded = self.clock.time  # times of the recording at the steps
         if self._move:
             self._recorded = np.interp(self.clock.time, times, recording.time)
-        self._senses: dict[tuple[str, float], Sense] = {}
+        # (driven column, its sense) → where settling begins, and the sense of motion
+        self._senses: dict[tuple[str, float], tuple[float | None, Sense]] = {}
 
     def up_to(self, samples: int) -> Schedule:
         """This schedule for the first ``samples`` ≥ 1, or for all where rows are rests.
@@ -225,11 +226,15 @@ class Schedule:
         bearing = adjustable.geared.get(sensor, {})
         for column, actuator in self.actuators if bearing else []:
             if actuator in bearing:
-                way = bearing[actuator] * float(np.sign(adjustable.commands[actuator, 0]))
-                if (column, way) not in self._senses:
+                scale, offset = adjustable.commands[actuator, :2].tolist()
+                way = bearing[actuator] * float(np.sign(scale))
+                # settling leads from a control of 0 to the first one
+                begin = -way * offset / scale if self.lead and scale else None
+                if self._senses.get((column, way), (math.nan,))[0] != begin:
                     place = way * self.recording.columns[column]
-                    self._senses[column, way] = sense_of(self.recording.time, place)
-                return self._senses[column, way]
+                    sense = sense_of(self.recording.time, place, begin)
+                    self._senses[column, way] = begin, sense
+                return self._senses[column, way][1]
         return None
 
     def when(self, step: int) -> str:

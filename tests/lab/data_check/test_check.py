@@ -382,6 +382,16 @@ def test_a_fault_is_told_alone_with_its_place_and_value(pull: Recording, fault: 
     assert all(fact in found[identifier] for fact in facts)
 
 
+@pytest.mark.parametrize("fitted", [(), ("rest_in",)])
+def test_a_gear_that_is_stated_without_its_rests_is_told(
+    pull: Recording, fitted: tuple[str, ...]
+) -> None:
+    rests = {f"input_tension.{name}": Uncertain(0.0, -1.0, 1.0) for name in fitted}
+    known = {**pull.known, "input_tension.efficiency": 0.8}
+    found = said(replace(pull, known=known, uncertain={**pull.uncertain, **rests}))
+    assert ("gear" in found) == (not fitted)
+
+
 SLOW = """<mujoco>
   <worldbody><body>
     <joint name="hinge" axis="0 1 0" damping="0.5"/>

@@ -96,8 +96,8 @@ STROKE = np.interp(TIME - TIME[0], [0.0, 0.4, 0.8, 1.4, 2.0], [0.0, 0.0, 3.0, 3.
 LOAD = np.full(GRID.size, 8.0)
 
 
-def geared(rest_in=-1.0, rest_out=-1.0, stroke=STROKE, load=LOAD):
-    sense = sense_of(TIME, stroke)
+def geared(rest_in=-1.0, rest_out=-1.0, stroke=STROKE, load=LOAD, begin=None):
+    sense = sense_of(TIME, stroke, begin)
     gear = Readout(efficiency=0.5, rest_in=rest_in, rest_out=rest_out)
     return gear.of(load, CLOCK, TIME, sense)
 
@@ -130,6 +130,13 @@ def test_at_rest_a_gear_shows_what_its_friction_leaves():
         np.testing.assert_allclose(geared(rest_out=rest)[before_any], reading)
     np.testing.assert_allclose(geared(rest_out=1.0)[after_in], 4.0)
     np.testing.assert_allclose(geared(stroke=-STROKE, rest_out=0.0)[after_in], 8.0)
+
+
+@pytest.mark.parametrize(("begin", "reading"), [(-1.0, 16.0), (-1e-5, 8.0), (0.0, 8.0), (1.0, 8.0)])
+def test_settling_is_a_motion_before_the_first_sample(begin, reading):
+    jitter = np.random.default_rng(1).normal(0.0, 1e-5, TIME.size)
+    read = geared(rest_in=1.0, rest_out=0.0, stroke=STROKE + jitter, begin=begin)
+    np.testing.assert_allclose(read[:18], reading)
 
 
 def test_a_force_of_the_other_sign_drives_where_the_first_resists():
