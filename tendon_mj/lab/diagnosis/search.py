@@ -323,7 +323,7 @@ def _are_linear(changes: FloatArray, linear: FloatArray) -> bool:
 def _within_reach(
     fitted: Fit, point: FloatArray, slopes: FloatArray, residual: FloatArray, share: float
 ) -> FloatArray:
-    """(2p, p) points a step ahead and behind by each term, a share of what is left, to first order."""
+    """(2p, p) points a step ahead and behind by each term, a share of what is left by its slope."""
     longest = _LONGEST * np.ptp(fitted.bounds, axis=0)
     left = share * np.sqrt(max(float(np.mean(residual**2)) - 1.0, 0.0))
     steep = np.sqrt(np.mean(slopes**2, axis=0))
