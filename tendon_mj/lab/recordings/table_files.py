@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import csv
-import itertools
 import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from statistics import mode
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -30,7 +31,7 @@ from tendon_mj.lab.recordings.files import (
     read_info,
     read_text,
 )
-from tendon_mj.lab.units import TIME, UNIT, proposed_name
+from tendon_mj.lab.units import TIME, UNIT, UNIT_FACTORS, proposed_name
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
@@ -43,50 +44,35 @@ _FIRST = 2  # row of the first values in a CSV of the same table
 def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
     """The names of a CSV's columns, and how to read them.
 
-    Lines that begin with ``#`` above the names are passed over. Without names below them, the last
-    of these lines is the names, as `numpy.savetxt` writes them. ``header``: names of the columns of
-    a file that has none.
+    ``header``: names of the columns of a file that has none.
     """
-    lines, more, rest = list[str](), "\n", read_text(path)
-    while more and (not lines or lines[-1].startswith("#") or not lines[-1].strip()):
-        line, more, rest = rest.partition("\n")
-        lines.append(line)
-    if lines[-1].startswith("#") or not lines[-1].strip():
+    text = read_text(path)
+    above = _above_values(text)
+    if above is None:
         raise RecordingError(f"{path}, row 1: the file is empty")
-    if above := _preamble(lines[-1], rest):
-        *more_lines, rest = rest.split("\n", above)
-        lines += more_lines
-    separator = _separator(lines[-1])
-    first, below = _cells(lines[-1], separator), _cells(rest.partition("\n")[0], separator)
-    no_names = all(map(DATUM.fullmatch, first))
-    here = f"{path}, row {len(lines)}"
-    if header and not no_names:
+    first, here = above.row.cells, f"{path}, row {above.row.number}"
+    separator, names, full = above.row.separator, list(header) or first, dict[str, str]()
+    if header and above.named:
         raise RecordingError(
             f"{here}: holds names, {first[0]!r} and so on; take header = … out of the description"
         )
-    names, full = list(header) or first, dict[str, str]()
-    if no_names and not header:
-        names = _cells(lines[-2].lstrip("# "), separator) if len(lines) > 1 else []
+    if not header and not above.named:
+        names = _cells(above.comment.lstrip("# "), separator)
         if len(names) != len(first):
             raise RecordingError(
                 f"{here}: holds numbers, not the names of the columns; write into the description,"
                 f' above its tables: header = ["time_s", …], names of all {len(first)} columns'
             )
-    elif not header and (units := _units(first, below)):
-        names = [_with_unit(*pair) for pair in zip(first, units, strict=True)]
+    if above.units:
+        names = [_with_unit(*pair) for pair in zip(first, above.units, strict=True)]
         full = {short: name for short, name in zip(first, names, strict=True) if short != name}
-        line, _, rest = rest.partition("\n")
-        lines.append(line)
-        below = _cells(rest.partition("\n")[0], separator)
-    decimal = "." if separator == "," else _decimal(path, rest[:_AHEAD])
-    sample = dict(zip(names, first if no_names else below, strict=False))
-    rows, first_row = rest, len(lines) + 1
-    if no_names:
-        rows, first_row = f"{lines[-1]}\n{rest}", len(lines)
-    written = names if no_names else first
-    body = _Body(path, names, written, rows, first_row, separator, decimal, sample)
+    rows = text[above.end :]
+    decimal = "." if separator == "," else _decimal(path, rows[:_AHEAD])
+    sample = dict(zip(names, _cells(rows.partition("\n")[0], separator), strict=False))
+    written = first if above.named else names
+    body = _Body(path, names, written, rows, above.values, separator, decimal, sample)
     known = {*names, *full}
-    return OpenTable(names, known.__contains__, first_row, body.read, sample, full)
+    return OpenTable(names, known.__contains__, above.values, body.read, sample, full)
 
 
 def write_csv(table: Mapping[str, FloatArray], path: Path) -> None:
@@ -109,32 +95,76 @@ def _cells(line: str, separator: str) -> list[str]:
     return [cell.strip() for row in rows for cell in row]
 
 
-def _preamble(line: str, rest: str) -> int:
-    """How many lines below the first one the names are: they are as many as the last row's cells.
+class _Row(NamedTuple):
+    number: int  # in the file
+    begin: int  # in the text
+    end: int
+    cells: list[str]
+    separator: str
 
-    0 if the first line, or no line above the first row of numbers, has as many.
+
+class _AboveValues(NamedTuple):
+    """What stands above the values of a CSV."""
+
+    row: _Row  # of the names; without names the first one of values
+    named: bool
+    units: list[str]  # of the row below the names; empty if there is none
+    comment: str  # the last line above that begins with #
+    values: int  # row of the first values
+    end: int  # where these begin in the text
+
+
+def _above_values(text: str) -> _AboveValues | None:
+    """The names of a CSV, and their units; None if it is empty.
+
+    Rows as long as most have a text where most have a value until the first one of values. The
+    names are the last of them; or if that is of units, the one before.
     """
-    last = rest[-_AHEAD:].rstrip().rpartition("\n")[2]
-    below = (match.group() for match in re.finditer(r".*\n", rest))
-    for k, text in enumerate(itertools.chain([line], below)):
-        separator = _separator(text)
-        cells = _cells(text, separator)
-        if len(cells) < 2:
-            continue
-        if all(map(DATUM.fullmatch, cells)):
-            break
-        if len(cells) == len(_cells(last, separator)):
-            return k
-    return 0
+    tail = [line for line in text[-_AHEAD:].splitlines()[::-1] if line.strip()]
+    usual = cache(partial(_have_values, tail[: (len(tail) + 1) // 2]))
+    texts, others, values, comment = list[_Row](), list[_Row](), list[_Row](), ""
+    for number, line in enumerate(re.finditer(r".*\n?", text), start=1):
+        separator = _separator(line[0])
+        row = _Row(number, line.start(), line.end(), _cells(line[0], separator), separator)
+        if line[0].startswith("#"):
+            comment = line[0]
+        elif line[0].strip():
+            pairs = zip(row.cells, usual(separator), strict=False)
+            data = [DATUM.fullmatch(cell) is not None for cell, has in pairs if has and cell]
+            long = len(row.cells) == len(usual(separator))
+            if long and data and all(data):
+                values.append(row)
+                break
+            (texts if long and data and not any(data) else others).append(row)
+    if not (names := texts[-1:] or others[:1]):
+        first = next(iter(values), None)
+        return first and _AboveValues(first, False, [], comment, first.number, first.begin)
+    last, units = names[0], list[str]()
+    before = [
+        row
+        for row in texts + others
+        if row.number < last.number and len(row.cells) == len(last.cells)
+    ]
+    if before and (units := _units(last.cells)):
+        names = [max(before)]
+    return _AboveValues(names[0], True, units, comment, last.number + 1, last.end)
 
 
-def _units(names: Sequence[str], below: Sequence[str]) -> list[str]:
-    """The units in a row below the names, of which one is known at least; empty if it has none."""
-    units = [cell.strip("[]() ") for cell in below]
-    some = any(UNIT not in proposed_name(f"x {unit}") for unit in units)
-    if len(below) != len(names) or not some or any(c and DATUM.fullmatch(c) for c in units):
+def _have_values(lines: Sequence[str], separator: str) -> list[bool]:
+    """Whether most cells of each column are a number or a time, in rows of the usual length."""
+    if not lines:
         return []
-    return units
+    rows = [_cells(line, separator) for line in lines]
+    length = mode(map(len, rows))
+    columns = zip(*(row for row in rows if len(row) == length), strict=True)
+    filled = ([cell for cell in column if cell] for column in columns)
+    return [2 * sum(map(bool, map(DATUM.fullmatch, cells))) > len(cells) for cells in filled]
+
+
+def _units(cells: Sequence[str]) -> list[str]:
+    """The units in a row of texts, of which one is known at least; empty if it has none."""
+    units = [cell.strip("[]() ") for cell in cells]
+    return units if any(proposed_name(f"x {unit}")[1:] in UNIT_FACTORS for unit in units) else []
 
 
 def _with_unit(name: str, unit: str) -> str:
