@@ -123,7 +123,15 @@ def _begins(name: str, valid: str) -> bool:
 
 
 def _likeness(name: str, valid: str) -> list[float]:
-    """Likeness of each part from the last: `flexor.mu` is not like `flexor.lag`."""
+    """Likeness of each part from the last: `flexor.mu` is not like `flexor.lag`.
+
+    A single letter is like itself only.
+    """
     parts = name.split(".")[::-1], valid.split(".")[::-1]
     pairs = zip(*parts, strict=False) if len(parts[0]) <= len(parts[1]) else [(name, valid)]
-    return [difflib.SequenceMatcher(None, *pair).ratio() for pair in pairs]
+    return [
+        difflib.SequenceMatcher(None, *pair).ratio()
+        if min(map(len, pair)) > 1
+        else float(pair[0].casefold() == pair[1].casefold())
+        for pair in pairs
+    ]

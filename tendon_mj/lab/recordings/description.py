@@ -170,6 +170,7 @@ class TableLayout:
     topics: Mapping[str, Source] = field(default_factory=dict)  # of a log: that, or [mcap]
     header: tuple[str, ...] = ()  # names of the columns of a table that has none
     period: float = 0.0  # between rows of a table that has no clock [s]
+    settled: bool = False  # whether rows are rests, of which none can be left out
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -330,7 +331,8 @@ def parse_toml(text: str, where: str) -> tuple[Description, TableLayout]:
     period = read_number(toml.get("period", 0.0), f"{where}, period")
     if fault := NOT_NEGATIVE.fault("period", period, "s"):
         raise RecordingError(f"{where}, {fault}")
-    return description, TableLayout(columns, topics or columns, names, period)
+    layout = TableLayout(columns, topics or columns, names, period, description.quasi_static)
+    return description, layout
 
 
 def format_description(description: Description, model: str) -> str:

@@ -22,6 +22,7 @@ from tendon_mj.lab.recordings.assembly import (
     Columns,
     OpenTable,
     and_more,
+    warn,
 )
 from tendon_mj.lab.recordings.files import (
     check_file,
@@ -213,6 +214,8 @@ class _Body:
         exact = len(self.sample.get(clock, "")) in range(1, _EXACT + 1)
         labels = {name: f"c{self.names.index(name)}" for name in wanted}
         frame = self._frame([*labels.values()], {} if exact or not clock else {labels[clock]: str})
+        if clock and (times := frame[labels[clock]]).dtype.kind not in "iuf":
+            frame = frame[: self._above_footer(times, clock)]
         cells, faults, width = Columns(), list[str](), len(self.names)
         more = frame[_EXTRA].dropna()
         for name, label in labels.items():
@@ -233,6 +236,20 @@ class _Body:
                 f" cell too many; the names end with column {width}, {self.names[-1]!r}"
             )
         return cells, faults
+
+    def _above_footer(self, times: Any, clock: str) -> int:
+        """Number of rows above those at the end of which the time is a text."""
+        cells = times.to_numpy(object)
+        is_time = (isinstance(c, str) and bool(DATUM.fullmatch(c)) for c in cells[::-1])
+        end = len(cells) - next((k for k, found in enumerate(is_time) if found), 0)
+        footer = times[end:].dropna()
+        if not len(footer):
+            return len(cells)
+        warn(
+            f"{self.path}, row {self._row(int(footer.index[0]))}, column {clock!r}:"
+            f" {footer.iloc[0]!r} is not a time; rows from there to the end are left out"
+        )
+        return int(footer.index[0])
 
     def _check_begun_once(self, column: Any, name: str) -> None:
         """Refuse a table in which the names stand again, as of a logger that was started twice."""
@@ -306,9 +323,12 @@ def open_parquet(path: Path) -> OpenTable:
         raise RecordingError(f"{path}: not a Parquet file: {error}") from None
     if not names:
         raise RecordingError(f"{path}: holds no column")
-    empty, place, rows = schema.empty_table(), dict[str, str](), None
+    empty, place, rows, rate = schema.empty_table(), dict[str, str](), None, 0.0
     if episode is not None:
         place, rows = _places(path.parent), datasets.field("episode_index") == episode
+        if place[TIME] not in names:
+            del place[TIME]
+            rate = read_info(path.parent)["fps"]
         names = [*place, *(name for name in names if name not in place)]
 
     def read(wanted: Mapping[str, bool], clock: str) -> tuple[Columns, list[str]]:
@@ -351,7 +371,8 @@ def open_parquet(path: Path) -> OpenTable:
 
     kinds = ((name, schema.field(name).type) for name in names if name in schema.names)
     sample = {name: "1970-01-01" for name, kind in kinds if pa.types.is_timestamp(kind)}
-    return OpenTable(names, has, _FIRST, read, sample)
+    period = 1.0 / rate if rate else 0.0
+    return OpenTable(names, has, _FIRST, read, sample, period=period)
 
 
 def _places(folder: Path) -> dict[str, str]:

@@ -121,14 +121,6 @@ def test_parquet_and_csv_are_the_same_recording(tmp_path: Path) -> None:
     ("columns", "said"),
     [
         ({"time_s": [0.0, 0.1], "a_N": ["1", "2"]}, "column 'a_N': holds string"),
-        (
-            {"time_s": [0.0, 0.1, 0.2], "a_N": [1.0, None, 1.0], "b_N": [1.0] * 3},
-            "row 3, column 'a_N': empty cell",
-        ),
-        (
-            {"time_s": [0.0, 0.1, 0.2], "a_N": [1.0, np.nan, 1.0], "b_N": [1.0] * 3},
-            "row 3, column 'a_N': empty cell or nan",
-        ),
         ({"time_s": [0.0, 0.0], "a_N": [1.0, 1.0]}, "column 'time_s': all times are 0.0"),
         ({"time_s": [0.1, 0.0], "a_N": [1.0, 1.0]}, "row 3, column 'time_s': 0.0 does not come"),
         ({"time_s": [0.0, 0.1], "a": [1.0, 1.0]}, "column 2: 'a' does not end in a unit"),
