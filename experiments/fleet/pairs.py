@@ -1,4 +1,4 @@
-"""Two states of a rig, with a change in between or none; `python -m experiments.fleet.pairs --help`.
+"""Two states of a rig, changed or not in between; `python -m experiments.fleet.pairs --help`.
 
 Every pair is a rig and a motion of its own, recorded once in each state. Rigs and days differ as
 those of `make_fleet`, and kinds of change are taken in turn.

@@ -277,6 +277,7 @@ class NumberSeries:
     errors: FloatArray  # (n,) standard errors from noise [unit]
     # (n,) likewise, and no less than the parts of a recording say by themselves [unit]
     errors_of_parts: FloatArray
+    of_noise: FloatArray  # (n,) change that moves the readings by their noise, rms [unit]
     square: FloatArray  # (n,) mean square residual of each recording [noise²]
     range: FloatArray  # (2,) within which the parameter is fitted [unit]
     others: dict[str, float]  # parameter → value, of those fitted to all recordings with it
@@ -333,6 +334,7 @@ def _series(
     with np.errstate(divide="ignore"):
         errors = probe * np.sqrt(np.maximum(square, 1.0) / information)
         of_parts = np.maximum(errors, probe * parts / information)
+        of_noise = probe * np.sqrt(np.bincount(rig.problem.recording_of) / information)
     return NumberSeries(
         number=watched.number,
         parameter=parameter,
@@ -341,6 +343,7 @@ def _series(
         values=np.array([_parameter(term, float(x), written) for x in numbers]),
         errors=errors,
         errors_of_parts=of_parts,
+        of_noise=of_noise,
         square=square,
         range=np.sort([_parameter(term, end, written) for end in (term.low, term.high)]),
         others={t: written[t] for other, _ in kept if not other.spread for t in other.targets},
