@@ -26,12 +26,7 @@ import numpy as np
 from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.lab.diagnosis import SMALLEST_EXCESS
 from tendon_mj.lab.fleet.changes import SIGNIFICANT, explained, most_promising
-from tendon_mj.lab.fleet.observation import (
-    NumberSeries,
-    fit_series,
-    observe,
-    usable,
-)
+from tendon_mj.lab.fleet.observation import NumberSeries, fit_series, observe, usable
 from tendon_mj.lab.fleet.result import ILL, entries, in_one_unit, label, or_as_well
 from tendon_mj.lab.fleet.rigs import RigData
 from tendon_mj.lab.recordings import Recording

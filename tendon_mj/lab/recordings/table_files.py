@@ -17,13 +17,7 @@ import numpy as np
 import pandas as pd
 
 from tendon_mj.errors import RecordingError
-from tendon_mj.lab.recordings.assembly import (
-    DATUM,
-    Columns,
-    OpenTable,
-    and_more,
-    warn,
-)
+from tendon_mj.lab.recordings.assembly import DATUM, Columns, OpenTable, and_more, warn
 from tendon_mj.lab.recordings.files import (
     check_file,
     episode_files,
@@ -48,32 +42,30 @@ def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
     ``header``: names of the columns of a file that has none.
     """
     text = read_text(path)
-    above = _above_values(text)
-    if above is None:
-        raise RecordingError(f"{path}, row 1: the file is empty")
-    first, here = above.row.cells, f"{path}, row {above.row.number}"
-    separator, names, full = above.row.separator, list(header) or first, dict[str, str]()
-    if header and above.named:
+    row, units, comment, (first_row, begin) = _above_values(text, path)
+    separator, first, here = row.separator, row.cells, f"{path}, row {row.number}"
+    names, full, named = list(header) or first, dict[str, str](), first_row > row.number
+    if header and named:
         raise RecordingError(
             f"{here}: holds names, {first[0]!r} and so on; take header = … out of the description"
         )
-    if not header and not above.named:
-        names = _cells(above.comment.lstrip("# "), separator)
+    if not header and not named:
+        names = _cells(comment.lstrip("# "), separator)
         if len(names) != len(first):
             raise RecordingError(
                 f"{here}: holds numbers, not the names of the columns; write into the description,"
                 f' above its tables: header = ["time_s", …], names of all {len(first)} columns'
             )
-    if above.units:
-        names = [_with_unit(*pair) for pair in zip(first, above.units, strict=True)]
+    if units:
+        names = [_with_unit(*pair) for pair in zip(first, units, strict=True)]
         full = {short: name for short, name in zip(first, names, strict=True) if short != name}
-    rows = text[above.end :]
+    rows = text[begin:]
     decimal = "." if separator == "," else _decimal(path, rows[:_AHEAD])
     sample = dict(zip(names, _cells(rows.partition("\n")[0], separator), strict=False))
-    written = first if above.named else names
-    body = _Body(path, names, written, rows, above.values, separator, decimal, sample)
-    known = {*names, *full}
-    return OpenTable(names, known.__contains__, above.values, body.read, sample, full)
+    body = _Body(
+        path, names, first if named else names, rows, first_row, separator, decimal, sample
+    )
+    return OpenTable(names, {*names, *full}.__contains__, first_row, body.read, sample, full)
 
 
 def write_csv(table: Mapping[str, FloatArray], path: Path) -> None:
@@ -104,22 +96,15 @@ class _Row(NamedTuple):
     separator: str
 
 
-class _AboveValues(NamedTuple):
-    """What stands above the values of a CSV."""
+def _above_values(text: str, path: Path) -> tuple[_Row, list[str], str, tuple[int, int]]:
+    """The names of a CSV, their units if it has some, the last line above that begins with ``#``.
 
-    row: _Row  # of the names; without names the first one of values
-    named: bool
-    units: list[str]  # of the row below the names; empty if there is none
-    comment: str  # the last line above that begins with #
-    values: int  # row of the first values
-    end: int  # where these begin in the text
+    Names and units are rows as long as most, with a text where most have a value, above the first
+    one of values: the last of them, or the two last if the last one is of units. Without names it
+    is the first row of values.
 
-
-def _above_values(text: str) -> _AboveValues | None:
-    """The names of a CSV, and their units; None if it is empty.
-
-    Rows as long as most have a text where most have a value until the first one of values. The
-    names are the last of them; or if that is of units, the one before.
+    Returns:
+        These three, and the row and the place in the text at which the values begin.
     """
     tail = [line for line in text[-_AHEAD:].splitlines()[::-1] if line.strip()]
     usual = cache(partial(_have_values, tail[: (len(tail) + 1) // 2]))
@@ -132,29 +117,24 @@ def _above_values(text: str) -> _AboveValues | None:
         elif line[0].strip():
             pairs = zip(row.cells, usual(separator), strict=False)
             data = [DATUM.fullmatch(cell) is not None for cell, has in pairs if has and cell]
-            long = len(row.cells) == len(usual(separator))
-            if long and data and all(data):
+            whole = bool(data) and len(row.cells) == len(usual(separator))
+            if whole and all(data):
                 values.append(row)
                 break
-            (texts if long and data and not any(data) else others).append(row)
-    if not (names := texts[-1:] or others[:1]):
-        first = next(iter(values), None)
-        return first and _AboveValues(first, False, [], comment, first.number, first.begin)
-    last, units = names[0], list[str]()
-    before = [
-        row
-        for row in texts + others
-        if row.number < last.number and len(row.cells) == len(last.cells)
-    ]
-    if before and (units := _units(last.cells)):
-        names = [max(before)]
-    return _AboveValues(names[0], True, units, comment, last.number + 1, last.end)
+            (texts if whole and not any(data) else others).append(row)
+    if names := texts[-1:] or others[:1]:
+        last, units = names[0], _units(names[0].cells)
+        width = len(last.cells)
+        above = [row for row in texts + others if row < last and len(row.cells) == width]
+        names, units = ([max(above)], units) if above and units else (names, [])
+        return names[0], units, comment, (last.number + 1, last.end)
+    if values:
+        return values[0], [], comment, (values[0].number, values[0].begin)
+    raise RecordingError(f"{path}, row 1: the file is empty")
 
 
 def _have_values(lines: Sequence[str], separator: str) -> list[bool]:
     """Whether most cells of each column are a number or a time, in rows of the usual length."""
-    if not lines:
-        return []
     rows = [_cells(line, separator) for line in lines]
     length = mode(map(len, rows))
     columns = zip(*(row for row in rows if len(row) == length), strict=True)

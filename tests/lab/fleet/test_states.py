@@ -14,15 +14,7 @@ from tendon_mj.errors import RecordingError
 from tendon_mj.lab.fleet import compare_states
 from tendon_mj.lab.recordings import read_recording
 from tendon_mj.lab.replay import load_recorded
-from tests.lab.fleet.small_fleet import (
-    AFTER,
-    BEFORE,
-    CHANGED,
-    FIRST,
-    NOISE,
-    SINCE,
-    write_fleet,
-)
+from tests.lab.fleet.small_fleet import AFTER, BEFORE, CHANGED, FIRST, NOISE, SINCE, write_fleet
 
 
 @pytest.fixture(scope="module")

@@ -138,7 +138,7 @@ def test_a_broken_parquet_is_refused_with_file_row_and_column(
 # --- MCAP
 
 
-MCAP = """[mcap]
+MCAP = """[columns]
 reel_mm = { topic = "/reel", field = "data" }
 pull_N = { topic = "/cell", field = "wrench.force.0" }
 """
@@ -176,9 +176,9 @@ def test_another_topic_is_linear_between_its_messages_within_the_common_time(
 def test_a_held_drive_of_another_topic_keeps_the_latest_message(tmp_path: Path) -> None:
     path = rig_log(tmp_path, offset=0.05)
     toml = path.with_suffix(".toml")
-    text = toml.read_text().partition("[mcap]")[0]
+    text = toml.read_text().partition("[columns]")[0]
     entries = MCAP.splitlines()[1:]
-    toml.write_text("\n".join([text, "[mcap]", *reversed(entries)]))
+    toml.write_text("\n".join([text, "[columns]", *reversed(entries)]))
     assert_allclose(read_recording(path).columns["reel_m"], REEL[:-1])
 
 
@@ -190,7 +190,7 @@ def test_a_held_drive_of_another_topic_keeps_the_latest_message(tmp_path: Path) 
         ('"wrench.force.0"', '"wrench.force.7"', "unknown field '7'"),
         ('"wrench.force.0"', '"wrench"', "is {'force': [20.0, 0.0]}, not a number"),
         ('field = "data"', 'feild = "data"', "did you mean 'field'?"),
-        ("[mcap]", "[other]", "unknown key 'other'"),
+        ("[columns]", "[other]", "unknown key 'other'"),
         (MCAP, "", "has no [columns]"),
     ],
 )
@@ -259,7 +259,7 @@ source = "made up"
 input_displacement_m = "reel"
 [measured]
 input_tension_N = {{ sensor = "input_tension" }}
-[mcap]
+[columns]
 input_displacement_m = {{ topic = "/a", field = "{field}" }}
 input_tension_N = {{ topic = "/a", field = "{field}" }}
 """
