@@ -7,12 +7,12 @@ and s of each recording a state has
 
     x̄ = Σ x/s² / Σ 1/s²,   s̄² = 1 / Σ 1/s² + Σ (x − x̄)² / (n (n−1)),
 
-with √((r x)² + q²) in the place of the second sum's root if there is one recording, where a change
-by q moves the readings by √`SMALLEST_EXCESS` of their noise: no share of a number that is 0, as a
-sensor's zero, says how well it comes back. The change is significant where |x̄_new − x̄_old| is 5
-times √(s̄_old² + s̄_new²) or more. An s is at least what the parts of its recording say by
-themselves, since what a model lacks is no noise. Numbers explain the recordings as well as each
-other where they leave the same but for the limit of a diagnosis.
+with √((r x)² + q²) in the place of the second sum's root if there is one recording. q is the change
+for which zeros of the sensors would be taken that are off by √`SMALLEST_EXCESS` of their noise; no
+share of a number that is 0 says how well it comes back. The change is significant where
+|x̄_new − x̄_old| is 5 times √(s̄_old² + s̄_new²) or more. An s is at least what the parts of its
+recording say by themselves, since what a model lacks is no noise. Numbers explain the recordings as
+well as each other where they leave the same but for the limit of a diagnosis.
 """
 
 from __future__ import annotations
@@ -179,8 +179,8 @@ def _mean(series: NumberSeries, state: BoolArray, reproducibility: float) -> tup
     """Mean of a number over the recordings of a state, and its standard error."""
     values, weights = series.values[state], 1.0 / series.errors_of_parts[state] ** 2
     mean, count = float(np.average(values, weights=weights)), values.size
-    of_noise = np.sqrt(SMALLEST_EXCESS) * series.of_noise[state]
-    scatter = np.hypot(reproducibility * mean, of_noise[0])
+    of_zeros = np.sqrt(SMALLEST_EXCESS) * series.of_zeros[state]
+    scatter = np.hypot(reproducibility * mean, of_zeros[0])
     if count > 1:
         scatter = np.sqrt(np.sum((values - mean) ** 2) / (count * (count - 1)))
     return mean, float(np.hypot(1.0 / np.sqrt(weights.sum()), scatter))
