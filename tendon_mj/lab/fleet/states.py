@@ -137,11 +137,17 @@ def compare_states(
     observation = observe(named, model)
     is_new = np.arange(len(named)) >= len(old)
     changes, gains = explained(observation, is_new.astype(float))
-    suspected = {
-        observation.numbers[k]: changes[k] * is_new
-        for k in {*most_promising(observation, gains), *range(observation.shared)}
-    }
-    series = fit_series(named, model, observation.terms.tolist(), suspected)
+
+    def fitted(numbers: set[int]) -> list[NumberSeries]:
+        suspected = {observation.numbers[k]: changes[k] * is_new for k in numbers}
+        return fit_series(named, model, observation.terms.tolist(), suspected)
+
+    suspects = {*most_promising(observation, gains), *range(observation.shared)}
+    series = fitted(suspects)
+    if series[0].square.mean() > ILL**2:  # play explains far more than it does to first order
+        gains[[*suspects]] = 0.0
+        more = {k for k in most_promising(observation, gains) if gains[k] > 0.0}
+        series = sorted(series + fitted(more), key=lambda one: float(one.square.mean()))
     misfit = float(np.sqrt(observation.square.mean()))
     best = float(series[0].square.mean())
     most = best + SMALLEST_EXCESS * max(1.0, best)

@@ -7,13 +7,14 @@ from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tendon_mj.cli import main
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.fleet import compare_states
 from tendon_mj.lab.recordings import read_recording
-from tendon_mj.lab.replay import load_recorded
+from tendon_mj.lab.replay import Simulator, load_recorded
 from tests.lab.fleet.small_fleet import AFTER, BEFORE, CHANGED, FIRST, NOISE, SINCE, write_fleet
 
 
@@ -83,3 +84,16 @@ def test_a_zero_comes_back_to_within_the_noise_of_its_sensor(
     states = compare_states([rig[0]], [moved], load_recorded(moved))
     assert states.changed == changed
     assert states.series.parameter == "output_tension.offset" or not changed
+
+
+def test_play_is_named_although_little_of_it_shows_to_first_order(fleet: Path) -> None:
+    old = read_recording(day(fleet, "hand_1", 0), fleet / "description.toml")
+    random, values = np.random.default_rng(5), {"sheath.backlash": 3e-4}
+    ((answer,),) = Simulator([old], threads=1)([values])
+    noisy = {c: x + random.normal(0.0, NOISE, x.size) for c, x in answer.items()}
+    states = compare_states(
+        [old], [replace(old, columns={**old.columns, **noisy})], load_recorded(old)
+    )
+    assert states.changed
+    assert states.series.parameter == "sheath.backlash"
+    assert states.after - states.before == pytest.approx(3e-4, rel=0.05)
