@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
+from difflib import SequenceMatcher
 from typing import Final
 
 INTERRUPTED: Final = "interrupted while the model was compiled"  # text of MuJoCo's ValueError
@@ -123,7 +123,11 @@ def _begins(name: str, valid: str) -> bool:
 
 
 def _likeness(name: str, valid: str) -> list[float]:
-    """Likeness of each part from the last: `flexor.mu` is not like `flexor.lag`."""
+    """Likeness of each part from the last: `flexor.mu` is not like `flexor.lag`.
+
+    A single letter is like itself only.
+    """
     parts = name.split(".")[::-1], valid.split(".")[::-1]
     pairs = zip(*parts, strict=False) if len(parts[0]) <= len(parts[1]) else [(name, valid)]
-    return [difflib.SequenceMatcher(None, *pair).ratio() for pair in pairs]
+    ratios = ((a, b, SequenceMatcher(None, a, b).ratio()) for a, b in pairs)
+    return [ratio if a == b or min(len(a), len(b)) > 1 else 0.0 for a, b, ratio in ratios]

@@ -24,7 +24,7 @@ from experiments.hidden_effects import excitation
 from experiments.hidden_effects.case import noisy_recording
 from experiments.hidden_effects.references import COLUMNS, ReferenceBench
 from tendon_mj.errors import InvalidValueError
-from tendon_mj.lab.recordings import Uncertain, write_recording
+from tendon_mj.lab.recordings import Recording, Uncertain, write_recording
 from tendon_mj.lab.tasks import Workers, run_tasks
 
 FIRST_DAY = datetime(2026, 3, 1)
@@ -66,7 +66,9 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class _Plan:
+class Plan:
+    """A rig: seed of its draws, days of its recordings, its change if any, and the drive [m]."""
+
     seed: tuple[int, ...]
     days: tuple[int, ...]
     change: RigChange | None
@@ -116,7 +118,7 @@ def make_fleet(settings: Annotated[Settings, tyro.conf.arg(name="")]) -> None:
     made_of = {name: getattr(settings, name) for name in ("seed", "rigs", "changing", "recordings")}
     written = _Written(settings.out, made_of)
     rng = np.random.default_rng(settings.seed)
-    drive = 0.85 * excitation.held_out(rng, 1.0)[0][: int(5.0 * excitation.RATE)]
+    drive = draw_drive(rng)
     names = [f"finger_{k + 1:02d}" for k in range(settings.rigs)]
     changing = rng.choice(settings.rigs, settings.changing, replace=False)
     kinds = rng.permutation(list(KINDS))[: settings.changing]
@@ -128,7 +130,7 @@ def make_fleet(settings: Annotated[Settings, tyro.conf.arg(name="")]) -> None:
     for k, name in enumerate(names):
         gaps = rng.choice([1, 1, 1, 2], settings.recordings - 1)  # a day without now and then
         days = (0, *np.cumsum(gaps).tolist())
-        plans[name] = _Plan((settings.seed, k), days, changes.get(name), drive)
+        plans[name] = Plan((settings.seed, k), days, changes.get(name), drive)
     run_tasks(
         _make,
         None,
@@ -156,7 +158,17 @@ def _date(day: int) -> datetime:
     return FIRST_DAY + timedelta(days=day)
 
 
-def _make(_: None, plan: _Plan) -> dict[str, Any]:
+def _make(_: None, plan: Plan) -> dict[str, Any]:
+    return {"recordings": record(plan)}
+
+
+def draw_drive(rng: np.random.Generator) -> NDArray[np.float64]:
+    """Draw the displacement of the reel in a recording of 5 s [m]."""
+    return 0.85 * excitation.held_out(rng, 1.0)[0][: int(5.0 * excitation.RATE)]
+
+
+def record(plan: Plan) -> list[Recording]:
+    """The recordings of a rig, one a day."""
     rng = np.random.default_rng(plan.seed)
     bench = ReferenceBench()
     rig = _scaled(bench, {name: rng.normal(0.0, sd) for name, sd in BETWEEN.items()})
@@ -181,7 +193,7 @@ def _make(_: None, plan: _Plan) -> dict[str, Any]:
                 uncertain={f"sheath.{name}": span for name, span in STATED.items()},
             )
         )
-    return {"recordings": recordings}
+    return recordings
 
 
 def _scaled(rig: ReferenceBench, shares: dict[str, float]) -> ReferenceBench:

@@ -1,87 +1,110 @@
-"""Two recordings of each rig of a hidden fleet; `python -m experiments.fleet.pairs --help`.
+"""Two states of a rig, changed or not in between; `python -m experiments.fleet.pairs --help`.
 
-Of a rig that changes, each of its recordings before that is held against each after it, and of a
-rig that does not, each against each later one; a rig gives so many pairs at most, drawn at random.
+Every pair is a rig and a motion of its own, recorded once in each state. Rigs and days differ as
+those of `make_fleet`, and kinds of change are taken in turn.
 """
 
 from __future__ import annotations
 
-import json
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
-from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-import tyro
 
+from experiments.command import run_experiment, write_study
+from experiments.fleet.changing_rig import KINDS, RigChange
+from experiments.fleet.make_fleet import Plan, draw_drive, record
 from experiments.fleet.score_fleet import ALIKE
-from tendon_mj.lab.fleet import compare_states, find_rigs
+from tendon_mj import load_model
+from tendon_mj.cli import Output
+from tendon_mj.lab.fleet import compare_states
 
 
-@dataclass(frozen=True, kw_only=True)
-class Settings:
-    """A hidden fleet.
+@dataclass(frozen=True)
+class Pair:
+    """Result of a comparison.
 
     Attributes:
-        fleet: folder of `make_fleet`.
-        key: its key.
-        out: file for the score.
-        pairs: of each rig, at most.
-        seed: of the draw of pairs.
+        seed: of the rig.
+        kind: of its change; empty if it did not change.
+        size: of the change.
+        true: parameter that changed; empty if none did.
+        found: parameters that explain the recordings, the first one named; none without a change.
+        significance: of what explains most [standard errors].
+        sentence: of the result.
     """
 
-    fleet: Path
-    key: Path
-    out: Path
-    pairs: int = 5
-    seed: int = 1
+    seed: int
+    kind: str
+    size: float
+    true: str
+    found: Sequence[str]
+    significance: float
+    sentence: str
+
+    @property
+    def named(self) -> bool:
+        """True if what changed is among the parameters found."""
+        return bool({self.true, ALIKE.get(self.true)} & {*self.found})
 
 
-def main(settings: Settings) -> None:
-    """Count pairs that are found changed, and those whose change is named."""
-    key = json.loads(settings.key.read_text(encoding="utf-8"))
-    rng = np.random.default_rng(settings.seed)
-    rows = []
-    for rig in find_rigs(settings.fleet):
-        true, data = key.get(rig.name), rig.read()
-        # a change that grows is whole on the last day only
-        late = rig.dates[-1:] if true and true["course"] == "ramp" else rig.dates
-        pairs = [
-            (rig.dates.index(one), rig.dates.index(other))
-            for one, other in combinations(rig.dates, 2)
-            if true is None or (one < datetime.fromisoformat(true["since"]) <= other in late)
-        ]
-        for k in sorted(rng.permutation(len(pairs))[: settings.pairs]):
-            old, new = ([r for r in [data.recordings[i]] if r] for i in pairs[k])
-            found = compare_states(old, new, data.model)
-            names = [one.parameter for one in (found.series, *found.rivals) if found.changed]
-            wanted = true and true["parameter"]
-            rows.append(
-                {
-                    "rig": rig.name,
-                    "days": [rig.dates[i].isoformat() for i in pairs[k]],
-                    "true": wanted,
-                    "found": names,
-                    "named": bool({wanted, ALIKE.get(wanted)} & set(names)),
-                    "significance": found.significance,
-                    "sentence": found.sentence,
-                }
-            )
-            print(f"{rig.name}: {wanted}: {found.sentence}", flush=True)
-    changed = [row for row in rows if row["true"]]
-    score = {
-        "changed": len(changed),
-        "found": sum(bool(row["found"]) for row in changed),
-        "named": sum(row["named"] for row in changed),
-        "named_first": sum(row["found"][:1] == [row["true"]] for row in changed),
-        "unchanged": len(rows) - len(changed),
-        "false_alarms": sum(bool(row["found"]) for row in rows if not row["true"]),
-        "rows": rows,
-    }
-    settings.out.write_text(json.dumps(score, indent=1), encoding="utf-8")
-    print({name: value for name, value in score.items() if name != "rows"})
+def compare(seed: int, *, changes: bool) -> Pair:
+    """Compare the two states of a rig."""
+    random = np.random.default_rng([seed, changes])
+    kind = [*KINDS][seed % len(KINDS)] if changes else ""
+    size = float(random.uniform(*KINDS[kind].sizes)) if kind else 0.0
+    change = RigChange(kind, size, "step", 1) if kind else None
+    plan = Plan((seed, int(changes)), (0, 1), change, draw_drive(random))
+    old, new = record(plan)
+    result = compare_states([old], [new], load_model(old.model))
+    found = [one.parameter for one in (result.series, *result.rivals) if result.changed]
+    true = KINDS[kind].parameter if kind else ""
+    return Pair(seed, kind, size, true, found, result.significance, result.sentence)
+
+
+def compare_pairs(pairs: int = 100, first: int = 1, out: Path = Path("out/pairs")) -> None:
+    """Compare the two states of rigs that changed, and of as many that did not.
+
+    Args:
+        pairs: rigs of each.
+        first: seed of the first of them.
+        out: folder for result.json and the table.
+    """
+    output, made = Output(out), list[Pair]()
+    for seed in range(first, first + pairs):
+        for changes in (True, False):
+            made.append(pair := compare(seed, changes=changes))
+            print(f"{seed} {pair.kind or 'none'}: {pair.sentence}", flush=True)
+    rows = [vars(pair) | {"named": pair.named} for pair in made]
+    write_study(output, [], {"pairs": rows}, table(made), summary(made))
+
+
+def table(pairs: Sequence[Pair]) -> str:
+    """Table in Markdown: kind of change, and how many are found and named."""
+    rows = ["| change | pairs | found | named | named first |", "|---|---|---|---|---|"]
+    for kind in sorted({pair.kind for pair in pairs}):
+        own = [pair for pair in pairs if pair.kind == kind]
+        counts = (sum(bool(p.found) for p in own), sum(p.named for p in own))
+        first = sum(pair.found[:1] == [pair.true] for pair in own)
+        cells = (kind or "none", len(own), *counts, first)
+        rows.append("| " + " | ".join(map(str, cells)) + " |")
+    return "\n".join(rows) + "\n"
+
+
+def summary(pairs: Sequence[Pair]) -> list[str]:
+    """The figures that count, a line each, and each pair that is wrong."""
+    changed = [pair for pair in pairs if pair.kind]
+    alarms = [pair for pair in pairs if not pair.kind and pair.found]
+    named = [pair for pair in changed if pair.named]
+    return [
+        f"{len(named)} of {len(changed)} changes named,"
+        f" {sum(bool(pair.found) for pair in changed)} found",
+        f"{len(alarms)} of {len(pairs) - len(changed)} rigs without a change called changed",
+        *(f"{p.seed} {p.kind or 'none'}: {p.sentence}" for p in changed + alarms if not p.named),
+    ]
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Settings))
+    sys.exit(run_experiment(compare_pairs, "fleet.pairs"))

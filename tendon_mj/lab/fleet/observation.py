@@ -277,6 +277,8 @@ class NumberSeries:
     errors: FloatArray  # (n,) standard errors from noise [unit]
     # (n,) likewise, and no less than the parts of a recording say by themselves [unit]
     errors_of_parts: FloatArray
+    # (n,) change for which zeros of the sensors that are off by their noise are taken [unit]
+    of_zeros: FloatArray
     square: FloatArray  # (n,) mean square residual of each recording [noise²]
     range: FloatArray  # (2,) within which the parameter is fitted [unit]
     others: dict[str, float]  # parameter → value, of those fitted to all recordings with it
@@ -326,6 +328,7 @@ def _series(
     slopes = fitted.jacobian[:, -count:]
     information = np.einsum("mk,mk->k", slopes, slopes)
     parts = np.array([_sum_of_parts(slopes[:, k] * fitted.residual) for k in range(count)])
+    of, sums = zip(*((k, slopes[rows, k].sum()) for k, _, rows in rig.problem.signals), strict=True)
     written = {**rig.base, **fitted.parameters(rig.base)}
     numbers, parameter = fitted.values[-count:], term.targets[0]
     middle = float(np.mean(numbers))
@@ -333,6 +336,7 @@ def _series(
     with np.errstate(divide="ignore"):
         errors = probe * np.sqrt(np.maximum(square, 1.0) / information)
         of_parts = np.maximum(errors, probe * parts / information)
+        of_zeros = probe * np.sqrt(np.bincount(of, np.square(sums))) / information
     return NumberSeries(
         number=watched.number,
         parameter=parameter,
@@ -341,6 +345,7 @@ def _series(
         values=np.array([_parameter(term, float(x), written) for x in numbers]),
         errors=errors,
         errors_of_parts=of_parts,
+        of_zeros=of_zeros,
         square=square,
         range=np.sort([_parameter(term, end, written) for end in (term.low, term.high)]),
         others={t: written[t] for other, _ in kept if not other.spread for t in other.targets},

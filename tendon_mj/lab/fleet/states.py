@@ -7,10 +7,12 @@ and s of each recording a state has
 
     x̄ = Σ x/s² / Σ 1/s²,   s̄² = 1 / Σ 1/s² + Σ (x − x̄)² / (n (n−1)),
 
-with r x in the place of the second sum's root if there is one recording, and the change is
-significant where |x̄_new − x̄_old| is 5 times √(s̄_old² + s̄_new²) or more. An s is at least what the
-parts of its recording say by themselves, since what a model lacks is no noise. Numbers explain the
-recordings as well as each other where they leave the same but for the limit of a diagnosis.
+with √((r x)² + q²) in the place of the second sum's root if there is one recording. q is the change
+for which zeros of the sensors would be taken that are off by √`SMALLEST_EXCESS` of their noise; no
+share of a number that is 0 says how well it comes back. The change is significant where
+|x̄_new − x̄_old| is 5 times √(s̄_old² + s̄_new²) or more. An s is at least what the parts of its
+recording say by themselves, since what a model lacks is no noise. Numbers explain the recordings as
+well as each other where they leave the same but for the limit of a diagnosis.
 """
 
 from __future__ import annotations
@@ -24,12 +26,7 @@ import numpy as np
 from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.lab.diagnosis import SMALLEST_EXCESS
 from tendon_mj.lab.fleet.changes import SIGNIFICANT, explained, most_promising
-from tendon_mj.lab.fleet.observation import (
-    NumberSeries,
-    fit_series,
-    observe,
-    usable,
-)
+from tendon_mj.lab.fleet.observation import NumberSeries, fit_series, observe, usable
 from tendon_mj.lab.fleet.result import ILL, entries, in_one_unit, label, or_as_well
 from tendon_mj.lab.fleet.rigs import RigData
 from tendon_mj.lab.recordings import Recording
@@ -140,11 +137,17 @@ def compare_states(
     observation = observe(named, model)
     is_new = np.arange(len(named)) >= len(old)
     changes, gains = explained(observation, is_new.astype(float))
-    suspected = {
-        observation.numbers[k]: changes[k] * is_new
-        for k in {*most_promising(observation, gains), *range(observation.shared)}
-    }
-    series = fit_series(named, model, observation.terms.tolist(), suspected)
+
+    def fitted(numbers: set[int]) -> list[NumberSeries]:
+        suspected = {observation.numbers[k]: changes[k] * is_new for k in numbers}
+        return fit_series(named, model, observation.terms.tolist(), suspected)
+
+    suspects = {*most_promising(observation, gains), *range(observation.shared)}
+    series = fitted(suspects)
+    if series[0].square.mean() > ILL**2:  # play explains far more than it does to first order
+        gains[[*suspects]] = 0.0
+        more = {k for k in most_promising(observation, gains) if gains[k] > 0.0}
+        series = sorted(series + fitted(more), key=lambda one: float(one.square.mean()))
     misfit = float(np.sqrt(observation.square.mean()))
     best = float(series[0].square.mean())
     most = best + SMALLEST_EXCESS * max(1.0, best)
@@ -182,7 +185,8 @@ def _mean(series: NumberSeries, state: BoolArray, reproducibility: float) -> tup
     """Mean of a number over the recordings of a state, and its standard error."""
     values, weights = series.values[state], 1.0 / series.errors_of_parts[state] ** 2
     mean, count = float(np.average(values, weights=weights)), values.size
-    scatter = reproducibility * abs(mean)
+    of_zeros = np.sqrt(SMALLEST_EXCESS) * series.of_zeros[state]
+    scatter = np.hypot(reproducibility * mean, of_zeros[0])
     if count > 1:
         scatter = np.sqrt(np.sum((values - mean) ** 2) / (count * (count - 1)))
     return mean, float(np.hypot(1.0 / np.sqrt(weights.sum()), scatter))

@@ -86,9 +86,10 @@ def read_clock(
             stamps = np.zeros(there.size, kind)
             stamps[there] = [int(cell) if kind is np.int64 else float(cell) for cell in written]
             return Stamps(stamps, there, source.factor * source.ratio(clock), dated=False)
+    as_numbers = pd.to_numeric(written, errors="coerce")
     as_dates = pd.to_datetime(written, format="ISO8601", utc=True, errors="coerce")
     as_spans = pd.to_timedelta(written, errors="coerce")
-    best = min(as_dates, as_spans, key=lambda times: times.isna().sum())
+    best = min(as_dates, as_spans, as_numbers, key=lambda times: times.isna().sum())
     bad = best.isna().to_numpy()
     if bad.any():
         cell = f"{written.iloc[int(np.argmax(bad))]!r} is neither a number nor a time of ISO 8601"
@@ -119,7 +120,7 @@ def spread(time: FloatArray, rows: NDArray[np.int64], where: str) -> FloatArray:
         widths = np.append(np.diff(time[begins]), np.median(steps[steps > 0.0]))
         share = (k - np.repeat(begins, counts)) / np.repeat(counts, counts)
         even, how = time + share * np.repeat(widths, counts), "they are spread until the next one"
-    _warn(
+    warn(
         f"{where}, row {rows[equal[0] + 1]}: {time[equal[0]].item()!r} is the time of the row"
         f" before{and_more(equal.size)}; the clock steps by {resolution:.6g}, and {how}"
     )
@@ -155,14 +156,14 @@ def at_common_times(
             choose(in_order, key=lambda c: in_order[c][0][end])
             for choose, end in ((max, 0), (min, -1))
         )
-        _warn(
+        warn(
             f"{where}: {stamps.size - rows.size} of {stamps.size} rows are left out: {late!r}"
             f" begins later, or {early!r} ends earlier"
         )
     joined[clock] = (rows - rows[0]) * scale
     for column, (times, values) in in_order.items():
         if lost := series[column][0].size - times.size:
-            _warn(
+            warn(
                 f"{where}: {lost} of {lost + times.size} values of {column!r} have the time of a"
                 " later one and are left out"
             )
@@ -174,7 +175,7 @@ def at_common_times(
         if column != main and steps.size and steps.max() > _LONG * np.median(steps):
             unit = claimed_unit(clock).removeprefix("_")
             begin = (times[np.argmax(steps)] - rows[0]) * scale
-            _warn(
+            warn(
                 f"{where}: {column!r} has no value for {steps.max():.4g} {unit} from"
                 f" {begin:.6g} {unit} on, and else one each {np.median(steps):.4g} {unit}; in"
                 " between it is taken as linear: hold = true in [drive] keeps the latest value"
@@ -257,7 +258,8 @@ def too_few_rows(count: int, where: str) -> str:
     return f"{where}, row {count + 2}: missing; at least 2 rows are needed below the header"
 
 
-def _warn(text: str) -> None:
+def warn(text: str) -> None:
+    """Warn of a table that deviates from the expected."""
     warnings.warn(text, TendonWarning, stacklevel=2)
 
 
@@ -275,6 +277,7 @@ class OpenTable:
     sample: Mapping[str, str]  # column → a value as text, of some columns
     # name of a first header → the column, which has the unit of a second one
     full: Mapping[str, str] = field(default_factory=dict)
+    period: float = 0.0  # between rows without a clock, as the file says [s]
 
 
 class Table(NamedTuple):
@@ -297,7 +300,8 @@ def assemble(
     """Read the columns that a description names, and others with a valid name and valid numbers.
 
     Rows in which none of the named columns has a value are passed over, as of events. Where few of
-    the others are complete, a row is a message, and `at_common_times` joins them.
+    the others are complete, a row is a message, and `at_common_times` joins them; else a warning
+    says which rows are left out, since they lack a value.
 
     ``where`` and ``toml`` are the files, for messages; ``described``: column → table of the
     description that names it (None: all columns are needed); ``held``: columns that keep their
@@ -318,9 +322,9 @@ def assemble(
     wanted = {s.column: c in needed or c == clock for c, s in sources.items()}
     cells, bad_cells = table.read(wanted, of_clock)
     faults += bad_cells
-    if layout.period and not clock:
+    if (period := layout.period or table.period) and not clock:
         clock, count = TIME, max((column.size for column in cells.values()), default=0)
-        sources[clock], cells[of_clock] = Source(factor=layout.period), np.arange(float(count))
+        sources[clock], cells[of_clock] = Source(factor=period), np.arange(float(count))
     if of_clock not in cells:
         raise _refusal(faults)
     rows = table.first + np.arange(cells[of_clock].size)
@@ -328,10 +332,12 @@ def assemble(
         time = read_clock(cells[of_clock], clock, sources[clock], rows, where)
     except RecordingError as error:
         raise _refusal([*faults, str(error)]) from None
-    samples = _samples(where, sources, clock, time, rows, cells, needed, faults)
+    samples = _samples(
+        where, sources, clock, time, rows, cells, needed, faults, settled=layout.settled
+    )
     if faults := [*faults, *samples.faults()]:
         raise _refusal(faults)
-    return samples.joined(held) if samples.sparse else samples.table(layout)
+    return samples.joined(held) if _is_sparse(samples.filled) else samples.table(layout)
 
 
 def _samples(
@@ -343,17 +349,26 @@ def _samples(
     cells: Columns,
     needed: Sequence[str],
     faults: list[str],
+    *,
+    settled: bool,
 ) -> _Samples:
-    """Rows in which a needed column has a value; faults of which rows these are are added."""
+    """Rows in which the needed columns have values; faults of which rows these are are added."""
     numbers = {
         c: cells[s.column] for c, s in sources.items() if c not in TIMES and s.column in cells
     }
     needed = [column for column in needed if column in numbers]
     filled = ~np.isnan(np.reshape([numbers[c] for c in needed], (len(needed), rows.size)))
     kept = filled.any(axis=0) if needed else time.there
-    if not time.there[kept].all():
-        faults.append(at(where, rows[kept & ~time.there], sources[clock].column, "empty cell"))
-        kept &= time.there
+    gaps = {clock: kept & ~time.there}
+    kept = kept & time.there
+    if not _is_sparse(filled[:, kept]):
+        gaps |= {c: kept & ~there for c, there in zip(needed, filled, strict=True)}
+        kept = kept & filled.all(axis=0)
+    then = "friction remembers it: begin another recording" if settled else "the row is left out"
+    for column, gap in gaps.items():
+        if gap.any():
+            fault = at(where, rows[gap], sources[column].column, f"empty cell or nan; {then}")
+            (faults.append if settled else warn)(fault)
     if kept.sum() < 2 and not faults:
         faults.append(too_few_rows(int(kept.sum()), where))
     numbers = {column: values[kept] for column, values in numbers.items()}
@@ -364,6 +379,11 @@ def _samples(
         begun = np.append(False, stamps[1:] < stamps[:-1] - 0.5 * period)
         stamps = stamps + np.asarray(period * np.cumsum(begun), stamps.dtype)
     return _Samples(where, sources, clock, time, stamps, rows, numbers, needed, filled)
+
+
+def _is_sparse(filled: BoolArray) -> bool:
+    """Whether few rows are complete, so that each is a message of one of several sources."""
+    return len(filled) > 1 and int(filled.all(axis=0).sum()) < _SPARSE * filled.shape[1]
 
 
 @dataclass(frozen=True)
@@ -381,12 +401,6 @@ class _Samples:
     filled: BoolArray  # (needed, n)
 
     @property
-    def sparse(self) -> bool:
-        """Whether few rows are complete, so that each is a message of one of several sources."""
-        complete = int(self.filled.all(axis=0).sum())
-        return len(self.needed) > 1 and complete < _SPARSE * self.rows.size
-
-    @property
     def _scale(self) -> float:
         """Unit of the stamps [s]."""
         return self.time.scale * si_name(self.clock)[1]
@@ -402,9 +416,8 @@ class _Samples:
                 faults.append(at(self.where, self.rows[large], source.column, fault))
             if fault := source.period_fault(values[there]):
                 faults.append(f"{self.where}, column {source.column!r}: {fault}")
-            if not there.all() and not (self.sparse and there.any()):
-                gap = "empty cell or nan; leave out rows that have a gap"
-                faults.append(at(self.where, self.rows[~there], source.column, gap))
+            if there.size and not there.any():
+                faults.append(at(self.where, self.rows, source.column, "empty cell or nan"))
         back = np.flatnonzero(self.stamps[1:] < self.stamps[:-1])
         if back.size:
             first, second = self.stamps[back[0] : back[0] + 2]
@@ -477,7 +490,7 @@ class _Names:
                 faults.append(f"{header}, column {place}: {fault}")
         faults += self._missing(used)
         clock = _clock(sources)
-        if not clock and not self.layout.period:
+        if not clock and not (self.layout.period or self.table.period):
             faults.append(f"{header}: no column is named {', '.join(map(repr, TIMES))}")
         elif clock and self.layout.period:
             faults.append(

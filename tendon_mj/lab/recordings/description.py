@@ -25,7 +25,7 @@ from tendon_mj.lab.units import (
 from tendon_mj.typing import FloatArray
 
 _TABLES = ("drive", "measured", "known", "uncertain", "session")
-KEYS = ("model", "source", "settle", "timing", "period", "header", *_TABLES, "columns", "mcap")
+KEYS = ("model", "source", "settle", "timing", "period", "header", *_TABLES, "columns")
 
 UNSAID = "unit?"  # in [columns], for a unit that neither a file nor its user has said
 _OVER = 1.01  # of its period, that a counter with noise covers at most
@@ -167,9 +167,9 @@ class TableLayout:
     """Places of the columns of a recording in its file."""
 
     columns: Mapping[str, Source] = field(default_factory=dict)  # [columns]
-    topics: Mapping[str, Source] = field(default_factory=dict)  # of a log: that, or [mcap]
     header: tuple[str, ...] = ()  # names of the columns of a table that has none
     period: float = 0.0  # between rows of a table that has no clock [s]
+    settled: bool = False  # whether rows are rests, of which none can be left out
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -322,15 +322,14 @@ def parse_toml(text: str, where: str) -> tuple[Description, TableLayout]:
     header = toml.get("header", [])
     if not isinstance(header, list):
         raise RecordingError(f"{where}, header: must be a list of names, got {header!r}")
-    columns, topics = (
-        {name: _source(name, *entry) for name, entry in _table(toml, title, where).items()}
-        for title in ("columns", "mcap")
-    )
+    columns = {
+        name: _source(name, *entry) for name, entry in _table(toml, "columns", where).items()
+    }
     names = tuple(_text(name, f"{where}, header") for name in header)
     period = read_number(toml.get("period", 0.0), f"{where}, period")
     if fault := NOT_NEGATIVE.fault("period", period, "s"):
         raise RecordingError(f"{where}, {fault}")
-    return description, TableLayout(columns, topics or columns, names, period)
+    return description, TableLayout(columns, names, period, description.quasi_static)
 
 
 def format_description(description: Description, model: str) -> str:

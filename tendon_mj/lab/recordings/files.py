@@ -121,7 +121,8 @@ def read_info(folder: Path) -> dict[str, Any]:
     path = _info(folder)
     try:
         info = json.loads(read_text(path))
-        return {"total_episodes": int(info["total_episodes"]), "features": dict(info["features"])}
+        counts = {"total_episodes": int(info["total_episodes"]), "fps": float(info.get("fps", 0.0))}
+        return {**counts, "features": dict(info["features"])}
     except (ValueError, KeyError, TypeError) as error:
         raise RecordingError(
             f"{path}: not a dataset of LeRobot, of version 2 or 3: {error!r}"

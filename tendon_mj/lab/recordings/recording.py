@@ -210,7 +210,7 @@ def read_columns(
             raise RecordingError(f"{path}: a log needs a description, which names its columns")
         if layout.period:
             raise RecordingError(f"{toml}, period: messages of a log have times; take it out")
-        return Table(read_log(path, layout.topics, held))
+        return Table(read_log(path, layout.columns, held))
     if path.suffix.lower() == ".parquet" or episode_of(path) is not None:
         table = open_parquet(path)
     else:

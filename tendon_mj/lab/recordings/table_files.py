@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import csv
-import itertools
 import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from statistics import mode
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from tendon_mj.errors import RecordingError
-from tendon_mj.lab.recordings.assembly import (
-    DATUM,
-    Columns,
-    OpenTable,
-    and_more,
-)
+from tendon_mj.lab.recordings.assembly import DATUM, Columns, OpenTable, and_more, warn
 from tendon_mj.lab.recordings.files import (
     check_file,
     episode_files,
@@ -30,7 +26,7 @@ from tendon_mj.lab.recordings.files import (
     read_info,
     read_text,
 )
-from tendon_mj.lab.units import TIME, UNIT, proposed_name
+from tendon_mj.lab.units import TIME, UNIT, UNIT_FACTORS, proposed_name
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
@@ -43,50 +39,33 @@ _FIRST = 2  # row of the first values in a CSV of the same table
 def open_csv(path: Path, header: Sequence[str] = ()) -> OpenTable:
     """The names of a CSV's columns, and how to read them.
 
-    Lines that begin with ``#`` above the names are passed over. Without names below them, the last
-    of these lines is the names, as `numpy.savetxt` writes them. ``header``: names of the columns of
-    a file that has none.
+    ``header``: names of the columns of a file that has none.
     """
-    lines, more, rest = list[str](), "\n", read_text(path)
-    while more and (not lines or lines[-1].startswith("#") or not lines[-1].strip()):
-        line, more, rest = rest.partition("\n")
-        lines.append(line)
-    if lines[-1].startswith("#") or not lines[-1].strip():
-        raise RecordingError(f"{path}, row 1: the file is empty")
-    if above := _preamble(lines[-1], rest):
-        *more_lines, rest = rest.split("\n", above)
-        lines += more_lines
-    separator = _separator(lines[-1])
-    first, below = _cells(lines[-1], separator), _cells(rest.partition("\n")[0], separator)
-    no_names = all(map(DATUM.fullmatch, first))
-    here = f"{path}, row {len(lines)}"
-    if header and not no_names:
+    text = read_text(path)
+    row, units, comment, (first_row, begin) = _above_values(text, path)
+    separator, first, here = row.separator, row.cells, f"{path}, row {row.number}"
+    names, full, named = list(header) or first, dict[str, str](), first_row > row.number
+    if header and named:
         raise RecordingError(
             f"{here}: holds names, {first[0]!r} and so on; take header = … out of the description"
         )
-    names, full = list(header) or first, dict[str, str]()
-    if no_names and not header:
-        names = _cells(lines[-2].lstrip("# "), separator) if len(lines) > 1 else []
+    if not header and not named:
+        names = _cells(comment.lstrip("# "), separator)
         if len(names) != len(first):
             raise RecordingError(
                 f"{here}: holds numbers, not the names of the columns; write into the description,"
                 f' above its tables: header = ["time_s", …], names of all {len(first)} columns'
             )
-    elif not header and (units := _units(first, below)):
+    if units:
         names = [_with_unit(*pair) for pair in zip(first, units, strict=True)]
         full = {short: name for short, name in zip(first, names, strict=True) if short != name}
-        line, _, rest = rest.partition("\n")
-        lines.append(line)
-        below = _cells(rest.partition("\n")[0], separator)
-    decimal = "." if separator == "," else _decimal(path, rest[:_AHEAD])
-    sample = dict(zip(names, first if no_names else below, strict=False))
-    rows, first_row = rest, len(lines) + 1
-    if no_names:
-        rows, first_row = f"{lines[-1]}\n{rest}", len(lines)
-    written = names if no_names else first
-    body = _Body(path, names, written, rows, first_row, separator, decimal, sample)
-    known = {*names, *full}
-    return OpenTable(names, known.__contains__, first_row, body.read, sample, full)
+    rows = text[begin:]
+    decimal = "." if separator == "," else _decimal(path, rows[:_AHEAD])
+    sample = dict(zip(names, _cells(rows.partition("\n")[0], separator), strict=False))
+    body = _Body(
+        path, names, first if named else names, rows, first_row, separator, decimal, sample
+    )
+    return OpenTable(names, {*names, *full}.__contains__, first_row, body.read, sample, full)
 
 
 def write_csv(table: Mapping[str, FloatArray], path: Path) -> None:
@@ -109,32 +88,64 @@ def _cells(line: str, separator: str) -> list[str]:
     return [cell.strip() for row in rows for cell in row]
 
 
-def _preamble(line: str, rest: str) -> int:
-    """How many lines below the first one the names are: they are as many as the last row's cells.
+class _Row(NamedTuple):
+    number: int  # in the file
+    begin: int  # in the text
+    end: int
+    cells: list[str]
+    separator: str
 
-    0 if the first line, or no line above the first row of numbers, has as many.
+
+def _above_values(text: str, path: Path) -> tuple[_Row, list[str], str, tuple[int, int]]:
+    """The names of a CSV, their units if it has some, the last line above that begins with ``#``.
+
+    Names and units are rows as long as most, with a text where most have a value, above the first
+    one of values: the last of them, or the two last if the last one is of units. Without names it
+    is the first row of values.
+
+    Returns:
+        These three, and the row and the place in the text at which the values begin.
     """
-    last = rest[-_AHEAD:].rstrip().rpartition("\n")[2]
-    below = (match.group() for match in re.finditer(r".*\n", rest))
-    for k, text in enumerate(itertools.chain([line], below)):
-        separator = _separator(text)
-        cells = _cells(text, separator)
-        if len(cells) < 2:
-            continue
-        if all(map(DATUM.fullmatch, cells)):
-            break
-        if len(cells) == len(_cells(last, separator)):
-            return k
-    return 0
+    tail = [line for line in text[-_AHEAD:].splitlines()[::-1] if line.strip()]
+    usual = cache(partial(_have_values, tail[: (len(tail) + 1) // 2]))
+    texts, others, values, comment = list[_Row](), list[_Row](), list[_Row](), ""
+    for number, line in enumerate(re.finditer(r".*\n?", text), start=1):
+        separator = _separator(line[0])
+        row = _Row(number, line.start(), line.end(), _cells(line[0], separator), separator)
+        if line[0].startswith("#"):
+            comment = line[0]
+        elif line[0].strip():
+            pairs = zip(row.cells, usual(separator), strict=False)
+            data = [DATUM.fullmatch(cell) is not None for cell, has in pairs if has and cell]
+            whole = bool(data) and len(row.cells) == len(usual(separator))
+            if whole and all(data):
+                values.append(row)
+                break
+            (texts if whole and not any(data) else others).append(row)
+    if names := texts[-1:] or others[:1]:
+        last, units = names[0], _units(names[0].cells)
+        width = len(last.cells)
+        above = [row for row in texts + others if row < last and len(row.cells) == width]
+        names, units = ([max(above)], units) if above and units else (names, [])
+        return names[0], units, comment, (last.number + 1, last.end)
+    if values:
+        return values[0], [], comment, (values[0].number, values[0].begin)
+    raise RecordingError(f"{path}, row 1: the file is empty")
 
 
-def _units(names: Sequence[str], below: Sequence[str]) -> list[str]:
-    """The units in a row below the names, of which one is known at least; empty if it has none."""
-    units = [cell.strip("[]() ") for cell in below]
-    some = any(UNIT not in proposed_name(f"x {unit}") for unit in units)
-    if len(below) != len(names) or not some or any(c and DATUM.fullmatch(c) for c in units):
-        return []
-    return units
+def _have_values(lines: Sequence[str], separator: str) -> list[bool]:
+    """Whether most cells of each column are a number or a time, in rows of the usual length."""
+    rows = [_cells(line, separator) for line in lines]
+    length = mode(map(len, rows))
+    columns = zip(*(row for row in rows if len(row) == length), strict=True)
+    filled = ([cell for cell in column if cell] for column in columns)
+    return [2 * sum(map(bool, map(DATUM.fullmatch, cells))) > len(cells) for cells in filled]
+
+
+def _units(cells: Sequence[str]) -> list[str]:
+    """The units in a row of texts, of which one is known at least; empty if it has none."""
+    units = [cell.strip("[]() ") for cell in cells]
+    return units if any(proposed_name(f"x {unit}")[1:] in UNIT_FACTORS for unit in units) else []
 
 
 def _with_unit(name: str, unit: str) -> str:
@@ -183,6 +194,8 @@ class _Body:
         exact = len(self.sample.get(clock, "")) in range(1, _EXACT + 1)
         labels = {name: f"c{self.names.index(name)}" for name in wanted}
         frame = self._frame([*labels.values()], {} if exact or not clock else {labels[clock]: str})
+        if clock and (times := frame[labels[clock]]).dtype.kind not in "iuf":
+            frame = frame[: self._above_footer(times, clock)]
         cells, faults, width = Columns(), list[str](), len(self.names)
         more = frame[_EXTRA].dropna()
         for name, label in labels.items():
@@ -203,6 +216,20 @@ class _Body:
                 f" cell too many; the names end with column {width}, {self.names[-1]!r}"
             )
         return cells, faults
+
+    def _above_footer(self, times: Any, clock: str) -> int:
+        """Number of rows above those at the end of which the time is a text."""
+        cells = times.to_numpy(object)
+        is_time = (isinstance(c, str) and bool(DATUM.fullmatch(c)) for c in cells[::-1])
+        end = len(cells) - next((k for k, found in enumerate(is_time) if found), 0)
+        footer = times[end:].dropna()
+        if not len(footer):
+            return len(cells)
+        warn(
+            f"{self.path}, row {self._row(int(footer.index[0]))}, column {clock!r}:"
+            f" {footer.iloc[0]!r} is not a time; rows from there to the end are left out"
+        )
+        return int(footer.index[0])
 
     def _check_begun_once(self, column: Any, name: str) -> None:
         """Refuse a table in which the names stand again, as of a logger that was started twice."""
@@ -276,9 +303,12 @@ def open_parquet(path: Path) -> OpenTable:
         raise RecordingError(f"{path}: not a Parquet file: {error}") from None
     if not names:
         raise RecordingError(f"{path}: holds no column")
-    empty, place, rows = schema.empty_table(), dict[str, str](), None
+    empty, place, rows, rate = schema.empty_table(), dict[str, str](), None, 0.0
     if episode is not None:
         place, rows = _places(path.parent), datasets.field("episode_index") == episode
+        if place[TIME] not in names:
+            del place[TIME]
+            rate = read_info(path.parent)["fps"]
         names = [*place, *(name for name in names if name not in place)]
 
     def read(wanted: Mapping[str, bool], clock: str) -> tuple[Columns, list[str]]:
@@ -321,7 +351,8 @@ def open_parquet(path: Path) -> OpenTable:
 
     kinds = ((name, schema.field(name).type) for name in names if name in schema.names)
     sample = {name: "1970-01-01" for name, kind in kinds if pa.types.is_timestamp(kind)}
-    return OpenTable(names, has, _FIRST, read, sample)
+    period = 1.0 / rate if rate else 0.0
+    return OpenTable(names, has, _FIRST, read, sample, period=period)
 
 
 def _places(folder: Path) -> dict[str, str]:

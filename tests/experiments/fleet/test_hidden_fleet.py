@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from experiments.fleet.changing_rig import KINDS, RigChange, draw_change
-from experiments.fleet.make_fleet import Settings, make_fleet
+from experiments.fleet.make_fleet import Plan, Settings, draw_drive, make_fleet, record
+from experiments.fleet.pairs import Pair, summary, table
 from experiments.fleet.score_fleet import score
 from experiments.hidden_effects.references import ReferenceBench
 from tendon_mj.errors import InvalidValueError
@@ -67,3 +68,33 @@ def test_the_score_counts_what_was_found_named_and_dated():
     counts = ("found", "named", "named_first", "within_a_recording")
     assert [result[count] for count in counts] == [2, 2, 1, 2]
     assert result["false_alarms"] == ["d", "e"]
+
+
+def test_the_two_states_of_a_pair_differ_by_the_change():
+    rng = np.random.default_rng(1)
+    drive = draw_drive(rng)[:50]
+    change = RigChange("sensor_bias", 5.0, "step", 1)
+    same = record(Plan((1,), (0, 1), None, drive))
+    old, new = record(Plan((1,), (0, 1), change, drive))
+    assert old == same[0]
+    moved = new.columns["output_tension_N"] - same[1].columns["output_tension_N"]
+    assert moved == pytest.approx(5.0, abs=0.01)  # readings are rounded
+
+
+def test_a_pair_counts_as_named_by_what_changed_or_its_like_and_else_as_an_alarm():
+    def pair(seed, kind, true, *found):
+        return Pair(seed, kind, 0.0, true, found, 6.0, f"sentence {seed}")
+
+    pairs = [
+        pair(1, "friction", "sheath.friction", "reel.delay", "sheath.drawn_bend"),
+        pair(2, "friction", "sheath.friction"),
+        pair(3, "", "", "reel.delay"),
+        pair(4, "", ""),
+    ]
+    assert summary(pairs) == [
+        "1 of 2 changes named, 1 found",
+        "1 of 2 rigs without a change called changed",
+        "2 friction: sentence 2",
+        "3 none: sentence 3",
+    ]
+    assert "| friction | 2 | 1 | 1 | 0 |" in table(pairs)

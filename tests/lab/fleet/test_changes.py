@@ -253,6 +253,7 @@ def series(name, identifier, square):
         values=np.ones(square.size),
         errors=np.ones(square.size),
         errors_of_parts=np.ones(square.size),
+        of_zeros=np.ones(square.size),
         square=square,
         range=np.array([0.0, 2.0]),
         others={},

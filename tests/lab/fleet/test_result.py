@@ -30,6 +30,7 @@ def sentence(values, dates=DATES):
         values=values,
         errors=np.full(values.size, 1e-3),
         errors_of_parts=np.full(values.size, 1e-3),
+        of_zeros=np.full(values.size, 1e-3),
         square=np.ones(values.size),
         range=np.array([0.0, 1.0]),
         others={},

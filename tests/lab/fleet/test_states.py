@@ -7,14 +7,15 @@ from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tendon_mj.cli import main
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.fleet import compare_states
 from tendon_mj.lab.recordings import read_recording
-from tendon_mj.lab.replay import load_recorded
-from tests.lab.fleet.small_fleet import AFTER, BEFORE, CHANGED, FIRST, SINCE, write_fleet
+from tendon_mj.lab.replay import Simulator, load_recorded
+from tests.lab.fleet.small_fleet import AFTER, BEFORE, CHANGED, FIRST, NOISE, SINCE, write_fleet
 
 
 @pytest.fixture(scope="module")
@@ -50,11 +51,13 @@ def test_the_number_that_changed_is_named_with_its_values(fleet: Path, tmp_path:
 
 def test_what_differs_from_day_to_day_is_no_change(fleet: Path) -> None:
     """Friction is drawn anew each day, by 1 %; of several days their scatter tells."""
-    for old, new in (([0], [SINCE]), ([0, 1, 2], [3, 4, 5])):
+    friction = "sheath.friction", "-"
+    for old, new in (([0, 1, 2], [3, 4, 5]), ([0], [SINCE])):
         states = compared(fleet, "hand_1", old, new)
         assert not states.changed
-        assert 0.0 < states.least["sheath.friction", "-"] < 0.2 * BEFORE
-    assert compared(fleet, "hand_1", [0], [SINCE], reproducibility=0.0).changed
+        assert 0.0 < states.least[friction] < 0.2 * BEFORE
+    exact = compared(fleet, "hand_1", [0], [SINCE], reproducibility=0.0)
+    assert 0.0 < exact.least[friction] < 0.5 * states.least[friction]
 
 
 def test_another_known_number_is_refused_and_no_change_says_what_is_nearest(fleet: Path) -> None:
@@ -67,3 +70,30 @@ def test_another_known_number_is_refused_and_no_change_says_what_is_nearest(flee
     said = compare_states([old], [new], load_recorded(old)).sentence
     assert "What explains most is sheath.friction" in said
     assert "of 5 that are asked" in said
+
+
+@pytest.mark.parametrize(("noises", "changed"), [(1.5, False), (6.0, True)])
+def test_a_zero_comes_back_to_within_the_noise_of_its_sensor(
+    fleet: Path, noises: float, changed: bool
+) -> None:
+    """No share of an offset, which is 0, says so: 1.5 of 0.05 N are 8 standard errors of noise."""
+    rig = [read_recording(day(fleet, "hand_1", k), fleet / "description.toml") for k in (0, SINCE)]
+    columns = dict(rig[0].columns)
+    columns["output_N"] = columns["output_N"] + noises * NOISE
+    moved = replace(rig[0], columns=columns)
+    states = compare_states([rig[0]], [moved], load_recorded(moved))
+    assert states.changed == changed
+    assert states.series.parameter == "output_tension.offset" or not changed
+
+
+def test_play_is_named_although_little_of_it_shows_to_first_order(fleet: Path) -> None:
+    old = read_recording(day(fleet, "hand_1", 0), fleet / "description.toml")
+    random, values = np.random.default_rng(5), {"sheath.backlash": 3e-4}
+    ((answer,),) = Simulator([old], threads=1)([values])
+    noisy = {c: x + random.normal(0.0, NOISE, x.size) for c, x in answer.items()}
+    states = compare_states(
+        [old], [replace(old, columns={**old.columns, **noisy})], load_recorded(old)
+    )
+    assert states.changed
+    assert states.series.parameter == "sheath.backlash"
+    assert states.after - states.before == pytest.approx(3e-4, rel=0.05)

@@ -170,12 +170,34 @@ def test_rows_of_events_are_passed_over(tmp_path: Path) -> None:
     assert [recording.row(k) for k in (0, 3, 4, 59)] == [2, 5, 8, 64]
 
 
-def test_a_gap_in_a_table_that_is_else_complete_is_refused_at_its_rows(tmp_path: Path) -> None:
-    pull = [str(f) for f in PULL]
-    for cell in ("", "nan"):
-        pull[7] = pull[30] = cell
-        with refusing(RecordingError, "row 9, column 'pull_N':", "(and 1 more row)"):
-            read(tmp_path, csv(PLAIN | {"pull_N": pull}))
+@pytest.mark.parametrize("column", PLAIN)
+@pytest.mark.parametrize("cell", ["", "nan", "-"])
+def test_a_row_with_a_gap_is_left_out_and_said_and_no_number_is_made_up(
+    tmp_path: Path, column: str, cell: str
+) -> None:
+    gaps = [7, 30]
+    texts = {name: [str(value) for value in values] for name, values in PLAIN.items()}
+    for gap in gaps:
+        texts[column][gap] = cell
+    said = rf"row 9, column '{column}': empty cell or nan; the row is left out \(and 1 more row\)"
+    with pytest.warns(TendonWarning, match=said):
+        recording = read(tmp_path, csv(texts))
+    assert_array_equal(recording.time, np.delete(TIME, gaps))
+    assert_array_equal(recording.columns["pull_N"], np.delete(PULL, gaps))
+    assert recording.row(7) == 10
+    if column != "time_s":  # friction remembers each rest
+        with refusing(RecordingError, f"row 9, column '{column}'", "begin another recording"):
+            read(tmp_path, csv(texts), "[timing]\nquasi_static = true\n")
+
+
+@pytest.mark.parametrize(
+    "footer", ["End of test", "# 60 rows, end", "Mean,0.1,20", "Max,1,2\nMin,,\n", "sum,,,1200,x"]
+)
+@pytest.mark.parametrize("preamble", ["", "Specimen,A,B,7\n\nby,me\n"])
+def test_a_footer_is_left_out_and_said(tmp_path: Path, footer: str, preamble: str) -> None:
+    row = 62 + preamble.count("\n")
+    with pytest.warns(TendonWarning, match=f"row {row}, column 'time_s': .* is not a time; rows"):
+        is_plain(read(tmp_path, f"{preamble}{csv(PLAIN)}{footer}\n"))
 
 
 @pytest.mark.parametrize(
@@ -290,6 +312,10 @@ def test_a_time_that_is_none_is_refused_at_its_row(tmp_path: Path, text: str) ->
     table = csv({"when": stamps, "reel_m": REEL, "pull_N": PULL})
     with refusing(RecordingError, "row 5, column 'when':", "nor a time of ISO 8601"):
         read(tmp_path, table, '[columns]\ntime_s = "when"\n')
+    numbers = [str(t) for t in TIME]
+    numbers[3] = text
+    with refusing(RecordingError, f"row 5, column 'time_s': {text!r} is neither a number"):
+        read(tmp_path, csv(PLAIN | {"time_s": numbers}))
 
 
 def test_a_clock_that_goes_back_is_refused_and_shown_as_written(tmp_path: Path) -> None:
@@ -479,6 +505,20 @@ def test_marks_between_thousands_beside_decimal_commas_are_refused(tmp_path: Pat
         read(tmp_path, "time_s;reel_m;pull_N\n0,1;0,0;999\n0,2;0,0;1.000\n")
 
 
+@pytest.mark.parametrize(
+    "above", ["Specimen,1,2", "Test,By,On\nA7,me,today", "By,Lab,Rig\nm,N,s", "Rate,50\n\nA,B,C"]
+)
+@pytest.mark.parametrize("units", ["", "s,mm,N\n", "[s],(mm),\n"])
+def test_lines_of_a_preamble_are_neither_names_nor_units(
+    tmp_path: Path, above: str, units: str
+) -> None:
+    reel = "reel" if units else "reel_m"
+    body = csv(PLAIN | {"reel_m": REEL * 1e3} if units else PLAIN).partition("\n")[2]
+    columns = f'[columns]\ntime_s = "time_s"\nreel_m = "{reel}"\n'
+    names = f"time_s,{reel},pull_N\n"
+    has_the_columns(read(tmp_path, f"{above}\n{names}{units}{body}", columns))
+
+
 def test_rows_of_messages_are_those_of_the_file_below_a_preamble_and_units(tmp_path: Path) -> None:
     rows = csv({"s": TIME, "m": REEL, "N": PULL}).replace("\n0.04,", "\n0.04,x")
     with refusing(RecordingError, "row 7, column 'reel_m'", "is not a number"):
@@ -497,7 +537,6 @@ def test_a_unit_of_a_second_header_holds_over_the_name_of_the_description(tmp_pa
     [
         (csv(PLAIN) + csv(PLAIN), "", ("row 62: the names stand there again", "another recording")),
         (csv(PLAIN).replace("20.0,", "-,"), "period = 0.0\n", ()),
-        (csv(PLAIN).replace(",23.0\n", ",-\n", 1), "", ("row 2, column 'pull_N': empty cell",)),
         (csv(PLAIN), "period = 0.02\n", ("period = 0.02", "'time_s' is one; take period out")),
         (csv(PLAIN), "period = -1\n", ("period = -1.0 [s] is outside",)),
         (csv({"reel_m": REEL, "pull_N": PULL}), "", ("no column is named 'time_s'", "period = …")),

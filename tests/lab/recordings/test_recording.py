@@ -241,7 +241,7 @@ def test_the_documented_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert described.session
     described = parse_toml(head + settled, page.name)[0]
     assert (described.quasi_static, described.settling_time) == (True, 8.0)
-    topics = parse_toml(head + log, page.name)[1].topics
+    topics = parse_toml(head + log, page.name)[1].columns
     assert list(topics) == ["command_deg", "input_tension_N", "joint_deg"]
     Path("pull.toml").write_text(blocks["toml"].replace("displacement", "displacment"))
     with pytest.raises(RecordingError, match=re.escape(" ".join(blocks["text"].split()))):

@@ -104,6 +104,22 @@ def test_an_episode_and_a_csv_are_the_same_recording(tmp_path: Path, version: in
     assert read_recording(folder / "episode_0", tmp_path / "all.toml").time.size == 40
 
 
+def test_an_episode_without_timestamps_has_the_rate_of_its_dataset(tmp_path: Path) -> None:
+    pq = pytest.importorskip("pyarrow.parquet")
+    folder = write_dataset(tmp_path, 3)
+    (file,) = folder.rglob("*.parquet")
+    pq.write_table(pq.read_table(file).drop_columns(["timestamp"]), file)
+    path = folder / "meta" / "info.json"
+    info = json.loads(path.read_text())
+    with refusing(RecordingError, "no column is named 'time_s'", "period = …"):
+        read_recording(folder / "episode_1", tmp_path / "all.toml")
+    path.write_text(json.dumps(info | {"fps": RATE}))
+    is_same(read_recording(folder / "episode_1", tmp_path / "all.toml"), of_csv(tmp_path))
+    (tmp_path / "slow.toml").write_text(f"period = {2.0 / RATE}\n{TOML}{OF_DATASET}")
+    slow = read_recording(folder / "episode_1", tmp_path / "slow.toml")
+    assert_allclose(slow.time, 2.0 * TIME, atol=1e-12)
+
+
 @pytest.mark.parametrize("storage", ["MCAP", "SQLITE3"])
 def test_a_bag_and_a_csv_are_the_same_recording(tmp_path: Path, storage: str) -> None:
     """Standard messages are in SI by their definition, whatever the column is named."""
