@@ -39,6 +39,7 @@ class Group:
     least: float  # friction of that pretension [N]
     forward: float  # η_f of a gear before these cables
     back: float  # 1/η_b of it, inf and below 0 if it locks itself
+    servo: float  # largest friction of a servo before these, −1 without one [N]
     is_rough: float  # whether there is any friction
     is_static: float  # whether friction at rest is more than that of sliding
     is_set_for: float  # ``slides`` for which these bounds are
@@ -315,7 +316,7 @@ def set_bounds(group: Group, guides: Guides) -> None:
     group.is_static, group.is_set_for = static, group.slides
     group.is_rough = upper > 1.0 or more > 0.0 or lower > 1.0
     if group.pretension >= 0.0:
-        group.is_rough += group.forward != 1.0 or group.back != 1.0
+        group.is_rough += group.forward != 1.0 or group.back != 1.0 or group.servo >= 0.0
         group.least = more + group.pretension * _exponents(group, guides)
 
 
@@ -382,10 +383,22 @@ def friction_of_cables(
 
 
 @compiled
+def friction_of_drive(
+    group: Group, tension: float, eases: float, wanted: float
+) -> tuple[float, float]:
+    """Least and largest friction of a servo and of what is behind it, around the wanted one."""
+    servo = max(0.0, group.servo)
+    passed = (1.0 - eases) * servo
+    low, _ = friction_of_cables(group, tension - passed, eases, wanted + servo)
+    _, high = friction_of_cables(group, tension + passed, eases, wanted - servo)
+    return low - servo, high + servo
+
+
+@compiled
 def tensions_behind(group: Group, tension: float, held: float) -> tuple[float, float]:
     """Least and largest tension behind a group under one in front of it, around a held one [N]."""
     if group.pretension >= 0.0:
-        low, high = friction_of_cables(group, tension, 0.0, held - tension)
+        low, high = friction_of_drive(group, tension, 0.0, held - tension)
         return tension + low, tension + high
     low = max(0.0, (tension - group.lower_offset) / group.lower_ratio)
     return low, group.upper_ratio * tension + group.upper_offset
