@@ -99,11 +99,13 @@ def read_servo(source: str | Path, gain: float, voltage: float) -> Servo:
     return Servo(friction, *[*motor, gain, voltage])
 
 
-def control_by_voltage(actuators: Sequence[mujoco.MjsActuator], servo: Servo) -> None:
+def control_by_voltage(
+    spec: mujoco.MjSpec, actuators: Sequence[mujoco.MjsActuator], servo: Servo
+) -> None:
     """Let actuators be DC motors, whose voltage follows from their controls, angles of joints.
 
     MuJoCo's controller asks for a torque, K/R of the voltage, and makes up for the motor's own
-    damping K²/R, which is therefore its damping.
+    damping K²/R, which is therefore its damping. Only a range of controls that were angles stays.
     """
     k, resistance = servo.motor_constant, servo.resistance
     damping = k * k / resistance
@@ -118,7 +120,11 @@ def control_by_voltage(actuators: Sequence[mujoco.MjsActuator], servo: Servo) ->
                 f"actuator {actuator.name!r} has gear = {actuator.gear[0]:g}, and the numbers of a"
                 " servo are those at its joint: set gear to 1"
             )
+    model = spec.compile()
     for actuator in actuators:
+        controls_angle = actuator.biasprm[1] != 0.0
+        actuator.ctrllimited = controls_angle and model.actuator_ctrllimited[actuator.id]
+        actuator.ctrlrange, actuator.inheritrange = model.actuator_ctrlrange[actuator.id], 0.0
         actuator.set_to_dcmotor(
             motorconst=[k, k],
             resistance=resistance,

@@ -274,7 +274,7 @@ def _put_servo(
     """Make actuators those of a servo, and give joints its numbers; a ``motor`` has its damping."""
     if servo.gain:
         actuators = [a for drive in drives for a in actuators_on(spec, drive.joint)]
-        bam.control_by_voltage(actuators, servo)
+        bam.control_by_voltage(spec, actuators, servo)
     for drive in drives:
         joint = spec.joint(drive.joint)
         joint.armature, joint.frictionloss = servo.armature, 0.0

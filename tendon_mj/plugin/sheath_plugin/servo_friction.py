@@ -5,8 +5,8 @@ It opposes motion, and holds at rest, with at most
     F = F_0 + |k_e τ_e − k_m τ_m| + s (F_s + |k'_e τ_e − k'_m τ_m| + q),   s = e^{−|v/v_s|^a},
 
 with τ_m the torque of the motor, τ_e that of all other forces on the tendon but dampers, and v its
-velocity. Where they oppose each other q is q_e τ_e² if the motor drives, |τ_m| > |τ_e|, and q_m τ_m²
-if the load does.
+velocity. Where they oppose each other q is q_e τ_e² if the motor drives, |τ_m| > |τ_e|, and
+q_m τ_m² if the load does.
 
 Source: bam/model.py of Rhoban/bam, `compute_frictions`; M1 to M5 of its models are parts of M6.
 """
