@@ -387,7 +387,9 @@ def friction_of_drive(
     group: Group, tension: float, eases: float, wanted: float
 ) -> tuple[float, float]:
     """Least and largest friction of a servo and of what is behind it, around the wanted one."""
-    servo = max(0.0, group.servo)
+    servo = group.servo
+    if servo <= 0.0:
+        return friction_of_cables(group, tension, eases, wanted)
     passed = (1.0 - eases) * servo
     low, _ = friction_of_cables(group, tension - passed, eases, wanted + servo)
     _, high = friction_of_cables(group, tension + passed, eases, wanted - servo)
