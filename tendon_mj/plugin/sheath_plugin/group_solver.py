@@ -20,7 +20,7 @@ from tendon_mj.plugin.sheath_plugin.groups import (
     WEIGHTS,
     Group,
     Member,
-    friction_of_drive,
+    friction_of_cables,
     group_of,
     half_places,
     half_row,
@@ -159,7 +159,7 @@ def _bounds(group: Group, tension: float, wanted: float) -> tuple[float, float]:
     """Least and largest friction of a group, as T_0 changes with it, around the ``wanted`` one."""
     if group.pretension >= 0.0:
         tension += group.eases * group.friction
-        return friction_of_drive(group, tension, group.eases, wanted)
+        return friction_of_cables(group, tension, group.eases, wanted)
     rise, fall = group.upper_ratio - 1.0, group.fall
     if group.eases != 0.0:
         tension += group.eases * group.friction

@@ -341,8 +341,9 @@ def set_gear(group: Group, friction: float, friction_back: float) -> None:
 
 @compiled
 def _behind(group: Group, gear: float, side: float, tension: float, eases: float) -> float:
-    """Friction of a gear of one ratio and of cables, at its bound above (``side`` 1) or below."""
-    bound = -math.inf
+    """Friction of servo, gear of one ratio and cables, at its bound above (``side`` 1) or below."""
+    bound, servo = -math.inf, max(0.0, group.servo)
+    tension += side * (1.0 - eases) * servo
     for k in range(3):
         ratio, offset = 1.0, group.least
         if k == 1:
@@ -352,14 +353,14 @@ def _behind(group: Group, gear: float, side: float, tension: float, eases: float
         slope = gear * ratio - 1.0
         friction = (slope * tension + side * offset) / max(1e-3, 1.0 + eases * slope)
         bound = max(bound, side * friction)
-    return side * bound
+    return side * (bound + servo)
 
 
 @compiled
 def friction_of_cables(
     group: Group, tension: float, eases: float, wanted: float
 ) -> tuple[float, float]:
-    """Least and largest friction of cables that pull one way or the other, and of their gear.
+    """Least and largest friction of cables that pull either way, and of their gear and servo.
 
     A gear that locks itself holds all that would drive it. Where the motor turns to release a load
     that it bore in the step before, it holds what is too much for that: the bounds are those around
@@ -383,24 +384,10 @@ def friction_of_cables(
 
 
 @compiled
-def friction_of_drive(
-    group: Group, tension: float, eases: float, wanted: float
-) -> tuple[float, float]:
-    """Least and largest friction of a servo and of what is behind it, around the wanted one."""
-    servo = group.servo
-    if servo <= 0.0:
-        return friction_of_cables(group, tension, eases, wanted)
-    passed = (1.0 - eases) * servo
-    low, _ = friction_of_cables(group, tension - passed, eases, wanted + servo)
-    _, high = friction_of_cables(group, tension + passed, eases, wanted - servo)
-    return low - servo, high + servo
-
-
-@compiled
 def tensions_behind(group: Group, tension: float, held: float) -> tuple[float, float]:
     """Least and largest tension behind a group under one in front of it, around a held one [N]."""
     if group.pretension >= 0.0:
-        low, high = friction_of_drive(group, tension, 0.0, held - tension)
+        low, high = friction_of_cables(group, tension, 0.0, held - tension)
         return tension + low, tension + high
     low = max(0.0, (tension - group.lower_offset) / group.lower_ratio)
     return low, group.upper_ratio * tension + group.upper_offset
