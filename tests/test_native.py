@@ -22,7 +22,7 @@ from tests.rigs import config
 ROOT = Path(__file__).parents[1]
 C_LIBRARY = {
     *("malloc", "free", "memcpy", "memset", "strlen", "strstr", "strtod", "localeconv"),
-    *("exp", "exp2", "expm1", "log", "sin", "cos", "sincos", "atan2", "gcvt"),
+    *("exp", "exp2", "expm1", "log", "pow", "sin", "cos", "sincos", "atan2", "gcvt"),
     *("dlopen", "dlsym", "dl_iterate_phdr"),
 }
 COMPILER = shutil.which("cc") or shutil.which("gcc")

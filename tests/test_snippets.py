@@ -125,7 +125,8 @@ def test_the_readme_prints_what_it_shows(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out == shown[1]
 
 
-def test_the_page_on_hands_without_tendons_prints_what_it_shows(capsys):
+def test_the_page_on_hands_without_tendons_prints_what_it_shows(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     page = (ROOT / "docs/no_tendons.md").read_text("utf-8")
     blocks = (re.findall(rf"```{word}\n(.*?)```", page, re.S) for word in ("python", "text"))
     names = {}

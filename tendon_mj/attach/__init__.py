@@ -22,6 +22,7 @@ from tendon_mj.attach.mjcf import check_suffix as check_suffix
 from tendon_mj.attach.mjcf import number_text as number_text
 from tendon_mj.attach.mjcf import numbers as numbers
 from tendon_mj.attach.mjcf import set_first as set_first
+from tendon_mj.attach.mjcf import set_gains as set_gains
 from tendon_mj.attach.randomisation import ranges as ranges
 from tendon_mj.attach.route import add_sites as add_sites
 from tendon_mj.attach.route import add_tendon as add_tendon

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple, SupportsFloat, Unpack
 
 import mujoco
 
-from tendon_mj.attach import instances, tendons
+from tendon_mj.attach import bam, instances, tendons
 from tendon_mj.attach.attachment import Attached, changing
 from tendon_mj.attach.friction import add_sheaths, joint_warnings, listed_reasons
 from tendon_mj.attach.keywords import check_names, checked_number, takes
 from tendon_mj.attach.mjcf import write_sheaths
-from tendon_mj.attach.motor import ON_JOINT, Motor, add_motors, switch_off
+from tendon_mj.attach.motor import ON_JOINT, Motor, actuators_on, add_motors, switch_off
 from tendon_mj.attach.sheath_design import NewSheath
 from tendon_mj.attach.stiffness_limit import drums_warning
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnsuitedTendonError
@@ -50,6 +50,9 @@ def add_cable_drive(
     pretension: SupportsFloat = 0.0,
     efficiency: SupportsFloat = 1.0,
     back_efficiency: SupportsFloat | None = None,
+    servo: str | Path | None = None,
+    servo_gain: SupportsFloat = 0.0,
+    servo_voltage: SupportsFloat = 0.0,
     motor: bool = False,
     axial_stiffness: SupportsFloat | None = None,
     length: SupportsFloat | None = None,
@@ -83,6 +86,12 @@ def add_cable_drive(
             friction grows with the load behind it.
         back_efficiency: η_b while the load drives them, by default 2 − 1/η_f, that of a gear whose
             friction does not depend on which side drives. At 0 or less the gear locks itself.
+        servo: JSON file of BAM, models M1 to M6. Its friction is in the place of a gear's, and its
+            armature and viscous friction in that of the armature, damping and frictionloss of each
+            joint.
+        servo_gain: proportional gain of its firmware [V/rad]. The actuators become DC motors with
+            the file's motor constant and resistance, whose controls are angles.
+        servo_voltage: largest voltage that it gives its motor [V], required with ``servo_gain``.
         motor: whether the actuators are to turn motors; parameters of cables that stretch, such as
             ``axial_stiffness``, which is then required, are for these. ``axial_damping`` is by
             default EA times the time step, against ringing.
@@ -113,11 +122,19 @@ def add_cable_drive(
     values = {k: checked_number(k, v) for k, v in given.items() if v is not None}
     _check_form(spec, values, motor)
     gear = _gear(checked_number("efficiency", efficiency), back_efficiency)
+    volts = [checked_number("servo_gain", servo_gain)]
+    volts.append(checked_number("servo_voltage", servo_voltage))
+    numbers = _servo(servo, gear, *volts)
     sizes = {k: values.pop(k) for k in ["radius", "length", "armature"] if k in values}
     law = Law(**{"axial_stiffness": 1.0, "extra_bend": values.pop("bend")} | values)
-    drives, left_out = _design_all(spec, actuator, sizes["radius"], motor)
+    drives, left_out = _design_all(spec, actuator, sizes["radius"], motor or numbers is not None)
+    if numbers:
+        gear = numbers.friction
+        _put_servo(spec, drives, numbers, motor)
     if motor:
-        cables = _motor_cables(spec, [_motor(spec, drive, sizes, law) for drive in drives], law)
+        damping = numbers.damping if numbers else 0.0
+        motors = [_motor(spec, drive, sizes, law, damping) for drive in drives]
+        cables = _motor_cables(spec, motors, law)
         behind = _gears(spec, cables) if gear else []
         new = cables + [_stiff_sheath(spec, one, {"friction": "0.0"} | gear) for one in behind]
     else:
@@ -232,7 +249,41 @@ def _stated(law: Law) -> dict[str, str]:
     return {k: repr(v) for k, v in dataclasses.asdict(law).items() if v or k == "friction"}
 
 
-def _motor(spec: mujoco.MjSpec, drive: CableDrive, sizes: Mapping[str, float], law: Law) -> Motor:
+def _servo(
+    source: str | Path | None, gear: Mapping[str, str], gain: float, voltage: float
+) -> bam.Servo | None:
+    """The servo of a file; refused beside another gear, as is a voltage without one."""
+    if source is None:
+        if gain or voltage:
+            raise InvalidValueError(
+                f"servo_gain = {gain:g} and servo_voltage = {voltage:g} need servo, a JSON file of"
+                " BAM with the constant and resistance of a motor"
+            )
+        return None
+    if gear:
+        raise InvalidValueError(
+            f"servo = '{source}' has the friction of its gear: leave out efficiency and"
+            " back_efficiency, or servo"
+        )
+    return bam.read_servo(source, gain, voltage)
+
+
+def _put_servo(
+    spec: mujoco.MjSpec, drives: Sequence[CableDrive], servo: bam.Servo, motor: bool
+) -> None:
+    """Make actuators those of a servo, and give joints its numbers; a ``motor`` has its damping."""
+    if servo.gain:
+        actuators = [a for drive in drives for a in actuators_on(spec, drive.joint)]
+        bam.control_by_voltage(spec, actuators, servo)
+    for drive in drives:
+        joint = spec.joint(drive.joint)
+        joint.armature, joint.frictionloss = servo.armature, 0.0
+        joint.damping = [0.0 if motor else servo.damping, 0.0, 0.0]
+
+
+def _motor(
+    spec: mujoco.MjSpec, drive: CableDrive, sizes: Mapping[str, float], law: Law, damping: float
+) -> Motor:
     """The motor of a drive, whose armature is by default that of its joint."""
     armature = sizes.get("armature", float(spec.joint(drive.joint).armature))
     if not armature > 0.0:
@@ -240,7 +291,7 @@ def _motor(spec: mujoco.MjSpec, drive: CableDrive, sizes: Mapping[str, float], l
             f"joint {drive.joint!r} has no armature for its motor: give armature [kg m²], that of "
             "rotor and gear at the joint"
         )
-    return Motor(drive.joint, drive.radius, sizes["length"], armature, law)
+    return Motor(drive.joint, drive.radius, sizes["length"], armature, law, damping)
 
 
 def _turned(spec: mujoco.MjSpec, sheath: NewSheath) -> list[mujoco.MjsJoint]:

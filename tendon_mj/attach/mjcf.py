@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -152,6 +152,17 @@ def set_first(element: Element, attribute: str, value: float) -> None:
     element.set(attribute, " ".join([number_text(value), *others]))
 
 
+def set_gains(actuator: Element, gain: Sequence[float], bias: Sequence[float]) -> None:
+    """Set the gains of a servo."""
+    if actuator.tag == "general":
+        actuator.set("gainprm", numbers(gain))
+        actuator.set("biasprm", numbers(bias))
+        return
+    actuator.attrib.pop("dampratio", None)  # which would state kv again, from kp
+    actuator.set("kp", number_text(gain[0]))
+    actuator.set("kv", number_text(0.0 - bias[2]))
+
+
 def number_text(value: float) -> str:
     """As text that reads back bit for bit."""
     return repr(float(value)).removesuffix(".0")
@@ -272,6 +283,8 @@ def _write_motors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> Non
         if old.target != new.target:
             attribute = next(a for a in ("joint", "jointinparent") if elements[k].get(a))
             elements[k].set(attribute, new.target)
+        if old.biasprm[2] != new.biasprm[2]:  # that of a damping ratio at the joint
+            set_gains(elements[k], new.gainprm, new.biasprm)
     for element, key in zip(text.root.iterfind("keyframe/key"), spec.keys, strict=True):
         for attribute, values in (("qpos", key.qpos), ("qvel", key.qvel)):
             if len(values):

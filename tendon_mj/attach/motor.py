@@ -43,6 +43,7 @@ class Motor(NamedTuple):
     length: float  # of the cables [m]
     armature: float  # [kg m²]
     law: Law  # of each cable
+    damping: float  # [N m s/rad]
 
 
 # A tendon, and the attributes of its sheath that attach it to motor and joint
@@ -83,6 +84,7 @@ def _add(
     joint = body.add_joint(name=name, type=turned.type, axis=turned.axis)
     let_turn_freely(joint)
     joint.ref, joint.armature = turned.ref, motor.armature
+    joint.damping = [motor.damping, 0.0, 0.0]
     joint.actfrclimited, joint.actfrcrange = turned.actfrclimited, turned.actfrcrange
     guides = _guides(motor.law.friction * motor.law.extra_bend)
     along = [0.0, *((k + 0.5) / guides for k in range(guides)), 1.0]
@@ -125,7 +127,8 @@ def switch_off(tendon: mujoco.MjsTendon) -> None:
     tendon.stiffness, tendon.damping = [0.0] * 3, [0.0] * 3
 
 
-def _actuators_on(spec: mujoco.MjSpec, joint: str) -> list[mujoco.MjsActuator]:
+def actuators_on(spec: mujoco.MjSpec, joint: str) -> list[mujoco.MjsActuator]:
+    """Actuators that act on a joint."""
     return [a for a in spec.actuators if a.trntype in ON_JOINT and a.target == joint]
 
 
@@ -137,7 +140,7 @@ def _move_actuators(spec: mujoco.MjSpec, motor: Motor, name: str, model: mujoco.
     joint = spec.joint(motor.joint)
     note = [float(joint.armature)]
     joint.armature = max(0.0, joint.armature - motor.armature)
-    for actuator in _actuators_on(spec, motor.joint):
+    for actuator in actuators_on(spec, motor.joint):
         actuator.target = name
         note.append(float(actuator.biasprm[2]))
         actuator.biasprm[2] = model.actuator_biasprm[actuator.id, 2]
@@ -171,7 +174,7 @@ def added_motors(spec: mujoco.MjSpec, removed: Container[str]) -> list[Added]:
             continue
         if not all(one in removed for one in cables + gears):
             raise InvalidValueError(f"{listed(cables + gears)} are of one motor: name all")
-        moved, joint = _actuators_on(spec, name), spec.joint(name)
+        moved, joint = actuators_on(spec, name), spec.joint(name)
         same = len(moved) == len(note.data.split()) - 1
         check_alone(spec, cable, joint, same_motors=same, sites=len(spec.tendon(cable).path))
         motors.append(Added(note, joint, config["output_joint"], cables, moved))
@@ -185,7 +188,8 @@ def remove_motors(spec: mujoco.MjSpec, motors: Sequence[Added]) -> None:
     keys = without_joints(spec, [motor.joint.name for motor in motors])
     for motor in motors:
         armature, *damping = map(float, motor.note.data.split())
-        spec.joint(motor.turns).armature = armature
+        joint = spec.joint(motor.turns)
+        joint.armature, joint.damping = armature, joint.damping + motor.joint.damping
         for actuator, own in zip(motor.actuators, damping, strict=True):
             actuator.target, actuator.biasprm[2] = motor.turns, own
         for element in (*map(spec.tendon, motor.cables), motor.note, motor.joint.parent):

@@ -39,8 +39,9 @@ from tendon_mj.plugin.sheath_plugin import names
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import is_fixed
 from tendon_mj.plugin.sheath_plugin.input_force import ON_TENDON, acts_on, has_spring
 from tendon_mj.plugin.sheath_plugin.path import NOT_GIVEN, PULLEY, capacity, count_guides
+from tendon_mj.plugin.sheath_plugin.servo_friction import ServoFriction
 from tendon_mj.plugin.sheath_plugin.state import PARAMETERS, Bound, is_wound, size_of
-from tendon_mj.sheath import LARGEST, Parameter
+from tendon_mj.sheath import LARGEST, Parameter, parameters_of
 from tendon_mj.typing import FloatArray, IntArray
 
 _OBJ = mujoco.mjtObj
@@ -100,7 +101,7 @@ _STATIC, _FRICTION, _REEL_RADIUS, _OUTPUT_RADIUS, _RADIUS = (
     for name in ("static_friction", "friction", "reel_radius", "output_radius", "radius")
 )
 # of a cable that is not drawn alone
-OF_A_DRUM: Final = ("radius", "gear_friction", "gear_friction_back")
+OF_A_DRUM: Final = ("radius", "gear_friction", "gear_friction_back", *parameters_of(ServoFriction))
 _OF_A_DRUM = np.array([at.ATTRIBUTES.index(name) for name in OF_A_DRUM])
 # what a sheath whose input tension is given has no use for
 OF_A_REEL: Final = (

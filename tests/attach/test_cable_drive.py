@@ -120,6 +120,30 @@ def test_a_slow_sine_loses_what_two_elastic_cables_lose_forward_and_back(pretens
     assert len(senses) >= 2
 
 
+@pytest.mark.parametrize("pretension", [0.0, 20.0])
+@pytest.mark.parametrize("share", [0.99, 1.01])
+def test_a_cable_bears_the_load_of_a_joint_that_an_equality_couples_to_its_own(pretension, share):
+    couples = '<equality><joint joint1="pip" joint2="mcp" polycoef="0 2 0 0 0"/></equality>'
+    text = HAND.format(integrator="Euler", gravity=0.0, damping=0.02, unit=1.0, gear=1.0)
+    spec, force = mujoco.MjSpec.from_string(text.replace("<tendon>", couples + "<tendon>")), 20.0
+    spec.delete(spec.actuator("curl"))
+    spec.delete(spec.keys[0])
+    spec.actuator("mcp").set_to_motor()
+    model = add_cable_drive(spec, "mcp", **CABLE, pretension=pretension).compile()
+    data = mujoco.MjData(model)
+    data.ctrl[0] = RADIUS * force
+    mujoco.mj_step(model, data, 50)  # it slides on
+    view = view_sheath(model, data, "mcp_cable")
+    assert view.output_tension == pytest.approx(two_elastic_cables(force, 1.0, pretension))
+    least = RADIUS * two_elastic_cables(force, 1.0, pretension)
+    data.qfrc_applied[1] = -0.5 * share * least  # of which twice as much arrives
+    mujoco.mj_step(model, data, 3000)
+    holds = share > 1.0
+    assert (abs(data.qvel[0]) < 1e-9) == holds
+    if holds:
+        assert RADIUS * view.output_tension == pytest.approx(share * least, rel=1e-6)
+
+
 @pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
 @pytest.mark.parametrize("seed", range(5))
 def test_a_load_within_the_band_rests_after_any_motion(seed, integrator):

@@ -47,15 +47,6 @@ def test_a_gear_passes_on_what_is_stated_forward_and_back(efficiency, back, way)
     assert held / pulled == pytest.approx(expected, abs=1e-9)
 
 
-@pytest.mark.parametrize(("of_motor", "external"), [(0.07, 0.07), (0.05, 0.2), (0.3, 0.02)])
-@pytest.mark.parametrize("load", [0.0, -5.0])
-def test_bam_s_directional_friction_is_a_gear_of_two_efficiencies(of_motor, external, load):
-    """Its budget in steady motion: |k_e τ_e − k_m τ_m|, with τ_e = −T_out r the load (M3, M5)."""
-    rig = geared((1.0 - of_motor) / (1.0 + external), (1.0 - external) / (1.0 + of_motor))
-    given, arrived, _ = passed_on(*rig, 0.5, load)
-    assert abs(given - arrived) == pytest.approx(external * arrived + of_motor * given, rel=1e-9)
-
-
 @pytest.mark.parametrize("efficiency", [0.9, 0.5, 0.4])
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_it_holds_any_load_between_and_is_stuck(efficiency, way):

@@ -191,13 +191,14 @@ def test_what_was_added_goes_without_a_trace_and_keyframes_have_motors_meanwhile
     assert_equal(remove_friction(spec, "*").compile(), stock)
 
 
-def test_a_file_with_motors_is_the_model(tmp_path):
+@pytest.mark.parametrize("more", ["", 'dampratio="1"'])
+def test_a_file_with_motors_is_the_model(more, tmp_path):
     source, written = tmp_path / "hand.xml", tmp_path / "hand_mu.xml"
     source.write_text(
-        """<mujoco><default><joint damping=".1" limited="true" margin=".01"/></default>
+        f"""<mujoco><default><joint damping=".1" limited="true" margin=".01"/></default>
         <worldbody><body><joint name="j" range="-30 90" ref="10" armature=".002"/>
         <geom size=".02"/></body></worldbody>
-        <actuator><position name="m" joint="j" kp="1" inheritrange="1"/></actuator>
+        <actuator><position name="m" joint="j" kp="1" inheritrange="1" {more}/></actuator>
         <keyframe><key qpos=".3"/></keyframe></mujoco>"""
     )
     spec = mujoco.MjSpec.from_file(str(source))

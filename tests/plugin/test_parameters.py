@@ -7,6 +7,7 @@ import pytest
 from tendon_mj import Parameters, add_friction
 from tendon_mj.errors import InvalidValueError, UnknownKeyError, UnknownNameError, UnusedKeyError
 from tendon_mj.plugin import PARAMETERS, sheaths
+from tendon_mj.plugin.compiled_checks import OF_A_DRUM
 from tests.refusals import refusing
 from tests.rigs import arm, fixed_sheaths, pulled_xml, run, started
 
@@ -16,7 +17,7 @@ MU = "sheath.friction"
 def test_names_and_values_are_those_of_the_model():
     model = arm(friction=0.2, static_friction=0.25, spools=True)
     parameters = Parameters(model, mujoco.MjData(model))
-    of_drawn = [name for name in PARAMETERS if name != "radius" and "gear" not in name]
+    of_drawn = [name for name in PARAMETERS if name not in OF_A_DRUM]
     assert list(parameters) == [f"sheath.{name}" for name in of_drawn]
     assert len(parameters) == len(of_drawn)
     assert dict(parameters) == dict.fromkeys(parameters, 0.0) | {

@@ -283,14 +283,6 @@ def descend(problem: Problem, base: Mapping[str, float], fitted: Fit) -> FloatAr
         points = np.vstack([points, steps])
         rows = np.vstack([rows, _robust(_simulated(problem, base, fitted, steps))])
         best = int(np.nanargmin(np.sum(rows**2, axis=1)))
-            print(
-                "   step",
-                reach,
-                np.sum(residual**2),
-                np.sum(rows**2, axis=1).round(1).tolist(),
-                points[best],
-                flush=True,
-            )
         if np.sum(rows[best] ** 2) < _LESS * np.sum(residual**2):
             point, residual, improved = points[best], rows[best], True
         elif reach < _NEAREST:
@@ -302,10 +294,8 @@ def descend(problem: Problem, base: Mapping[str, float], fitted: Fit) -> FloatAr
 
 def _robust(residual: FloatArray) -> FloatArray:
     """Residuals whose squares are the Cauchy loss, so that few large ones do not outweigh many."""
-    compressed: FloatArray = (
-        np.sign(residual) * _OUTLIER * np.sqrt(np.log1p((residual / _OUTLIER) ** 2))
-    )
-    return compressed
+    size: FloatArray = _OUTLIER * np.sqrt(np.log1p((residual / _OUTLIER) ** 2))
+    return np.copysign(size, residual)
 
 
 def _slope_of_robust(residual: FloatArray) -> FloatArray:

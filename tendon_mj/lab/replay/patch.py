@@ -31,7 +31,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
-from tendon_mj.attach import Mjcf, check_suffix, number_text, numbers, set_first
+from tendon_mj.attach import Mjcf, check_suffix, number_text, numbers, set_first, set_gains
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.lab.replay.parameters import (
     CORRECTION,
@@ -265,13 +265,8 @@ class _Patch:
             row, user = self.adjustable.commands[k, :3], m.actuator_user[k]
             data = self._user(f"{element}.{parameter}", row, user, "actuator", 2)
             written.set("user", data)
-        elif written.tag == "general":
-            written.set("gainprm", numbers(m.actuator_gainprm[k]))
-            written.set("biasprm", numbers(m.actuator_biasprm[k]))
         else:
-            written.attrib.pop("dampratio", None)  # which would state kv again, from kp
-            written.set("kp", number_text(m.actuator_gainprm[k, 0]))
-            written.set("kv", number_text(0.0 - m.actuator_biasprm[k, 2]))
+            set_gains(written, m.actuator_gainprm[k], m.actuator_biasprm[k])
 
     def _user(self, name: str, row: FloatArray, there: FloatArray, kind: str, fewest: int) -> str:
         """User data that begins with our row; the ``nuser`` of its kind is enlarged to hold it.

@@ -39,6 +39,7 @@ class Group:
     least: float  # friction of that pretension [N]
     forward: float  # η_f of a gear before these cables
     back: float  # 1/η_b of it, inf and below 0 if it locks itself
+    servo: float  # largest friction of a servo before these, −1 without one [N]
     is_rough: float  # whether there is any friction
     is_static: float  # whether friction at rest is more than that of sliding
     is_set_for: float  # ``slides`` for which these bounds are
@@ -315,7 +316,7 @@ def set_bounds(group: Group, guides: Guides) -> None:
     group.is_static, group.is_set_for = static, group.slides
     group.is_rough = upper > 1.0 or more > 0.0 or lower > 1.0
     if group.pretension >= 0.0:
-        group.is_rough += group.forward != 1.0 or group.back != 1.0
+        group.is_rough += group.forward != 1.0 or group.back != 1.0 or group.servo >= 0.0
         group.least = more + group.pretension * _exponents(group, guides)
 
 
@@ -340,8 +341,9 @@ def set_gear(group: Group, friction: float, friction_back: float) -> None:
 
 @compiled
 def _behind(group: Group, gear: float, side: float, tension: float, eases: float) -> float:
-    """Friction of a gear of one ratio and of cables, at its bound above (``side`` 1) or below."""
-    bound = -math.inf
+    """Friction of servo, gear of one ratio and cables, at its bound above (``side`` 1) or below."""
+    bound, servo = -math.inf, max(0.0, group.servo)
+    tension += side * (1.0 - eases) * servo
     for k in range(3):
         ratio, offset = 1.0, group.least
         if k == 1:
@@ -351,14 +353,14 @@ def _behind(group: Group, gear: float, side: float, tension: float, eases: float
         slope = gear * ratio - 1.0
         friction = (slope * tension + side * offset) / max(1e-3, 1.0 + eases * slope)
         bound = max(bound, side * friction)
-    return side * bound
+    return side * (bound + servo)
 
 
 @compiled
 def friction_of_cables(
     group: Group, tension: float, eases: float, wanted: float
 ) -> tuple[float, float]:
-    """Least and largest friction of cables that pull one way or the other, and of their gear.
+    """Least and largest friction of cables that pull either way, and of their gear and servo.
 
     A gear that locks itself holds all that would drive it. Where the motor turns to release a load
     that it bore in the step before, it holds what is too much for that: the bounds are those around

@@ -40,7 +40,7 @@ from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import RK4
 from tendon_mj.plugin.abi.memory import coordinates, doubles
 from tendon_mj.plugin.sheath_plugin import group_solver, response
-from tendon_mj.plugin.sheath_plugin.fixed_tendon import add_fixed_row
+from tendon_mj.plugin.sheath_plugin.fixed_tendon import add_fixed_row, metres
 from tendon_mj.plugin.sheath_plugin.forces import pull_segment
 from tendon_mj.plugin.sheath_plugin.groups import (
     BASE,
@@ -70,6 +70,7 @@ from tendon_mj.plugin.sheath_plugin.groups import (
     vector_at,
 )
 from tendon_mj.plugin.sheath_plugin.input_force import actuator_damping, tendon_damping
+from tendon_mj.plugin.sheath_plugin.servo_friction import has_servo, servo_bound
 from tendon_mj.plugin.sheath_plugin.state import (
     State,
     known_forces_at,
@@ -83,6 +84,7 @@ from tendon_mj.typing import FloatArray
 
 _SLIDES = 1.0 - 1e-6  # of a joint's `frictionloss`, of which less holds
 _JOINT_LOSS = mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF.value
+_DAMPER_OFF = mujoco.mjtDisableBit.mjDSBL_DAMPER.value
 _LEAST_ARM = 1e-12  # [m]; a moment arm below is one of rounding
 _UNEXPLAINED = 1e-9  # of a length: a change beyond what velocities say that is none of rounding
 
@@ -178,6 +180,7 @@ def set_up(m: Model, d: Data, work: int, instance: int, stage: bool, written: bo
         group.slides = _slid(member, group, guides)
         group.pretension = state.law.pretension if state.fixed != 0.0 else -1.0
         set_gear(group, state.gear_friction, state.gear_friction_back)
+        group.servo = state.servo_bound if has_servo(state.servo) else -1.0
         group.wanted = group.mobility = group.eases = 0.0
         if member.spreads == 0.0:
             group.share = 0.0
@@ -240,6 +243,26 @@ def _start(m: Model, d: Data, work: int, nv: int, k: int) -> None:
                 grown = group.share * (end.trial_way - end.way) / end.trial_way
                 member.constant -= grown * (group.before - group.before_in)
                 state.input_force = member.constant
+
+
+@apart
+def _bound_servo(m: Model, d: Data, work: int, g: int, forces: FloatArray) -> None:
+    """Set the largest friction of a servo; the ``forces`` but its motor's and dampers are load."""
+    group = group_of(work, g)
+    member = member_of(work, m.nv, int(group.member))
+    state = state_at(state_of(m, d, int(member.instance)))
+    row, radius = coordinates(rows_at(work) + 8 * m.nv * g), metres(state)
+    velocity, damping = d.qvel, m.dof_damping
+    damps = 0.0 if m.opt.disableflags & _DAMPER_OFF else 1.0
+    along = square = speed = 0.0
+    for i in range(m.nv):
+        along += row[i] * (forces[i] + damps * damping[i] * velocity[i])
+        square += row[i] * row[i]
+        speed += row[i] * velocity[i]
+    motor = -radius * member.input
+    load = radius * along / square - motor
+    group.servo = servo_bound(state.servo, motor, load, speed / radius) / abs(radius)
+    state.servo_bound = group.servo
 
 
 @apart
@@ -417,6 +440,8 @@ def solve(m: Model, d: Data, work: int) -> None:
             forces[i] *= weights[i]
         for g in range(int(head.groups)):
             group = group_of(work, g)
+            if group.servo >= 0.0:
+                _bound_servo(m, d, work, g, room)
             _hold(work, nv, g)
             if group.friction != 0.0:
                 group_solver.add_half(work, nv, group, forces, -group.friction)

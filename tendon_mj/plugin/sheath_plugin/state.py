@@ -18,6 +18,7 @@ import numpy as np
 from tendon_mj.native import Array, Record, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.memory import address_of, coordinates, copy_doubles, doubles, word
+from tendon_mj.plugin.sheath_plugin.servo_friction import ServoFriction
 from tendon_mj.sheath import (
     ANY,
     ARC,
@@ -30,6 +31,7 @@ from tendon_mj.sheath import (
     Parameter,
     Range,
     Segments,
+    parameters_of,
     record_type,
 )
 from tendon_mj.typing import FloatArray
@@ -51,7 +53,7 @@ _DRIVE = {
     ),
 }
 # Live parameters in the order of the state, and of the plugin's attributes of the same names.
-PARAMETERS: Final = {**LAW, **_DRIVE}
+PARAMETERS: Final = {**LAW, **_DRIVE, **parameters_of(ServoFriction)}
 
 
 class LiveLaw(Law):
@@ -72,6 +74,7 @@ class Live:
     radius: float  # [m]
     gear_friction: float  # [-]
     gear_friction_back: float  # [-]
+    servo: ServoFriction
 
 
 class Bound:
@@ -156,6 +159,7 @@ class State(Bound, Live):
     trial_time: float  # [s]
     trial_elapsed: float  # time that the step on trial takes [s]
     reel_torque: float  # by which the last evaluation turned the reel's joint back [N m]
+    servo_bound: float  # largest friction inside a servo in the last evaluation [N]
     ratio_law: LiveLaw  # law for which the guides' ratios were computed
 
 
@@ -214,6 +218,7 @@ def clear_step(address: int, state_size: int) -> None:
     state.slips_kept = 0.0
     state.has_trial = state.trial_wound_in = state.trial_wound_out = 0.0
     state.trial_time = state.trial_elapsed = state.reel_torque = state.input_force = 0.0
+    state.servo_bound = 0.0
     state.applied = state.constraint_force = state.previous_constraint = state.finished = 0.0
     state.ratio_law.axial_stiffness = 0.0  # the ratios are those of no law
 
