@@ -12,9 +12,11 @@ import tendon_mj
 pytest.importorskip("mjlab", reason="the extra `mjlab` is not installed")
 import torch
 from mjlab.envs import ManagerBasedRlEnv
+from mjlab.managers.event_manager import EventTermCfg
 from mjlab.rl import MjlabOnPolicyRunner, RslRlVecEnvWrapper
 from mjlab.scripts.list_envs import list_environments
 from mjlab.tasks.registry import load_env_cfg, load_rl_cfg
+from mjlab.viewer.native.viewer import NativeMujocoViewer
 
 import tendon_mj.warp as tw
 
@@ -24,11 +26,12 @@ FRICTION = np.linspace(0.05, 0.4, 8)
 ACTIONS = 1.2 * (1.0 - torch.cos(0.5 * torch.arange(20)))[:, None] * torch.tensor([1.0, -1.0])
 
 
-def environment(friction=FRICTION, steps=1):
+def environment(friction=FRICTION, steps=1, **events):
     """An environment of ``steps`` physical steps a step, whose worlds have a friction each."""
     cfg = load_env_cfg(TASK)
     cfg.scene.num_envs, cfg.decimation = len(friction), steps
     del cfg.events["friction"]
+    cfg.events |= events
     env = ManagerBasedRlEnv(cfg, "cpu")
     env.reset()
     tw.sheaths_of(env.sim.wp_data).set("friction", np.array(friction)[:, None])
@@ -102,3 +105,18 @@ def test_a_world_is_what_it_is_alone_and_what_mujoco_simulates():
         on_device.append(tw.tension(env)[5].tolist())
     np.testing.assert_allclose(env.sim.wp_data.qpos.numpy()[5], data.qpos, atol=1e-5)
     np.testing.assert_allclose(on_device, here, atol=1e-4 * np.ptp(here))
+
+
+def test_the_native_viewer_shows_a_world_s_tensions_and_changes_none():
+    def copy(env, env_ids):
+        tw.get_data_into(env.sim.mj_data, env.sim.mj_model, env.sim.wp_data, 5)
+
+    shown, plain = environment(copy=EventTermCfg(func=copy, mode="step")), environment()
+    viewer = NativeMujocoViewer(shown, None)
+    viewer.mjm, viewer.mjd, viewer.env_idx = shown.sim.mj_model, shown.sim.mj_data, 5
+    for row in ACTIONS:
+        np.testing.assert_array_equal(step(shown, row[None]), step(plain, row[None]))
+        viewer._sync_env_state_to_mjdata(viewer.mjd, shown.sim.data, 5)
+        mujoco.mj_forward(viewer.mjm, viewer.mjd)
+        here = [tendon_mj.view_sheath(viewer.mjm, viewer.mjd, k).output_tension for k in SHEATHS]
+        np.testing.assert_allclose(tw.tension(shown)[5], here, rtol=1e-3)
