@@ -1,8 +1,8 @@
 """Train a policy to press with a force through tendons whose friction nobody tells.
 
 The policy says how much to wind in each motor, not where to: commands drawn afresh every 10 ms
-shake the finger, and the force that they leave is nowhere near its target. PPO of
-stable-baselines3 learns it in some minutes. Needs `pip install 'tendon-mj[gymnasium]'
+shake the finger, and the force is nowhere near its target. PPO of stable-baselines3 learns it
+in some minutes. Needs `pip install 'tendon-mj[gymnasium]'
 stable-baselines3`.
 """
 
@@ -12,7 +12,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.env_util import make_vec_env
 
 STEPS, EPISODES, SEED = 61440, 5, 0
-START = -0.67, -0.4  # of the motors' ranges: flexor with the finger straight, extensor paid out
+START = -0.4, -0.4  # of the ranges; the flexor near the object, as far from it no reward differs
 STEP = 0.03  # of the range, in 10 ms
 
 
@@ -24,16 +24,19 @@ class Winding(gymnasium.Wrapper):
         self.observation_space = gymnasium.spaces.Box(-10.0, 10.0, (6,))
 
     def reset(self, **options):
+        """Begin an episode with the flexor near the object."""
         self.command = np.array(START)
         seen, info = self.env.reset(**options)
         return self.observe(seen), info
 
     def step(self, action):
+        """Wind in, or pay out, for 10 ms."""
         self.command = np.clip(self.command + STEP * np.clip(action, -1.0, 1.0), -1.0, 1.0)
         seen, *rest = self.env.step(self.command)
         return self.observe(seen), *rest
 
     def observe(self, seen):
+        """Missing and wanted force [N], commands, and tensions at the motors [10 N]."""
         missing = np.clip(seen["target_force"] - seen["tip_force"], -1.0, 1.0)  # [N]
         tensions = np.clip(seen["input_tensions"] / 10.0, 0.0, 10.0)
         parts = missing, seen["target_force"], self.command, tensions
@@ -41,6 +44,7 @@ class Winding(gymnasium.Wrapper):
 
 
 def make():
+    """An environment, each episode of which draws its friction."""
     return Winding(gymnasium.make("tendon_mj.envs:tendon_mj/HoldForce-v0"))
 
 

@@ -14,6 +14,7 @@ from mjlab.tasks.registry import list_tasks, load_env_cfg
 
 import tendon_mj.mjlab
 import tendon_mj.warp as tw
+from tendon_mj.plugin import sheaths
 
 # of tasks that differ in the state of the muscles, the pose or a random start, one
 KINDS = {
@@ -50,6 +51,5 @@ def test_each_kind_of_task_is_put_with_friction(kind):
         pytest.skip("its own keyframe does not fit its scene")
     tendon_mj.mjlab.add_friction(cfg, "*", friction=0.1)
     model = Scene(cfg.scene, "cpu").compile()
-    names = tw.sheaths_of(tw.make_data(model, 2)).names
-    assert 0.8 * model.ntendon < len(names) <= model.ntendon
+    assert 0.8 * model.ntendon < len(sheaths(model)) <= model.ntendon
     tw.put_model(model)
