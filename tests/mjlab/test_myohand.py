@@ -18,7 +18,7 @@ from tendon_mj.plugin import sheaths
 
 # of tasks that differ in the state of the muscles, the pose or a random start, one
 KINDS = {
-    re.sub(r"Fati|Sarc|\d?(Fixed|Random)|(For|Back)ward|-v0", "", task): task
+    re.sub(r"Fati|Sarc|(?<=Tennis)P\d|\d?(Fixed|Random)|(For|Back)ward|-v0", "", task): task
     for task in list_tasks()
     if task.startswith(("myo", "motor"))
 }
