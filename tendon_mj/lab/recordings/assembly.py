@@ -528,6 +528,11 @@ class _Names:
             else:
                 unit = claimed_unit(proposed_name(source.column))
                 sources[column], fault = in_its_unit(column, source, unit)
+                if _is_in_another(source, unit):
+                    warn(
+                        f"{self.toml}, [columns] {column!r}: unit = {source.unit!r} is taken, where"
+                        f" {self.where} says {unit[1:]!r}; take unit out if the file is right"
+                    )
             faults += [f"{self.toml}, [columns] {column!r}: {fault}"] if fault else []
         return sources, faults
 
@@ -656,6 +661,14 @@ def in_its_unit(column: str, source: Source, theirs: str) -> tuple[Source, str]:
         product = "factor × number + offset" if alike else f"a number of {name!r}"
         return source, f"which unit {product} is in is unclear; say unit = {ours[1:]!r} or another"
     return source, ""
+
+
+def _is_in_another(source: Source, theirs: str) -> bool:
+    """Whether a description says another unit than the file, ``theirs``, of the same quantity."""
+    ours = f"_{source.unit}"
+    if source.factor != 1.0 or not {ours, theirs} <= UNIT_FACTORS.keys() or ours == theirs:
+        return False
+    return UNIT_FACTORS[ours][0] == UNIT_FACTORS[theirs][0]
 
 
 def _clock(columns: Collection[str]) -> str:

@@ -122,6 +122,16 @@ def test_a_unit_in_the_file_s_own_name_is_heeded_or_asked_for(tmp_path: Path) ->
             read(tmp_path, table, columns.replace('"reel_mm"', entry))
 
 
+def test_another_unit_than_the_file_says_is_taken_and_told(tmp_path: Path) -> None:
+    table = (
+        "t_s,reel,pull\ns,inch,N\n"
+        + csv({"t_s": TIME, "reel": REEL, "pull": PULL}).partition("\n")[2]
+    )
+    columns = '[columns]\ntime_s = "t"\nreel_m = { column = "reel", unit = "m" }\npull_N = "pull"\n'
+    with pytest.warns(TendonWarning, match="unit = 'm' is taken, where .* says 'inch'"):
+        is_plain(read(tmp_path, table.replace("t_s", "t", 1), columns))
+
+
 @pytest.mark.parametrize(
     ("entry", "said"),
     [
