@@ -221,6 +221,8 @@ def _print_diagnosis(diagnosis: Diagnosis) -> None:
             "The numbers of what comes closest, not proven, are in report.html and result.json."
         )
         values = {}
+    elif diagnosis.verdict == "unknown":
+        console.print("Numbers that fit best, not proven:")
     for row in value_rows(values):
         value, span = row.fitted, f"{row.low} … {row.high}"
         unit = "" if row.unit == ABSENT else f" {row.unit}"

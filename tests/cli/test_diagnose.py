@@ -160,6 +160,7 @@ def test_a_tare_is_the_reason_why_no_effect_is_sought(rig, tmp_path, capsys):
     assert main(["diagnose", path, "--out", str(tmp_path / "out"), "--no-sysid"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert said.index("its zero steps by") < said.index("The misfit is")
+    assert said.index("not proven:") < said.index("sheath.friction = ")
     result = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))
     (check,) = result["checks"]
     assert (result["verdict"], result["effects"]) == ("unknown", [])

@@ -287,7 +287,7 @@ def state_alternatives(result: Diagnosis, alternatives: Sequence[Alternative]) -
     if not any(tells_force(r.measured) for r in result.recordings):
         decide = f"A measured force would decide: {FORCES}"
     elif any(records):
-        decide = f"To decide, record {' or '.join(filter(None, records))}"
+        decide = f"To decide, record {', or '.join(filter(None, records))}"
     else:
         decide = "To decide, measure one of them and state it in [known]"
     return f"{text}. {decide}."
