@@ -19,6 +19,7 @@ such distances; a fit follows.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -46,8 +47,8 @@ _PASSES = ("screen, first pass", "screen, second pass", "screen, third pass")
 _LONGEST = 0.1  # of its range: the step of a term
 _NONLINEAR = 0.2  # of the mean square change of the response, at most
 _DESCENTS = 10  # steps with slopes over a distance
-_SHARES = 1.0, 0.5, 0.2  # of such a step, that are tried; the last, of the distance after that
-_NEAREST = 0.1  # of the first distance
+_SHARES = 1.0, 0.5, 0.2  # of such a step, that are tried
+_DISTANCES = 1.0, 0.2, 0.04, math.inf  # of what is left, that they should explain; the longest
 _LESS = 0.98  # of the loss, which a step has to leave
 _OUTLIER = 3.0  # scale of the Cauchy loss [noise]
 
@@ -262,18 +263,19 @@ def descend(problem: Problem, base: Mapping[str, float], fitted: Fit) -> FloatAr
     """(p,) values of a fit's terms that leave less, None where no other minimum is in reach.
 
     Gauss-Newton steps on a robust loss, with slopes over the distances in which the response should
-    change by what is left. They end where that linearisation holds, or nothing is gained.
+    change by what is left, then over shorter ones, and at last over the longest. They end where
+    that linearisation holds, or nothing is gained.
     """
     used = problem.in_train
     point, residual = fitted.scaled, fitted.residual[used]
     slopes = fitted.jacobian[used] * _slope_of_robust(residual)[:, np.newaxis]
-    residual, reach, improved = _robust(residual), 1.0, False
+    residual, distance, improved = _robust(residual), 0, False
     for _ in range(_DESCENTS):
-        points = _within_reach(fitted, point, slopes, residual, reach)
+        points = _within_reach(fitted, point, slopes, residual, _DISTANCES[distance])
         linear = (points - point) @ slopes.T
         rows = _robust(_simulated(problem, base, fitted, points))
         rows = np.where(np.isfinite(rows), rows, residual + linear)  # where one failed
-        if _are_linear(rows - residual, linear):
+        if distance == 0 and _are_linear(rows - residual, linear):
             break
         ahead, behind = np.split(points, 2)
         across = np.maximum(np.diag(ahead - behind), np.finfo(float).tiny)
@@ -285,10 +287,10 @@ def descend(problem: Problem, base: Mapping[str, float], fitted: Fit) -> FloatAr
         best = int(np.nanargmin(np.sum(rows**2, axis=1)))
         if np.sum(rows[best] ** 2) < _LESS * np.sum(residual**2):
             point, residual, improved = points[best], rows[best], True
-        elif reach < _NEAREST:
-            break
         else:
-            reach *= _SHARES[-1]
+            distance += 1
+            if distance == len(_DISTANCES):
+                break
     return natural(fitted.terms, point) if improved else None
 
 
@@ -315,7 +317,7 @@ def _within_reach(
 ) -> FloatArray:
     """(2p, p) points a step ahead and behind by each term, a share of what is left by its slope."""
     longest = _LONGEST * np.ptp(fitted.bounds, axis=0)
-    left = share * np.sqrt(max(float(np.mean(residual**2)) - 1.0, 0.0))
+    left = share * np.sqrt(max(float(np.mean(residual**2)) - 1.0, np.finfo(float).tiny))
     steep = np.sqrt(np.mean(slopes**2, axis=0))
     reach = np.divide(left, steep, out=longest.copy(), where=steep * longest > left)
     points: FloatArray = np.clip(
