@@ -17,6 +17,7 @@ from io import BytesIO, TextIOWrapper
 from pathlib import Path
 from typing import cast, get_type_hints
 
+import mujoco
 import tyro
 from rich.panel import Panel
 from rich.table import Table
@@ -72,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _run_command(given)
     except KeyboardInterrupt:
         return _say_interrupted()
-    except (TendonError, OSError, ValueError) as error:
+    except (TendonError, OSError, ValueError, mujoco.FatalError) as error:
         if INTERRUPTED in str(error):
             return _say_interrupted()
         if not isinstance(error, TendonError | OSError | UnicodeError):

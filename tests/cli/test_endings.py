@@ -8,9 +8,11 @@ import sys
 import time
 from pathlib import Path
 
+import mujoco
 import pytest
 
-from tendon_mj.cli import COMMANDS, main
+from tendon_mj.cli import COMMANDS, commands, main
+from tendon_mj.errors import INTERRUPTED
 from tendon_mj.models import example_recording
 
 # under a shell's & Python would leave Ctrl-C to its parent
@@ -106,6 +108,16 @@ def test_ctrl_c_ends_in_one_line(arguments, tmp_path):
     assert process.returncode == 130, error
     assert error.startswith("tendon-mj: interrupted")
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("raised", [ValueError, mujoco.FatalError])
+def test_ctrl_c_inside_mujoco_ends_in_one_line(raised, monkeypatch, capsys):
+    def interrupted(given):
+        raise raised(f"plugin tendon_mj.sheath: {INTERRUPTED}")
+
+    monkeypatch.setattr(commands, "_run_command", interrupted)
+    assert commands.main(["compare"]) == 130
+    assert capsys.readouterr().err.startswith("tendon-mj: interrupted")
 
 
 def test_a_terminal_without_the_letters_of_units_loses_no_result(tmp_path):
