@@ -102,7 +102,7 @@ def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
     table, described = b"\n".join(rows), source.with_suffix(".toml").read_bytes()
     with tempfile.TemporaryDirectory() as folder:
         tables = {".csv": table, **_binary(read_table(source), Path(folder))}
-        described += b"\n[mcap]\n" + b"".join(
+        of_log = b"\n[columns]\n" + b"".join(
             b'%s = { topic = "/rig", field = "%s" }\n' % (name, name)
             for name in rows[0].split(b",")[1:]
         )
@@ -114,7 +114,8 @@ def trials(seed: int, count: int) -> Iterator[tuple[str, str]]:
                 at = draw.choice([b",", b"\n"])
                 broken_table = broken(broken_table, draw, _CELLS, at)
             path.write_bytes(broken_table)
-            toml = broken(described, draw, _LINES, b"\n") if which != 0 else described
+            toml = described + (of_log if suffix == ".mcap" else b"")
+            toml = broken(toml, draw, _LINES, b"\n") if which != 0 else toml
             path.with_suffix(".toml").write_bytes(toml)
             try:
                 read_recording(path)
