@@ -34,15 +34,16 @@ _TERMS: Final = {
     "load_friction_motor_quad": ("servo_motor_square",),
     "load_friction_external_quad": ("servo_load_square",),
 }
-_BASE, *_DIRECTIONAL = ("friction_base", *list(_TERMS)[6:])
-_STRIBECK: Final = (_BASE, "friction_stribeck", "dtheta_stribeck", "alpha")
+_STRIBECK: Final = ("friction_base", "friction_stribeck", "dtheta_stribeck", "alpha")
+_LOAD = ("load_friction_motor", "load_friction_external")
+_FADING, _SQUARE = ([term + end for term in _LOAD] for end in ("_stribeck", "_quad"))
 _MODELS: Final = {
-    "m1": (_BASE,),
+    "m1": ("friction_base",),
     "m2": _STRIBECK,
-    "m3": (_BASE, "load_friction_base"),
+    "m3": ("friction_base", "load_friction_base"),
     "m4": (*_STRIBECK, "load_friction_base", "load_friction_stribeck"),
-    "m5": (*_STRIBECK, *_DIRECTIONAL[:4]),
-    "m6": (*_STRIBECK, *_DIRECTIONAL),
+    "m5": (*_STRIBECK, *_LOAD, *_FADING),
+    "m6": (*_STRIBECK, *_LOAD, *_FADING, *_SQUARE),
 }
 _NEEDED: Final = ("armature", "friction_viscous")
 _KNOWN: Final = ("kt", "R", "q_offset", "model", "actuator")  # q_offset: the test bench's zero
@@ -107,8 +108,7 @@ def control_by_voltage(
     MuJoCo's controller asks for a torque, K/R of the voltage, and makes up for the motor's own
     damping K²/R, which is therefore its damping. Only a range of controls that were angles stays.
     """
-    k, resistance = servo.motor_constant, servo.resistance
-    damping = k * k / resistance
+    k, r = servo.motor_constant, servo.resistance
     if not hasattr(mujoco, "mjtCtrlInput"):
         raise InvalidValueError(
             f"servo_gain: mujoco {mujoco.__version__} has another controller of DC motors: install"
@@ -127,7 +127,7 @@ def control_by_voltage(
         actuator.ctrlrange, actuator.inheritrange = model.actuator_ctrlrange[actuator.id], 0.0
         actuator.set_to_dcmotor(
             motorconst=[k, k],
-            resistance=resistance,
-            controller=[servo.gain * k / resistance, 0.0, damping, 0.0, 0.0, servo.voltage],
+            resistance=r,
+            controller=[servo.gain * k / r, 0.0, k * k / r, 0.0, 0.0, servo.voltage],
             ctrlspec=mujoco.mjtCtrlInput.mjINPUT_POS,
         )

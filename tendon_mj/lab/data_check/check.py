@@ -139,7 +139,7 @@ def _gear_warnings(recording: Recording, adjustable: Adjustable) -> Iterator[Dat
     """Warn of a gear whose efficiency is stated, and not what it shows at rest."""
     stated = {**recording.known, **recording.uncertain, **recording.session}
     names = expand(stated, adjustable.names())
-    for sensor in [name.removesuffix(".efficiency") for name in names]:
+    for sensor in dict.fromkeys(name.rpartition(".")[0] for name in names):
         rests = [f"{sensor}.{rest}" for rest in GEARED[1:]]
         if f"{sensor}.{GEARED[0]}" in names and not names.keys() & set(rests):
             yield DataWarning(

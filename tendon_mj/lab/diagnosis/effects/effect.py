@@ -227,8 +227,8 @@ class Effect:
         overrides_known: whether it may also write parameters that were measured on the rig.
         absent: value of its first parameter at which a model has none of the effect.
         non_smooth: whether the misfit has many local minima in its terms, as where it makes a
-            sheath stick and slip. If the linearisation does not hold, their whole ranges are
-            searched.
+            sheath stick and slip. Beside it no block is left out, as the linearisation does not
+            hold.
         changes: parameter of its elements that it changes; it is not a candidate if that is 0 on
             all of them. May be empty.
         event: whether it happens once, in one recording: its parameter is 0 before the time
