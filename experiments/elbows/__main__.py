@@ -29,7 +29,8 @@ def diagnose_elbows(
                 f" {', '.join(case['effects'])}; {case['sentence']}",
                 flush=True,
             )
-        print(summary(found))
+        if found:
+            print(summary(found))
 
 
 if __name__ == "__main__":

@@ -1,10 +1,4 @@
-"""An elbow that two cables in sheaths turn, simulated without MuJoCo and without this package.
-
-A cable bears a tension at each place of its sheath. If one end takes up cable, the tension there
-rises to P, and along the sheath it becomes max(T, P e^(-μφ)), with the bend φ counted from that
-end; if the end gives cable back, it becomes min(T, P e^(μφ)). With P the stretch ∫ T/EA grows by
-what was taken up. These are the capstan's fronts of slip, exact in each step; strains are small.
-"""
+"""An elbow that two cables in sheaths turn, simulated without MuJoCo and without this package."""
 
 from __future__ import annotations
 
@@ -13,9 +7,9 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from experiments.fronts_of_slip import PLACES, front, take_up
 from tendon_mj.typing import FloatArray
 
-_PLACES = 101  # along a sheath, its ends included
 _STEP = 2.5e-4  # [s]
 _FLANK = 3e4  # of play between pulley and joint [N m/rad]
 
@@ -40,42 +34,11 @@ class Elbow(NamedTuple):
 
 
 @numba.njit
-def _front(
-    tension: FloatArray, ratio: FloatArray, stretch: float, taken: float
-) -> tuple[float, int]:
-    """Tension at the first end of a cable that this end moves by ``taken`` [m], and its front.
-
-    ``ratio`` is e^(-μφ) from that end, ``stretch`` that of one place for one newton [m/N].
-    """
-    rises = taken > 0.0
-    held, scale, last = taken / stretch, 0.0, len(tension) - 1
-    for k in range(last + 1):
-        weight = 0.5 if k in (0, last) else 1.0
-        held += weight * tension[k]
-        scale += weight * (ratio[k] if rises else 1.0 / ratio[k])
-        first = held / scale
-        if k == last:
-            break
-        following = first * (ratio[k + 1] if rises else 1.0 / ratio[k + 1])
-        if (following <= tension[k + 1]) if rises else (following >= tension[k + 1]):
-            break
-    return first, k
-
-
-@numba.njit
-def _take_up(tension: FloatArray, ratio: FloatArray, stretch: float, taken: float) -> None:
-    """Move the first end of a cable by ``taken``; see `_front`."""
-    first, front = _front(tension, ratio, stretch, taken)
-    for i in range(front + 1):
-        tension[i] = first * (ratio[i] if taken > 0.0 else 1.0 / ratio[i])
-
-
-@numba.njit
 def _simulate(rig: Elbow, drum: FloatArray, steps: int) -> FloatArray:
-    phi = np.linspace(0.0, rig.bend, _PLACES)
+    phi = np.linspace(0.0, rig.bend, PLACES)
     ratio = np.exp(-rig.friction * phi)
-    stretch = rig.length / (_PLACES - 1) / rig.axial_stiffness
-    cables = np.full((2, _PLACES), rig.pretension)
+    stretch = rig.length / (PLACES - 1) / rig.axial_stiffness
+    cables = np.full((2, PLACES), rig.pretension)
     sides = (1.0, -1.0)
     angle = speed = pulley = wound = 0.0
     measured = np.empty((len(drum), 3))
@@ -86,7 +49,7 @@ def _simulate(rig: Elbow, drum: FloatArray, steps: int) -> FloatArray:
             before, half = wound, 0.5 * rig.drum_play
             wound = min(max(wound, motor - half), motor + half)
             for c in range(2):
-                _take_up(cables[c], ratio, stretch, sides[c] * (wound - before))
+                take_up(cables[c], ratio, stretch, sides[c] * (wound - before))
             gap = 0.5 * rig.output_play
             if gap > 0.0:  # the pulley, which has no mass, is where the flank bears the cables
                 low, high = pulley - 0.05, pulley + 0.05
@@ -96,7 +59,7 @@ def _simulate(rig: Elbow, drum: FloatArray, steps: int) -> FloatArray:
                     torque = -_FLANK * (beyond - min(max(beyond, -gap), gap))
                     for c in range(2):
                         given = -sides[c] * rig.radius * (middle - pulley)
-                        output, _ = _front(cables[c, ::-1], ratio, stretch, given)
+                        output, _ = front(cables[c, ::-1], ratio, stretch, given)
                         torque += sides[c] * rig.radius * output
                     if torque > 0.0:
                         low = middle
@@ -108,7 +71,7 @@ def _simulate(rig: Elbow, drum: FloatArray, steps: int) -> FloatArray:
             torque = 0.0
             for c in range(2):
                 given = -sides[c] * rig.radius * (turned - pulley)
-                _take_up(cables[c, ::-1], ratio, stretch, given)
+                take_up(cables[c, ::-1], ratio, stretch, given)
                 torque += sides[c] * rig.radius * cables[c, -1]
             pulley = turned
             torque -= rig.mass * 9.81 * rig.centre_of_mass * np.sin(angle)

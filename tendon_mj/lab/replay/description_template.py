@@ -130,11 +130,15 @@ def _known(model: mujoco.MjModel, parameters: dict[str, Parameter]) -> Iterator[
 
 def _uncertain(parameters: dict[str, Parameter]) -> Iterator[str]:
     for name, parameter in parameters.items():
-        if parameter.kind == "live" and name.endswith(".friction"):
-            value = parameter.value or _GUESS
-            low, high = _number(parameter.value / _SPAN), _number(value * _SPAN)
-            entry = f"{{ value = {_number(value)}, low = {low}, high = {high} }}"
-            yield f"{_quoted(name)} = {entry}  # [-], of the capstan law"
+        if parameter.kind != "live" or not name.endswith(".friction"):
+            continue
+        of, gear = "the capstan law", name.replace(".friction", ".gear_friction")
+        if not parameter.value and gear in parameters and parameters[gear].value:
+            of, name, parameter = "a gear, 1/η - 1", gear, parameters[gear]
+        value = parameter.value or _GUESS
+        low, high = _number(parameter.value / _SPAN), _number(value * _SPAN)
+        entry = f"{{ value = {_number(value)}, low = {low}, high = {high} }}"
+        yield f"{_quoted(name)} = {entry}  # [-], of {of}"
 
 
 def column_of(name: str, unit: str, taken: set[str]) -> str:

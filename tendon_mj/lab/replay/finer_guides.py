@@ -39,7 +39,8 @@ def split_guides(spec: mujoco.MjSpec, pieces: int) -> mujoco.MjModel:
         path = list(tendon.path)
         if path[0].type == _JOINT:
             continue
-        runs = [_split(model, data, path, run, pieces) for run in _runs(model, data, path)]
+        undrawn = float(config.get("extra_bend", 0.0)) != 0.0
+        runs = [_split(model, data, path, run, pieces, undrawn) for run in _runs(model, data, path)]
         arcs, arc_guides = sum(_is_geom(p) for p in path), int(config.get("arc_guides", 1))
         added = sum(len(points) - len(run) for run, points in runs)
         if arcs:
@@ -80,12 +81,12 @@ def _body(model: mujoco.MjModel, site: mujoco.MjsWrap) -> int:
 def _keeps_heading(
     model: mujoco.MjModel, data: mujoco.MjData, one: mujoco.MjsWrap, other: mujoco.MjsWrap
 ) -> bool:
-    """Return whether two sites of a path lie apart, and move along their line alone."""
+    """Return whether two sites of a path lie apart, and move along their line alone, or as one."""
     at = [data.site(p.target.name) for p in (one, other)]
     way = at[1].xpos - at[0].xpos
     length = float(np.linalg.norm(way))
-    if not length > 0.0:
-        return False
+    if not length > 0.0 or _body(model, one) == _body(model, other):
+        return length > 0.0
     jacobian = np.zeros((2, 3, model.nv))
     for k, site in enumerate(at):
         mujoco.mj_jacSite(model, data, jacobian[k], None, site.id)
@@ -98,18 +99,19 @@ def _keeps_heading(
 
 
 def _split(
-    model: mujoco.MjModel, data: mujoco.MjData, path: Path, run: range, pieces: int
+    model: mujoco.MjModel, data: mujoco.MjData, path: Path, run: range, pieces: int, undrawn: bool
 ) -> tuple[range, FloatArray]:
     """Places in a path, and the sites (k, 3) to be put there in place of a run [m].
 
-    An end of the tendon that does not move moves over so that the others lie where they should.
+    An end of the tendon on the body of the run moves over so that the others lie where they should.
     Else the end of the run stays, and legs change as little as this needs.
     """
     places = range(run.start - 1, run.stop + 1)
     points = np.array([data.site(path[k].target.name).xpos for k in places])
-    moves = [_body(model, path[k]) != 0 for k in (places[0], places[-1])]
+    own = _body(model, path[run.start])
+    moves = [_body(model, path[k]) != own for k in (places[0], places[-1])]
     ends = places[0] == 0 and not moves[0], places[-1] == len(path) - 1 and not moves[1]
-    headings, legs = _legs(points, pieces)
+    headings, legs = _legs(points, pieces, undrawn)
     if not any(ends):
         length = float(legs.sum())
         rows = np.column_stack([headings, np.ones(legs.size)]).T * legs
@@ -125,10 +127,11 @@ def _split(
     return (range(run.start, len(path)), corners[1:]) if ends[1] else (run, corners[1:-1])
 
 
-def _legs(points: FloatArray, pieces: int) -> tuple[FloatArray, FloatArray]:
+def _legs(points: FloatArray, pieces: int, undrawn: bool) -> tuple[FloatArray, FloatArray]:
     """Headings (k, 3) and lengths (k,) of a path of which each corner is split in its place [m].
 
-    Pieces of a corner have the same bend and distance.
+    Pieces of a corner have the same bend and distance. What does not turn is a corner only if all
+    guides share a bend that is ``undrawn``.
     """
     ways = np.diff(points, axis=0)
     lengths = np.linalg.norm(ways, axis=1)
@@ -138,10 +141,11 @@ def _legs(points: FloatArray, pieces: int) -> tuple[FloatArray, FloatArray]:
         nearest = [0.5 * lengths[j] for j in (k, k + 1) if 0 < j < len(ways) - 1]
         reach = min(*nearest, lengths[k], lengths[k + 1])
         angle = float(np.arctan2(np.linalg.norm(np.cross(came, goes)), came @ goes))
-        count = pieces if angle > ROUNDING else 1
+        count = pieces if angle > ROUNDING or undrawn else 1
         legs[-1] -= reach * (1.0 - 1.0 / count)
         for j in range(1, count):
-            weights = np.sin(np.array([count - j, j]) / count * angle) / np.sin(angle)
+            shares = np.array([count - j, j]) / count
+            weights = np.sin(shares * angle) / np.sin(angle) if angle > ROUNDING else shares
             headings.append(weights @ (came, goes))
             legs.append(2.0 * reach / count)
         headings.append(goes)

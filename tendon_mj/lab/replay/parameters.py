@@ -58,6 +58,7 @@ _HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.
 _ON_JOINT = _TRN.mjTRN_JOINT.value, _TRN.mjTRN_JOINTINPARENT.value
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
 RANGE_WIDTH: Final = "range_width"
+DRUM: Final = "_drum"  # of a joint with play that turns it, after that joint's name
 RANGE_ENDS: Final = ("range_low", "range_high")
 EXTRA_BEND: Final = "extra_bend"
 DRAWN_BEND: Final = "drawn_bend"
@@ -453,7 +454,9 @@ def _winding(model: mujoco.MjModel, actuator: int, state: NDArray[np.void]) -> f
     joint, gear = joint_of(model, actuator), model.actuator_gear[actuator, 0]
     if actuator == int(state["reel_actuator"]):
         return float(np.sign(gear))
-    if joint >= 0 and joint == int(state["reel_joint"]):
+    reel = int(state["reel_joint"])
+    turned = model.joint(reel).name.removesuffix(DRUM) if reel >= 0 else None
+    if joint >= 0 and model.joint(joint).name == turned:
         return float(np.sign(gear * state["reel_radius"]))
     pulls = model.actuator_trntype[actuator] == _TRN.mjTRN_TENDON.value
     on_it = pulls and model.actuator_trnid[actuator, 0] == int(state["tendon"])

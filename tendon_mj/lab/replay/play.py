@@ -1,21 +1,22 @@
-"""Play behind the tendon: a load that goes from one flank to the other of the pulley it hangs on.
+"""Play between a joint and the pulley or drum that its cables wind on.
 
-    |q − p| ≤ b/2,   q of the joint, p of the pulley that its sheaths turn
+    |q − p| ≤ b/2,   q of the joint, p of the pulley or drum
 
+What pulls on it picks the flank: at an output the load, at a motor the cables against each other.
 The pulley is a coordinate of its own: the joint ``<joint>_pulley`` of a body that has no more
 inertia than the time step needs. The fixed tendon ``<joint>_play`` is q − p, and its limits are the
-flanks: b is the parameter ``<joint>_play.range_width``. In the reference pose, where angles are
-zeroed, a load that gravity and springs put on the joint rests on its flank at q = p; without one
-the joint is in the middle.
+flanks: b is the parameter ``<joint>_play.range_width``. Of a motor they are called
+``<joint>_drum`` and ``<joint>_drum_play``. In the reference pose, where angles are zeroed, a load
+that gravity and springs put on the joint rests on its flank at q = p; without one the joint is in
+the middle.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final, Protocol
+from typing import Final, NamedTuple, Protocol
 from xml.etree.ElementTree import SubElement
 
 import mujoco
@@ -25,13 +26,12 @@ from numpy.typing import NDArray
 from tendon_mj.attach import Mjcf, number_text, numbers
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.recordings import Recording
-from tendon_mj.lab.replay.parameters import RANGE_WIDTH, Parameter, stiff_friction
+from tendon_mj.lab.replay.parameters import DRUM, RANGE_WIDTH, Parameter, stiff_friction
 from tendon_mj.lab.units import JOINT, ROUNDING
 from tendon_mj.models import load_model, load_spec, model_path
 from tendon_mj.plugin import sheath_arrays, sheaths
 
-PLAY: Final = f"_play.{RANGE_WIDTH}"  # after the name of the joint
-# The pulley between cables whose guides hold is an oscillator, to which friction may be no damper:
+# A pulley between cables whose guides hold is an oscillator, to which friction may be no damper:
 # in the model's steps, and none are longer, it turns by √2 rad of the 2 that are stable.
 _STEPS, _INERTIA = 0.5, 0.1  # inertia over stiffness × step², and at most of the joint's
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value
@@ -44,74 +44,111 @@ class MakeModel(Protocol):
     def __call__(self, name: str, *, beside: Path | None = None) -> mujoco.MjModel: ...  # noqa: D102
 
 
-def joints_with_pulleys(model: mujoco.MjModel) -> dict[str, dict[str, NDArray[np.void]]]:
-    """Joint that sheaths turn at their output → their states; joints with a play are left out."""
-    joints: dict[str, dict[str, NDArray[np.void]]] = {}
+class _End(NamedTuple):
+    """Where cables wind: keys of a sheath for a joint and a radius, and names after the joint."""
+
+    joint: str
+    radius: str
+    turned: str
+    play: str
+
+
+_OUTPUT: Final = _End("output_joint", "output_radius", "_pulley", "_play")
+_DRUM: Final = _End("reel_joint", "reel_radius", DRUM, f"{DRUM}_play")
+
+
+class _Place(NamedTuple):
+    joint: str
+    end: _End
+    sheaths: dict[str, NDArray[np.void]]  # that wind on it → their states
+
+
+def _places(model: mujoco.MjModel) -> dict[str, _Place]:
+    """Parameter of a play → its place, if the model lacks it.
+
+    A drum on which no cables pull against each other rests on one flank.
+    """
+    places: dict[str, _Place] = {}
     data = mujoco.MjData(model)
     for name, sheath in sheaths(model).items():
         state = sheath_arrays(model, data.plugin_state, name, sheath.state).state
-        if (joint := int(state["output_joint"])) >= 0:
-            joints.setdefault(model.joint(joint).name, {})[name] = state
+        for end in (_OUTPUT, _DRUM):
+            if (k := int(state[end.joint])) >= 0:
+                joint = model.joint(k).name
+                parameter = f"{joint.removesuffix(end.turned)}{end.play}.{RANGE_WIDTH}"
+                place = places.setdefault(parameter, _Place(joint, end, {}))
+                place.sheaths[name] = state
     taken = {model.tendon(k).name for k in range(model.ntendon)}
     return {
-        joint: states
-        for joint, states in joints.items()
-        if taken.isdisjoint((f"{joint}_play", f"{joint.removesuffix('_pulley')}_play"))
+        parameter: place
+        for parameter, place in places.items()
+        if parameter.removesuffix(f".{RANGE_WIDTH}") not in taken
+        and (
+            place.end is _OUTPUT
+            or len({s["reel_radius"] > 0.0 for s in place.sheaths.values()}) > 1
+        )
     }
 
 
 def plays(model: mujoco.MjModel) -> dict[str, Parameter]:
     """Parameters of plays that a model may be given, all 0."""
-    joints = {joint: int(model.joint(joint).type[0]) for joint in joints_with_pulleys(model)}
-    units = {joint: JOINT["springref"][kind == _SLIDE] for joint, kind in joints.items()}
-    return {f"{joint}{PLAY}": Parameter(0.0, unit, "tendon", 0.0) for joint, unit in units.items()}
+    kinds = {name: int(model.joint(place.joint).type[0]) for name, place in _places(model).items()}
+    units = {name: JOINT["springref"][kind == _SLIDE] for name, kind in kinds.items()}
+    return {name: Parameter(0.0, unit, "tendon", 0.0) for name, unit in units.items()}
 
 
 def add_plays(text: Mjcf, model: mujoco.MjModel, parameters: Iterable[str]) -> None:
     """Write the plays that a model lacks of those parameters into its text."""
-    for parameter in sorted(plays(model).keys() & {*parameters}):
-        _add_play(text, model, parameter.removesuffix(PLAY))
+    places = _places(model)
+    for parameter in sorted(places.keys() & {*parameters}):
+        _add_play(text, model, places[parameter])
 
 
-def _add_play(text: Mjcf, model: mujoco.MjModel, joint: str) -> None:
-    """Write a pulley for a joint, on which its sheaths wind in its place."""
+def _add_play(text: Mjcf, model: mujoco.MjModel, place: _Place) -> None:
+    """Write a pulley or drum for a joint, on which its sheaths wind in its place."""
+    joint, end, states = place
+    turned = joint + end.turned
     written, element = text.element("joint", joint), model.joint(joint)
     body = SubElement(text.section("worldbody", ""), "body")
     SubElement(body, "inertial", pos="0 0 0", mass=_MASS, diaginertia=_OWN_INERTIA)
-    pulley = SubElement(body, "joint", name=f"{joint}_pulley", limited="false")
+    pulley = SubElement(body, "joint", name=turned, limited="false")
     pulley.set("type", "slide" if element.type[0] == _SLIDE else "hinge")
     pulley.set("ref", written.get("ref", "0"))
     for attribute in ("stiffness", "damping", "frictionloss"):  # which a class may give
         pulley.set(attribute, "0")
-    states = joints_with_pulleys(model)[joint]
-    stiffness = sum(map(partial(_stiffness, model), states.values()))
+    stiffness = sum(_stiffness(model, state, end.radius) for state in states.values())
     inertia = _STEPS * stiffness * model.opt.timestep**2
     largest = _INERTIA * float(model.dof_M0[element.dofadr[0]])
     pulley.set("armature", number_text(min(inertia, largest) if stiffness else largest))
     solref, solimp = stiff_friction(model)
     low = {-1: 0.0, 0: -0.5, 1: -1.0}[_side(model, joint)]
     flanks = {
-        "name": f"{joint}_play",
+        "name": joint + end.play,
         "limited": "true",
         "range": numbers((low, low + 1.0)),  # until its width is set
         "solreflimit": numbers(solref),
         "solimplimit": numbers(solimp),
     }
     play = SubElement(text.section("tendon", ""), "fixed", flanks)
-    for name, coefficient in ((joint, "1"), (f"{joint}_pulley", "-1")):
+    for name, coefficient in ((joint, "1"), (turned, "-1")):
         SubElement(play, "joint", joint=name, coef=coefficient)
     for sheath in states:
         for config in text.plugin(sheath).iterfind("config"):
-            if config.get("key") == "output_joint":
-                config.set("value", f"{joint}_pulley")
+            if config.get("key") == end.joint:
+                config.set("value", turned)
 
 
-def _stiffness(model: mujoco.MjModel, state: NDArray[np.void]) -> float:
-    """Stiffness of the tendon between its last guide and a pulley [N m/rad or N/m]."""
-    length = model.tendon_length0[int(state["tendon"])]
-    segments = float(state["guides"]) + 1.0
-    per_length = float(state["law"]["axial_stiffness"]) / float(length)
-    return per_length * segments * float(state["output_radius"]) ** 2
+def _stiffness(model: mujoco.MjModel, state: NDArray[np.void], radius: str) -> float:
+    """Stiffness of a tendon between a pulley or drum and the next guide [N m/rad or N/m].
+
+    A damper takes c/h off what is stable in a step h: twice, as it acts on the change of a step.
+    """
+    law, segments = state["law"], float(state["guides"]) + 1.0
+    of_segment = float(law["axial_stiffness"]) + 2.0 * float(law["axial_damping"]) / float(
+        model.opt.timestep
+    )
+    length = float(model.tendon_length0[int(state["tendon"])])
+    return of_segment * segments / length * float(state[radius]) ** 2
 
 
 def _side(model: mujoco.MjModel, joint: str) -> int:

@@ -486,15 +486,16 @@ class Simulator:
         self.recordings = tuple(recordings)
         if threads is not None and threads < 1:
             raise InvalidValueError(f"threads = {threads} must be ≥ 1")
+        self._make: MakeModel = load_model
         self.model = copy.copy(model) if model is not None else self._load_model()
         _skip_contacts(self.model)
-        # plays that the model lacks, where its text is at hand; and the model with all of them
-        self._plays, self._with_plays = {}, self.model
+        # plays that the model lacks, where its text is at hand; and the model with some of them
+        self._plays: dict[str, Parameter] = {}
+        self._with_plays: dict[frozenset[str], mujoco.MjModel] = {}
         if model is None and (lacking := plays(self.model)):
             with suppress(TendonError):  # of joints that `attach` or `replicate` makes
-                self._with_plays = load_recorded(self.recordings[0], lacking)
+                self._model_with(frozenset(lacking))
                 self._plays = lacking
-                _skip_contacts(self._with_plays)
         self._given = model is not None
         self._schedules = [Schedule(r, self.model, settle, timestep) for r in self.recordings]
         self._settle = settle
@@ -582,14 +583,12 @@ class Simulator:
         def split(name: str, *, beside: Path | None = None) -> mujoco.MjModel:
             return split_guides(load_spec(name, beside=beside), pieces)
 
+        other._make, other._with_plays = split, {}
         try:
-            other.model = other._with_plays = self._load_model(split)
-            if self._plays:
-                other._with_plays = load_recorded(self.recordings[0], self._plays, split)
+            other.model = other._load_model()
         except ValueError:
             return self
         other.model.opt.disableflags = self.model.opt.disableflags
-        other._with_plays.opt.disableflags = self._with_plays.opt.disableflags
         return other._with(
             Schedule(s.recording, other.model, self._settle, s.clock.timestep).up_to(s.samples)
             for s in self._schedules
@@ -637,7 +636,7 @@ class Simulator:
             )
         return answers
 
-    def _load_model(self, make: MakeModel = load_model) -> mujoco.MjModel:
+    def _load_model(self, lacking: Iterable[str] = ()) -> mujoco.MjModel:
         names = list(dict.fromkeys(recording.model for recording in self.recordings))
         if not names or not all(is_same_model(names[0], other) for other in names):
             raise RecordingError(
@@ -645,7 +644,19 @@ class Simulator:
                 f" {', '.join(map(repr, names)) or 'none'}"
             )
         tables = (t for r in self.recordings for t in (r.known, r.uncertain, r.session))
-        return load_recorded(self.recordings[0], chain.from_iterable(tables), make)
+        return load_recorded(
+            self.recordings[0], (*chain.from_iterable(tables), *lacking), self._make
+        )
+
+    def _model_with(self, lacking: frozenset[str]) -> mujoco.MjModel:
+        """The model with plays that it lacks."""
+        if not lacking:
+            return self.model
+        if lacking not in self._with_plays:
+            made = self._load_model(lacking)
+            made.opt.disableflags = self.model.opt.disableflags
+            self._with_plays[lacking] = made
+        return self._with_plays[lacking]
 
     def _described_parameters(self) -> dict[str, Parameter]:
         parameters = self._plays | Adjustable(copy.copy(self.model)).parameters()
@@ -667,23 +678,23 @@ class Simulator:
         return parameters
 
     def adjusted(self, values: Values) -> Adjustable:
-        """The model with these values, which has plays if one of them is not 0; a copy."""
-        given = self._has_play(values)
-        adjustable = Adjustable(copy.copy(self._with_plays if given else self.model))
-        adjustable.set({n: v for n, v in values.items() if given or n not in self._plays})
+        """The model with these values, which has the plays that are not 0; a copy."""
+        given = self._given_plays(values)
+        adjustable = Adjustable(copy.copy(self._model_with(given)))
+        adjustable.set({n: v for n, v in values.items() if n in given or n not in self._plays})
         return adjustable
 
     def _schedule(self, job: _Job) -> Schedule:
         """Schedule of a simulation, of which a pulley takes no longer steps than the model's."""
         schedule, own = self._schedules[job.recording], self.model.opt.timestep
-        if schedule.clock.timestep <= own or not self._has_play(job.acting):
+        if schedule.clock.timestep <= own or not self._given_plays(job.acting):
             return schedule
         shorter = Schedule(schedule.recording, self.model, self._settle, own)
         return shorter.up_to(schedule.samples)
 
-    def _has_play(self, values: Values) -> bool:
-        """Return whether one of the plays that the model lacks is not 0."""
-        return any(values.get(name) for name in self._plays)
+    def _given_plays(self, values: Values) -> frozenset[str]:
+        """Those of the plays that the model lacks that are not 0."""
+        return frozenset(name for name in self._plays if values.get(name))
 
     def _jobs(self, parameter_sets: Sequence[Values]) -> list[_Job]:
         """Distinct simulations that answer all sets, the longest first."""
@@ -703,6 +714,7 @@ class Simulator:
                 acts = {n: v for n, v in values.items() if n not in reads}
                 job = groups.setdefault((k, frozenset(acts.items())), _Job(k, acts, []))
                 job.readouts.append((row, reads))
+                self._model_with(self._given_plays(acts))  # before threads
         return sorted(groups.values(), key=lambda job: -self._schedules[job.recording].steps)
 
     def _run_all(self, jobs: list[_Job]) -> Iterator[tuple[list[Series], set[str]]]:

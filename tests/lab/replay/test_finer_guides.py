@@ -126,6 +126,23 @@ def test_a_simulator_splits_the_model_that_its_recordings_name():
     assert given.split(2) is given
 
 
+@pytest.mark.parametrize("pieces", [2, 4])
+def test_a_straight_path_that_moves_with_its_motor_shares_its_undrawn_bend_evenly(pieces):
+    spec = mujoco.MjSpec.from_string(LEVER)
+    spec.add_actuator(name="m", target="lever", trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    cable = {"motor": True, "axial_stiffness": 1e4, "length": 0.6, "pretension": 10.0}
+    add_cable_drive(spec, "m", radius=0.01, bend=3.0, friction=0.2, armature=1e-3, **cable)
+    coarse = spec.copy().compile()
+    split = split_guides(spec, pieces)
+    guides = coarse.tendon_num[coarse.tendon("lever_cable").id] - 2
+    k = split.tendon("lever_cable").id
+    first, count = split.tendon_adr[k], split.tendon_num[k]
+    assert count == pieces * guides + 2
+    along = split.site_pos[split.wrap_objid[first : first + count], 0]
+    cells = [0.0, *((np.arange(pieces * guides) + 0.5) / (pieces * guides)), 1.0]
+    assert along == pytest.approx(0.6 * np.array(cells))
+
+
 def test_a_cable_that_is_not_drawn_keeps_its_guide():
     spec = mujoco.MjSpec.from_string(LEVER)
     spec.add_actuator(target="lever", trntype=mujoco.mjtTrn.mjTRN_JOINT)

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj.attach import add_friction
+from tendon_mj.attach import add_cable_drive, add_friction
 from tendon_mj.lab.replay import Adjustable, Simulator, patch_model, replay_recording
 from tendon_mj.models import load_model
 from tests.lab.recorded import recorded
@@ -27,12 +27,12 @@ RADIUS, WIDTH = 0.03, 0.04
 TIME = np.arange(0.0, 6.0, 0.03)
 
 
-def arm(folder, g=-9.81, more="", stiffness=2e3):
-    """An arm that hangs from a pulley, which two cables turn."""
+def arm(folder, g=-9.81, more="", stiffness=2e3, turned=("arm", "arm")):
+    """An arm that hangs from a pulley, which two cables turn; or two arms, with one cable each."""
     spec = mujoco.MjSpec.from_string(ARM.format(g=g, more=more))
-    for tendon, side in (("one", -1.0), ("two", 1.0)):
+    for tendon, side, joint in zip(("one", "two"), (-1.0, 1.0), turned, strict=True):
         law = {"friction": 0.2, "axial_stiffness": stiffness, "pretension": 30.0, "extra_bend": 1.0}
-        ends = {"reel": f"{tendon}_reel", "output_joint": "arm", "output_radius": side * RADIUS}
+        ends = {"reel": f"{tendon}_reel", "output_joint": joint, "output_radius": side * RADIUS}
         add_friction(spec, tendon, inner_guides=3, sensors=("input_tension",), **law, **ends)
     path = folder / "arm.xml"
     path.write_text(spec.to_xml())
@@ -75,6 +75,16 @@ def test_without_a_width_nothing_changes_and_a_narrow_play_changes_little(tmp_pa
     assert np.array_equal(plain["arm_rad"], none["arm_rad"])
     for column, measured in made.measured.items():
         assert abs(narrow[column] - plain[column]).max() < measured.noise
+
+
+def test_a_joint_without_a_width_has_no_play_beside_one_that_has(tmp_path):
+    made = motion(arm(tmp_path, turned=("arm", "stop")))
+    values = {"arm_play.range_width": WIDTH, "stop_play.range_width": 0.0}
+    alone = replay_recording(made, parameters={"arm_play.range_width": WIDTH})
+    for simulator in (Simulator([made], threads=1), Simulator([made], threads=1).split(2)):
+        ((one,), (both,)) = simulator([{"arm_play.range_width": WIDTH}, values])
+        assert np.array_equal(one["arm_rad"], both["arm_rad"])
+        assert abs(one["arm_rad"] - alone.columns["arm_rad"]).max() < 1e-3
 
 
 def test_a_pulley_takes_no_longer_steps_than_the_model_s(tmp_path):
@@ -126,3 +136,61 @@ def test_limits_of_a_model_are_parameters(tmp_path):
     for values in ({"stop.range_width": 1.0}, {"stop.range_low": -1 / 3, "stop.range_high": 2 / 3}):
         written = load_model(str(patch_model(path, values, tmp_path / "limited.xml")))
         assert written.joint("stop").range == pytest.approx([-1 / 3, 2 / 3])
+
+
+def driven(folder, **changed):
+    """A joint with a load that a servo turns by two cables, with play at its drum."""
+    spec = mujoco.MjSpec.from_string("""<mujoco><option timestep=".001" integrator="implicitfast"/>
+    <worldbody><body><joint name="j" axis="0 1 0" damping=".01"/>
+    <geom size=".02" pos="0 0 -.1" mass=".1"/></body></worldbody>
+    <actuator><position name="m" joint="j" kp="4" kv=".1"/></actuator></mujoco>""")
+    cable = {"radius": 0.01, "bend": 3.0, "friction": 0.1, "pretension": 20.0, "armature": 0.002}
+    cable |= {"motor": True, "axial_stiffness": 5e3, "length": 0.5}
+    add_cable_drive(spec, "m", **cable | changed)
+    path = folder / "driven.xml"
+    path.write_text(spec.to_xml())
+    return path
+
+
+@pytest.mark.parametrize("axial_damping", [0.0, 5.0, 20.0])
+def test_the_cables_of_a_motor_carry_its_drum_to_a_flank_and_rest_in_between(
+    axial_damping, tmp_path
+):
+    """In the gap they are as tight as each other, the motor is free and friction holds the load."""
+    path = driven(tmp_path, axial_damping=axial_damping)
+    width = {"j_motor_drum_play.range_width": 0.1}
+    model = load_model(str(patch_model(path, width, tmp_path / "played.xml")))
+    data = mujoco.MjData(model)
+    joint, motor, drum = (data.joint(name) for name in ("j", "j_motor", "j_motor_drum"))
+
+    def turn(begin, end, seconds):
+        steps = round(seconds / model.opt.timestep)
+        for share in np.linspace(0.0, 1.0, steps):
+            data.ctrl[0] = begin + (end - begin) * share
+            mujoco.mj_step(model, data)
+        return motor.qpos[0] - drum.qpos[0], data.actuator("m").force[0]
+
+    ahead, torque = turn(0.0, 0.8, 1.0)
+    assert ahead == pytest.approx(0.05, abs=1e-3)
+    assert torque > 0.1
+    seen = []
+    for k in range(12):
+        gap, torque = turn(0.8 - 0.02 * k, 0.78 - 0.02 * k, 0.05)
+        seen.append((gap, abs(torque), joint.qpos[0]))
+    free = np.array([row for row in seen if abs(row[0]) < 0.04])
+    assert len(free) >= 3
+    assert free[:, 1].max() < 0.03  # friction of the motor's own inertia and rate gain alone
+    assert np.ptp(free[:, 2]) < 2e-3
+
+
+def test_a_model_with_play_has_the_parameters_of_the_model_without(tmp_path):
+    path = driven(tmp_path)
+    plain = Adjustable(load_model(str(path))).names()
+    for play in ("j_motor_drum_play.range_width", "j_play.range_width"):
+        played = patch_model(path, {play: 0.1}, tmp_path / "played.xml")
+        assert {*plain} < {*Adjustable(load_model(str(played))).names()}
+
+
+def test_one_cable_alone_rests_on_its_flank_and_has_no_such_play(tmp_path):
+    names = set(Simulator([motion(arm(tmp_path))], threads=1).parameters)
+    assert not any(name.endswith("_drum_play.range_width") for name in names)

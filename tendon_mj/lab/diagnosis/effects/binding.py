@@ -228,8 +228,20 @@ def armatures(system: SystemDescription, _: str) -> list[str]:
 
 
 def plays(system: SystemDescription, parameter: str) -> list[str]:
-    """Tendons and joints whose limits are the flanks of a play, by their names."""
-    return [name for name in system.elements(parameter) if name.endswith("_play")]
+    """Tendons and joints whose limits are the flanks of a play behind cables, by their names."""
+    at_drums = drum_plays(system, parameter)
+    return [n for n in system.elements(parameter) if n.endswith("_play") and n not in at_drums]
+
+
+def drum_plays(system: SystemDescription, parameter: str) -> list[str]:
+    """Those whose limits are the flanks of a play between a motor and the drum of its cables."""
+    return [name for name in system.elements(parameter) if name.endswith("_drum_play")]
+
+
+def gears(system: SystemDescription, parameter: str) -> list[str]:
+    """Sheaths of tendons that are not drawn: those that have a gear, or all if none has."""
+    own = [name for name in system.elements(parameter) if system.values[f"{name}.{parameter}"]]
+    return own or system.elements(parameter)
 
 
 def bodies(system: SystemDescription, parameter: str) -> list[str]:

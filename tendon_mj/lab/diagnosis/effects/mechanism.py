@@ -10,6 +10,8 @@ from tendon_mj.lab.diagnosis.effects.binding import (
     bodies,
     drives,
     drives_on_joints,
+    drum_plays,
+    gears,
     motors,
     on,
     on_gravity,
@@ -32,6 +34,11 @@ _AT_THE_DRIVE: Final = (
     "Measure the tension at the drive by a load cell: the gear's friction is not in it, the"
     " sheath's is."
 )
+_STRAIGHTENED: Final = (
+    "Record the same moves with the sheath straighter: its friction shrinks, the gear's does not."
+)
+
+_FLANKS: Final = Spec(RANGE_WIDTH, "rad or m", 0.0, 0.5, 5e-4, larger=(5e-3, 2e-2, 8e-2))
 
 JOINT_EFFECTS: Final = (
     Effect(
@@ -77,7 +84,22 @@ JOINT_EFFECTS: Final = (
                 "Hold the drive and move the joint by hand: play behind the cable moves no drum."
             )
         },
-        binding=on(plays, Spec(RANGE_WIDTH, "rad or m", 0.0, 0.5, 5e-4, larger=(5e-3, 2e-2, 8e-2))),
+        binding=on(plays, _FLANKS),
+    ),
+    Effect(
+        identifier="drum_play",
+        name="play between a motor and the drum of its cables",
+        equation="|q − p| ≤ b/2, p of the drum, on which the cables pull against each other",
+        signature="the motor turns freely for an angle where the torque of its cables changes sign",
+        source="Nordin & Gutman 2002, Automatica 38(10), a survey of backlash",
+        next_experiment="the motor turned slowly to and fro, its joint at rest without a load",
+        look_at="the drum on its shaft, the coupling and the gear of the motor",
+        tell_apart={
+            "output_play": (
+                "Hold the motor and move the joint by hand: play at the motor moves its drum."
+            )
+        },
+        binding=on(drum_plays, _FLANKS),
     ),
     Effect(
         identifier="joint_stiffness",
@@ -196,6 +218,25 @@ ACTUATORS: Final = (
             )
         },
         binding=on(motors, Spec("gear", "-", 0.2, 5.0, 0.02, relative=True)),
+        kind="parameter",
+    ),
+    Effect(
+        identifier="gear_friction",
+        name="friction of a gear that grows with its load",
+        equation="η = 1/(1 + c) forward, 1 − c back",
+        signature="a servo stays behind its goal by more the more its joint bears, both ways",
+        source="docs/no_tendons.md, a gear; mujoco issue 3528",
+        next_experiment="the joint lifted and let down slowly under two loads",
+        look_at="the gear of the motor",
+        tell_apart={
+            **dict.fromkeys(("sheath_friction", "friction"), _STRAIGHTENED),
+            "gear_efficiency": (
+                "Record the place of the motor: where a gear rubs it stays behind its goal by more,"
+                " where a reading alone is off it does not."
+            ),
+            "kp": "Let the joint rest after moves from both sides: friction stops it on either.",
+        },
+        binding=on(gears, Spec("gear_friction", "-", 0.0, 5.0, 0.03)),
         kind="parameter",
     ),
     Effect(
