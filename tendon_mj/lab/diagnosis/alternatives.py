@@ -31,10 +31,11 @@ from tendon_mj.lab.diagnosis.selection import Selection, SelectionContext
 from tendon_mj.lab.diagnosis.statistics import (
     FittedCandidate,
     at_rest_on_bounds,
-    half_widths,
     intervals,
     on_bounds,
+    sides,
     tie_width,
+    with_slope,
 )
 from tendon_mj.lab.diagnosis.wording import NOTHING, state_alternatives, state_finding
 from tendon_mj.typing import FloatArray
@@ -77,7 +78,7 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
     rivals: dict[str, list[str]] = {finding.parameter: [] for finding in result.findings}
     for other in (*_tied(selection), *_fits_elsewhere(context, model, numbers, stated)):
         (added,) = (effect for effect in other.effects if effect not in fit.effects)
-        ranges = _intervals(problem, other, added)
+        ranges = intervals(problem, other)
         calibrated, of_effects = fitted_values(problem, base, other, ranges)
         there = {**calibrated, **of_effects}
         moved = [
@@ -123,18 +124,16 @@ def _tied(selection: Selection) -> Iterator[Fit]:
 
 def _untold(problem: Problem, fit: Fit) -> list[int]:
     """Positions of the numbers of which the data exclude no part of their range."""
-    halves = _half_widths(problem, fit, fit.free | on_bounds(fit))
-    sides = [natural_in_range(fit.terms, fit.scaled + sign * halves) for sign in (-1.0, 1.0)]
-    spans = np.transpose(sides)
+    spans = _ranges(fit, _sides(problem, fit, fit.free | on_bounds(fit)))
     return [k for k in _numbers(fit) if not is_narrower(np.sort(spans[k]), fit.terms[k])]
 
 
 def _at_ends(problem: Problem, fit: Fit, values: Mapping[str, Value]) -> list[Alternative]:
     """Numbers that trade places with others, which rest at an end of their range."""
     held = at_rest_on_bounds(problem, fit)
-    moved, together = dict[str, float](), _half_widths(problem, fit, fit.free | held)
+    moved, together = dict[str, float](), _sides(problem, fit, fit.free | held).max(axis=0)
     for k in (k for k in _numbers(fit) if fit.free[k] or held[k]):
-        alone = _half_widths(problem, fit, fit.free | (np.arange(held.size) == k))[k]
+        alone = _sides(problem, fit, fit.free | (np.arange(held.size) == k))[:, k].max()
         widths = np.minimum([alone, together[k]], np.ptp(fit.bounds[:, k])) * fit.terms[k].probe
         if widths[1] - widths[0] > MATTERS * abs(fit.values[k]):
             moved |= {name: _far_end(values[name], values[name]) for name in fit.terms[k].targets}
@@ -167,29 +166,17 @@ def _includes(value: Value, number: float) -> bool:
     return value.low <= number <= value.high
 
 
-def _half_widths(problem: Problem, fit: Fit, moving: NDArray[np.bool_]) -> FloatArray:
-    """(p,) half of the intervals of the scaled terms, 0 of those that do not move."""
-    halves = np.zeros(moving.size)
-    halves[moving] = half_widths(problem, fit, moving)
-    return halves
+def _sides(problem: Problem, fit: Fit, moving: NDArray[np.bool_]) -> FloatArray:
+    """(2, p) `sides` of the scaled terms, 0 of those that do not move."""
+    reach = np.zeros((2, moving.size))
+    reach[:, moving] = sides(problem, fit, moving)
+    return reach
 
 
-def _intervals(problem: Problem, fit: Fit, added: Candidate) -> FloatArray:
-    """(p, 2) intervals of a fit's terms, while one of its effects stays within its range.
-
-    A number that trades places with the effect moves by no more than all of that range asks for.
-    """
-    own, used = fit.terms_of(added), problem.in_train
-    rest = fit.free | on_bounds(fit)
-    rest[own] = False
-    slope = fit.jacobian[used, own.start]
-    moves = np.linalg.lstsq(fit.jacobian[used][:, rest], slope, rcond=None)[0]
-    shifts = np.outer(fit.scaled[own.start] - fit.bounds[:, own.start], moves)
-    half, sides = half_widths(problem, fit, rest), np.full((2, rest.size), [[-np.inf], [np.inf]])
-    sides[0, rest] = fit.scaled[rest] + np.minimum(shifts.min(axis=0), 0.0) - half
-    sides[1, rest] = fit.scaled[rest] + np.maximum(shifts.max(axis=0), 0.0) + half
-    low, high = (natural_in_range(fit.terms, side)[:, None] for side in sides)
-    return np.clip(intervals(problem, fit), low, high)
+def _ranges(fit: Fit, reach: FloatArray) -> FloatArray:
+    """(p, 2) values of a fit's terms that far below and above."""
+    scaled = fit.scaled + np.array([[-1.0], [1.0]]) * reach[:, : fit.scaled.size]
+    return np.column_stack([natural_in_range(fit.terms, side) for side in scaled])
 
 
 def _fits_elsewhere(
@@ -235,22 +222,20 @@ def _valleys(context: SelectionContext, model: FittedCandidate) -> Iterator[_Val
             if score.key not in slopes:
                 continue
             slope = slopes[score.key]
-            extended = replace(fit, jacobian=np.column_stack([fit.jacobian, slope]))
-            halves = _half_widths(problem, extended, moving)
+            reach = _sides(problem, with_slope(fit, candidate, slope), moving)
             ends = [strength.scaled(end) for end in (strength.low, strength.high)]
-            farthest = min(halves[-1], _FARTHEST)
-            end = max(np.clip([farthest, -farthest], min(ends), max(ends)), key=abs)
+            farthest = np.minimum(reach[:, -1], _FARTHEST) * (-1.0, 1.0)
+            end = max(np.clip(farthest[::-1], min(ends), max(ends)), key=abs)
             bounds = fit.bounds - fit.scaled
             step = bounded_least_squares(fit.jacobian[used], slope[used] * end, bounds)
             near, shape = (
                 natural_in_range(fit.terms, fit.scaled + step),
                 score.start[len(step) + 1 :],
             )
-            sides = [fit.scaled + sign * halves[:-1] for sign in (-1.0, 1.0)]
             yield _Valley(
                 candidate,
                 np.array([*near, strength.natural(float(end)), *shape]),
-                np.column_stack([natural_in_range(fit.terms, side) for side in sides]),
+                _ranges(fit, reach),
             )
 
 

@@ -40,7 +40,7 @@ from tendon_mj.lab.diagnosis.proof import is_narrower
 from tendon_mj.lab.diagnosis.rehearsal import rehearse
 from tendon_mj.lab.diagnosis.search import ScreeningScore, screen
 from tendon_mj.lab.diagnosis.selection import SelectionContext
-from tendon_mj.lab.diagnosis.statistics import half_widths, intervals
+from tendon_mj.lab.diagnosis.statistics import half_widths, intervals, with_slope
 from tendon_mj.lab.diagnosis.verdict import LARGEST_EXCESS, SMALLEST_EXCESS, chance_excess
 from tendon_mj.lab.parameter_names import parameter_of
 from tendon_mj.lab.progress import Progress, silent
@@ -252,10 +252,10 @@ class _Judge:
         """The uncertain numbers, with the effect of those noticed that widens each most."""
         fitted, problem = self.fit, self.context.problem
         alone, free = intervals(problem, fitted), np.append(fitted.free, True)
-        wider = dict[str, FloatArray]()
+        wider, effects = dict[str, FloatArray](), {c.label: c for c in self.candidates}
         for (label, _), slope in self.slopes.items() if fitted.terms else ():
             if label in noticed:
-                extended = replace(fitted, jacobian=np.column_stack([fitted.jacobian, slope]))
+                extended = with_slope(fitted, effects[label], slope)
                 wider[label] = np.zeros(free.size)
                 wider[label][free] = half_widths(problem, extended, free)
         for k, term in enumerate(fitted.terms):

@@ -25,6 +25,7 @@ from tendon_mj.lab.diagnosis.statistics import (
     SelectedEffect,
     cross_validate,
     gain,
+    is_simpler,
     rate_effect,
     simplest,
     tied,
@@ -228,6 +229,17 @@ class SelectionContext:
         ended = [self.polish(m) for m in promising[:_MOST_POLISHED]]
         return sorted([*ended, *ranked[len(ended) :]], key=lambda m: m.excess)
 
+    def simplest(self, ranked: Sequence[FittedCandidate]) -> FittedCandidate:
+        """Simplest of the extensions of a model, best first, that are tied.
+
+        Simpler ones that are behind by less than matters are fitted to convergence before.
+        """
+        near = ranked[0].excess + self.smallest_gain
+        behind = [m for m in ranked if is_simpler(m, ranked[0]) and m.excess < near]
+        ended = [self.polish(m) for m in behind[:_MOST_POLISHED]]
+        rest = [m for m in ranked if m not in behind[:_MOST_POLISHED]]
+        return simplest(sorted([*ended, *rest], key=lambda m: m.excess))
+
     def optimise(self, model: FittedCandidate) -> FittedCandidate:
         """Continue a fit to convergence, and out of a local minimum where it leaves much."""
         best = self.polish(model)
@@ -359,7 +371,7 @@ def select_forward(
         if not improving:
             break
         rounds.append(ranked)
-        chosen = context.optimise(simplest(improving))
+        chosen = context.optimise(context.simplest(improving))
         if context.leaves_much(chosen):
             chosen = context.at_other_places(chosen, ranked)
         others = [other for other in ranked if other.candidate != chosen.candidate]

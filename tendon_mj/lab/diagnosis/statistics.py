@@ -46,8 +46,8 @@ from tendon_mj.lab.replay import suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
 
 _LEVEL = 0.95
-_SINGULAR = 1e-5  # eigenvalue of JᵀJ scaled to a unit diagonal
-_LOADING = 0.1  # component of its eigenvector
+_ROUNDING = 1e-12  # eigenvalue of JᵀJ scaled to a unit diagonal
+_LEAST_ROOM = 1e-3  # to an end of a range, of the probe of a term
 _FAR = 4.0  # left-out χ² over that in the fit, beyond which the others are fitted again
 _MATTERS = 0.1  # of the χ² of all parts, that it must be worth
 _MOST_REFITTED = 3  # parts
@@ -184,6 +184,11 @@ def simplest(ranked: Sequence[FittedCandidate]) -> FittedCandidate:
     return min(equal, key=lambda model: (_complexity(model.candidate), model.excess))
 
 
+def is_simpler(one: FittedCandidate, other: FittedCandidate) -> bool:
+    """Return whether the first of two extensions of a model is simpler, see `simplest`."""
+    return _complexity(one.candidate) < _complexity(other.candidate)
+
+
 def _complexity(candidate: Candidate | None) -> tuple[bool, bool, int]:
     if candidate is None:
         return (False, False, 0)
@@ -241,12 +246,12 @@ def intervals(
     """
     ranges = np.array([[term.low, term.high] for term in fit.terms]).reshape(-1, 2)
     moving = fit.free | at_rest_on_bounds(problem, fit) if moving is None else moving
-    widths = half_widths(problem, fit, moving)[fit.free[moving]]
+    reach = sides(problem, fit, moving)[:, fit.free[moving]]
     if len(refits) > 1:
-        widths = np.maximum(widths, _jackknife(fit, refits)[fit.free])
-    for k, half in zip(np.flatnonzero(fit.free), widths, strict=True):
+        reach = np.maximum(reach, _jackknife(fit, refits)[fit.free])
+    for k, (below, above) in zip(np.flatnonzero(fit.free), reach.T, strict=True):
         term = fit.terms[k]
-        ends = [term.natural(fit.scaled[k] + sign * half) for sign in (-1.0, 1.0)]
+        ends = [term.natural(scaled) for scaled in (fit.scaled[k] - below, fit.scaled[k] + above)]
         ranges[k] = np.clip(sorted(ends), *sorted(ranges[k]))
     return ranges
 
@@ -285,7 +290,7 @@ def correlation_matrix(problem: Problem, fit: Fit, chosen: NDArray[np.bool_]) ->
     """
     free = fit.free | chosen
     jacobian = fit.jacobian[problem.in_train][:, free]
-    inverse, _ = _inverse(jacobian.T @ jacobian)
+    inverse = _inverse(jacobian.T @ jacobian)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(inverse), np.finfo(float).tiny))
     correlations: FloatArray = (inverse * np.outer(scale, scale))[chosen[free]][:, chosen[free]]
     return np.clip(correlations, -1.0, 1.0)
@@ -327,23 +332,60 @@ def at_rest_on_bounds(problem: Problem, fit: Fit) -> NDArray[np.bool_]:
 
 
 def half_widths(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArray:
-    """(free terms,) half of the 95 % intervals, of the scaled terms."""
+    """(free terms,) the longer side of the 95 % intervals, of the scaled terms."""
+    longer: FloatArray = sides(problem, fit, free).max(axis=0)
+    return longer
+
+
+def sides(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArray:
+    """(2, free terms) how far the 95 % intervals reach below and above the scaled terms.
+
+    While a term moves the others stay within their ranges: in 95 % of cases they go no farther than
+    to the end that they go to.
+    """
     used = problem.in_train
     jacobian, residual = fit.jacobian[used][:, free], fit.residual[used]
     blocks = problem.blocks[used]
     names = np.unique(blocks)
     gradients = np.array([jacobian[blocks == b].T @ residual[blocks == b] for b in names])
-    inverse, undetermined = _inverse(jacobian.T @ jacobian)
+    normal = jacobian.T @ jacobian
+    inverse = _inverse(normal)
     clusters = gradients.T @ gradients * names.size / max(names.size - free.sum(), 1)
     alone = np.diag(inverse)
     remains = max(float(np.mean(residual**2)) - 1.0, 0.0) + step_error(fit.correction[used])
-    bias = _CORRELATION**2 * remains * residual.size * alone
-    deviation = np.sqrt(np.maximum(np.diag(inverse @ clusters @ inverse), alone) + bias)
-    quantile = scipy.stats.t.ppf(0.5 + _LEVEL / 2.0, max(names.size - int(free.sum()), 1))
-    widths: FloatArray = np.where(undetermined, np.inf, float(quantile) * deviation)
-    if problem.lumped is not None:
-        widths += np.abs(inverse @ (jacobian.T @ problem.lumped[used]))
-    return widths
+    larger = np.maximum(np.diag(inverse @ clusters @ inverse) / alone, 1.0)
+    larger += _CORRELATION**2 * remains * residual.size  # variance over that of independent noise
+    quantile = float(scipy.stats.t.ppf(0.5 + _LEVEL / 2.0, max(names.size - int(free.sum()), 1)))
+    room = np.maximum(np.abs(fit.bounds - fit.scaled)[:, free], _LEAST_ROOM)
+    shift = np.zeros(alone.size) if problem.lumped is None else jacobian.T @ problem.lumped[used]
+    reach: FloatArray = np.full(room.shape, np.inf)
+    for k, variance in enumerate(larger):
+        held = variance * (quantile / room) ** 2
+        goes_with = _row(normal, k, held.min(axis=0))
+        for side, sign in enumerate((-1.0, 1.0)):
+            row = _row(normal, k, np.where(sign * goes_with > 0.0, held[1], held[0]))
+            if row[k] > 0.0:
+                reach[side, k] = quantile * np.sqrt(variance * row[k]) + abs(float(row @ shift))
+    return reach
+
+
+def _row(normal: FloatArray, k: int, held: FloatArray) -> FloatArray:
+    """Row ``k`` of the inverse of JᵀJ, to which ``held`` (p,) is added for the other terms."""
+    others = np.where(np.arange(held.size) == k, 0.0, held)
+    row: FloatArray = _inverse(normal + np.diag(others))[k]
+    return row
+
+
+def with_slope(fit: Fit, candidate: Candidate, slope: FloatArray) -> Fit:
+    """A fit whose Jacobian has the ``slope`` (m,) of a further effect, with its range."""
+    strength = candidate.terms[0]
+    ends = sorted((strength.scaled(strength.low), strength.scaled(strength.high)))
+    return replace(
+        fit,
+        jacobian=np.column_stack([fit.jacobian, slope]),
+        scaled=np.append(fit.scaled, strength.scaled(strength.inert)),
+        bounds=np.column_stack([fit.bounds, ends]),
+    )
 
 
 def _jackknife(fit: Fit, refits: Sequence[Fit]) -> FloatArray:
@@ -355,12 +397,12 @@ def _jackknife(fit: Fit, refits: Sequence[Fit]) -> FloatArray:
     return widths
 
 
-def _inverse(normal: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """(p, p) pseudoinverse of JᵀJ, and (p,) which terms it leaves undetermined."""
+def _inverse(normal: FloatArray) -> FloatArray:
+    """(p, p) pseudoinverse of JᵀJ."""
     scale = 1.0 / np.sqrt(np.diag(normal))
     values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
-    held = values > _SINGULAR
+    held = values > _ROUNDING
     inverse = (vectors[:, held] / values[held]) @ vectors[:, held].T
     inverse = 0.5 * (inverse + inverse.T)  # its halves differ in rounding, by the processor
-    undetermined = (np.abs(vectors[:, ~held]) > _LOADING).any(axis=1)
-    return inverse * np.outer(scale, scale), undetermined
+    scaled: FloatArray = inverse * np.outer(scale, scale)
+    return scaled

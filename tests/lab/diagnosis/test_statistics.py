@@ -28,6 +28,7 @@ from tendon_mj.lab.diagnosis.statistics import (
     gain,
     over_intervals,
     rate_effect,
+    sides,
     simplest,
 )
 from tendon_mj.lab.diagnosis.verdict import (
@@ -185,14 +186,28 @@ def test_intervals_reach_the_values_that_sheaths_without_lumping_have() -> None:
         assert all(values < ranges[:, 1])
 
 
-def test_values_that_compensate_each_other_have_no_interval() -> None:
+def test_values_that_compensate_each_other_are_told_by_their_ranges_alone() -> None:
     data = problem()
     random = np.random.default_rng(6)
     size = data.blocks.size
     column = random.normal(size=size)
     both = np.column_stack([column, 1.001 * column])
     ranges = intervals(data, linear(data, both, random.normal(size=size)))
-    assert ranges.tolist() == [[-50.0, 50.0], [-50.0, 50.0]]
+    assert ranges == pytest.approx(np.array([[-50.0, 50.0], [-50.0, 50.0]]), rel=0.01)
+
+
+@pytest.mark.parametrize("end", [0, 1])
+def test_a_value_goes_no_farther_than_another_s_range_allows_and_not_beyond_its_end(end) -> None:
+    data = problem()
+    random = np.random.default_rng(6)
+    column, other, noise = random.normal(size=(3, data.blocks.size))
+    fit = linear(data, np.column_stack([column, column + 1e-3 * other]), noise)
+    bounds = np.array([[-50.0, -3.0], [50.0, 3.0]])
+    fit = replace(fit, bounds=bounds, scaled=np.array([0.0, bounds[end, 1]]))
+    reach = sides(data, fit, np.array([True, True]))[:, 0]
+    alone = sides(data, fit, np.array([True, False]))[:, 0]
+    assert reach[1 - end] == pytest.approx(alone[1 - end], rel=0.05)
+    assert reach[end] == pytest.approx(np.hypot(6.0, alone[end]), rel=0.05)
 
 
 SAMPLES = 200 * BLOCKS  # of the linear rig

@@ -17,7 +17,6 @@ from tendon_mj.lab.diagnosis import (
     Term,
     Value,
     diagnose,
-    intervals,
     search_step,
     session_terms,
 )
@@ -28,7 +27,7 @@ from tendon_mj.lab.diagnosis.data import _reader
 from tendon_mj.lab.diagnosis.events import _Scan
 from tendon_mj.lab.diagnosis.regimes import _cut, _reversals, locate, regimes
 from tendon_mj.lab.diagnosis.search import screen
-from tendon_mj.lab.diagnosis.statistics import _inverse, cross_validate
+from tendon_mj.lab.diagnosis.statistics import cross_validate
 from tendon_mj.lab.diagnosis.verdict import Evidence, _repeat, least_share
 from tendon_mj.lab.diagnosis.wording import state
 from tendon_mj.lab.diagnosis.workflow import _rings, _step_matters
@@ -81,21 +80,6 @@ def traced(trace: float, probes: float = 1.0) -> bool:
     candidate = replace(effect("a"), terms=(Term(("a",), "-", 0.0, -1.0, 1.0, 1.0 / probes),))
     fit = made.fit_model((), ()).fit
     return bool(screen(made.problem, {}, fit, [candidate], lambda *_: None, {}, ()))
-
-
-def determined(eigenvalue: float) -> bool:
-    """Return whether two values that nearly compensate each other have intervals."""
-    random = np.random.default_rng(6)
-    column, other, noise = np.linalg.qr(random.normal(size=(ONE.blocks.size, 3)))[0].T * 30.0
-    both = np.column_stack([column, column + np.sqrt(2.0 * eigenvalue) * other])
-    return bool(np.ptp(intervals(ONE, linear(ONE, both, noise))[0]) < 99.0)
-
-
-def compensated(share: float) -> bool:
-    """Return whether a value with a share in what two others compensate is undetermined."""
-    one, other = np.linalg.qr(np.random.default_rng(6).normal(size=(99, 2)))[0].T
-    matrix = np.column_stack([one, one + np.sqrt(2.0) * share * other, other])
-    return bool(_inverse(matrix.T @ matrix)[1][2])
 
 
 def of_a_column(size: float = 1.0, rows: int = 0) -> bool:
@@ -198,7 +182,6 @@ EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
     "what stands out": (stands_out, 0.7, 0.8),
     "a trace": (traced, 0.7e-8, 1.4e-8),
     "a trace of a few probes": (lambda probes: not traced(2e-8, probes), 5e8, 2e9),
-    "a determined value": (determined, 0.6e-5, 1.4e-5),
     "a part foretold badly": (refits, 3.0, 5.0),
     "a part worth a refit": (lambda share: refits(share=share), 0.07, 0.13),
     "parts": (lambda count: refits(count=count) < count, 3, 4),
@@ -206,7 +189,6 @@ EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
     "off a bound": (is_free, 0.7e-3, 1.4e-3),
     "noise of a drive": (lambda share: not _reader(WAVE + 2.0 * share * NOISE), 0.006, 0.014),
     "another value": (another, 0.15, 0.25),
-    "a share in a compensation": (compensated, 0.07, 0.13),
     "a jump of the drive": (of_a_column, 0.6, 0.8),
     "a jump elsewhere": (lambda rows: not of_a_column(rows=rows), 3, 4),
     "ringing": (rings, 0.07, 0.13),
