@@ -263,8 +263,6 @@ def _write_motors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> Non
     """Write new bodies of motors, and what these change in a model: see `motor.add_motors`."""
     known = {body.name for body in before.bodies}
     motors = [body for body in spec.worldbody.bodies if body.name not in known]
-    if not motors:
-        return
     for body in motors:
         element = ElementTree.SubElement(_section(text, "worldbody"), "body", name=body.name)
         own = {"pos": "0 0 0", "mass": number_text(body.mass), "diaginertia": numbers(body.inertia)}
@@ -275,16 +273,14 @@ def _write_motors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> Non
             own = {"name": site.name, "pos": numbers(site.pos), "group": str(site.group)}
             ElementTree.SubElement(element, "site", own)
     for joint in before.joints:
-        if joint.armature != spec.joint(joint.name).armature:
-            armature = number_text(spec.joint(joint.name).armature)
-            text.element("joint", joint.name).set("armature", armature)
-    elements = text.actuators(before.compile())
-    for k, (old, new) in enumerate(zip(before.actuators, spec.actuators, strict=True)):
-        if old.target != new.target:
-            attribute = next(a for a in ("joint", "jointinparent") if elements[k].get(a))
-            elements[k].set(attribute, new.target)
-        if old.biasprm[2] != new.biasprm[2]:  # that of a damping ratio at the joint
-            set_gains(elements[k], new.gainprm, new.biasprm)
+        new = spec.joint(joint.name) if joint.name else joint
+        for attribute in ("armature", "frictionloss", "damping"):
+            value = np.ravel(getattr(new, attribute))
+            if (np.ravel(getattr(joint, attribute)) != value).any():
+                text.element("joint", joint.name).set(attribute, number_text(value[0]))
+    _write_actuators(text, before, spec)
+    if not motors:
+        return
     for element, key in zip(text.root.iterfind("keyframe/key"), spec.keys, strict=True):
         for attribute, values in (("qpos", key.qpos), ("qvel", key.qvel)):
             if len(values):
@@ -293,11 +289,30 @@ def _write_motors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> Non
         ElementTree.SubElement(_section(text, "custom"), "text", name=note.name, data=note.data)
 
 
+def _write_actuators(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
+    """Write joints that actuators turn now, gains, and actuators that became motors of a servo."""
+    pairs = list(zip(before.actuators, spec.actuators, strict=True))
+    elements = text.actuators(before.compile()) if pairs else {}
+    for k, (old, new) in enumerate(pairs):
+        if old.gaintype != new.gaintype:
+            as_written = ElementTree.fromstring(spec.to_xml()).findall("actuator/*")[k]
+            elements[k].tag = as_written.tag
+            elements[k].attrib.clear()
+            elements[k].attrib.update(as_written.attrib)
+            elements[k].set("gainprm", numbers(new.gainprm))  # of which MuJoCo writes six digits
+            continue
+        if old.target != new.target:
+            attribute = next(a for a in ("joint", "jointinparent") if elements[k].get(a))
+            elements[k].set(attribute, new.target)
+        if old.biasprm[2] != new.biasprm[2]:  # that of a damping ratio at the joint
+            set_gains(elements[k], new.gainprm, new.biasprm)
+
+
 def _joint_attributes(joint: mujoco.MjsJoint) -> dict[str, str]:
     """Attributes of a motor's joint, none of which is left to the model's defaults."""
     is_slide = joint.type == mujoco.mjtJoint.mjJNT_SLIDE
     limits = {"0": "false", "1": "true", "2": "auto"}
-    off = dict.fromkeys(("stiffness", "damping", "frictionloss", "springref", "margin"), "0")
+    off = dict.fromkeys(("stiffness", "frictionloss", "springref", "margin"), "0")
     return {
         "name": joint.name,
         "type": "slide" if is_slide else "hinge",
@@ -309,6 +324,7 @@ def _joint_attributes(joint: mujoco.MjsJoint) -> dict[str, str]:
         "actuatorfrclimited": limits[str(int(joint.actfrclimited))],
         "actuatorfrcrange": numbers(joint.actfrcrange),
         "armature": number_text(joint.armature),
+        "damping": number_text(joint.damping[0]),
         "springdamper": "0 0",
         "actuatorgravcomp": "false",
         **off,

@@ -32,6 +32,9 @@ def attach(
     actuator: Repeated[str] = (),
     radius: float | None = None,
     efficiency: float = 1.0,
+    servo: Path | None = None,
+    servo_gain: float = 0.0,
+    servo_voltage: float = 0.0,
     motor: bool = False,
     length: float | None = None,
     armature: float | None = None,
@@ -55,6 +58,11 @@ def attach(
             bend by --extra-bend and run on drums of --radius.
         radius: Radius of the drums in m, with --actuator.
         efficiency: With --actuator, share of its torque that a gear before each cable passes on.
+        servo: With --actuator, JSON file of BAM with the friction and inertia of a servo. Without
+            --radius and --extra-bend it has no cable behind it.
+        servo_gain: Gain of the servo from angle to voltage in V/rad, with --servo. With
+            --servo-voltage the actuators become the motors of the file.
+        servo_voltage: Largest voltage of the servo in V, with --servo.
         motor: With --actuator, give each joint a motor with a joint of its own, on which its
             actuators act, and cables of --axial-stiffness and --length, by which motion is lost.
         length: Length of the cables in m, with --motor.
@@ -78,18 +86,21 @@ def attach(
         raise InvalidValueError("give --tendon or --actuator: a name, several, or a pattern")
     source = model_path(model)
     if flat(actuator):
+        if servo and radius is None and not extra_bend and not friction:
+            radius, extra_bend = 1.0, 1.0  # a drum that turns newtons to newton metres
         if radius is None or not extra_bend:
             raise InvalidValueError(
                 "--actuator takes --radius [m] and --extra-bend [rad] of a cable that is not drawn"
             )
         cable: dict[str, Any] = {"radius": radius, "bend": extra_bend, "friction": friction}
         cable |= {"pretension": pretension or 0.0, "axial_stiffness": axial_stiffness}
+        cable |= {"servo": servo, "servo_gain": servo_gain, "servo_voltage": servo_voltage}
         cable |= {"efficiency": efficiency, "motor": motor, "length": length, "armature": armature}
         return _attach_cables(source, flat(actuator), out, cable)
-    if motor or (radius, length, armature, efficiency) != (None, None, None, 1.0):
+    if motor or servo or (radius, length, armature, efficiency) != (None, None, None, 1.0):
         raise InvalidValueError(
-            "--radius, --efficiency, --motor, --length and --armature belong to --actuator: a"
-            " tendon that is drawn has its own"
+            "--radius, --efficiency, --servo, --motor, --length and --armature belong to"
+            " --actuator: a tendon that is drawn has its own"
         )
     attached = attach_friction(
         load_spec(str(source)),

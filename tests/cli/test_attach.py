@@ -1,5 +1,7 @@
 """The command that writes a model with friction."""
 
+import json
+
 import mujoco
 import pytest
 
@@ -54,8 +56,9 @@ def attach_cables(tmp_path, monkeypatch):
     path.write_text(text.replace("<worldbody>", DEFAULTS + "<worldbody>"))
     monkeypatch.setattr(console, "width", 200)
 
-    def run(*more):
-        given = ["attach", str(path), *more, "--friction", ".1", "--out", str(tmp_path / "new.xml")]
+    def run(*more, friction=".1"):
+        written = str(tmp_path / "new.xml")
+        given = ["attach", str(path), *more, "--friction", friction, "--out", written]
         with console.capture() as capture:
             status = main(given)
         return status, capture.get(), tmp_path / "new.xml"
@@ -90,6 +93,24 @@ def test_actuators_get_motors_in_the_file(attach_cables):
     assert model.actuator_trnid[0, 0] == model.joint("j_motor").id
 
 
+@pytest.mark.parametrize("motor", [(), ("--motor", "--axial-stiffness", "2e3", "--length", ".3")])
+@pytest.mark.parametrize("cable", [False, True])
+def test_actuators_get_the_servo_of_a_file_of_bam(attach_cables, tmp_path, cable, motor):
+    numbers = {"model": "m1", "kt": 2.2, "R": 2.4, "armature": 0.02, "friction_base": 0.1}
+    servo = tmp_path / "m1.json"
+    servo.write_text(json.dumps(numbers | {"friction_viscous": 0.05, "q_offset": 0.0}))
+    drum, friction = (("--radius", ".01", "--extra-bend", "3"), ".1") if cable else ((), "0")
+    volts = ("--servo-gain", "70.123456789", "--servo-voltage", "14")
+    more = ("--servo", str(servo), *volts, *drum, *motor)
+    status, _, out = attach_cables("--actuator", "*", *more, friction=friction)
+    assert status == 0
+    model = mujoco.MjModel.from_xml_path(str(out))
+    assert model.actuator_gaintype[0] == mujoco.mjtGain.mjGAIN_DCMOTOR
+    assert model.dof_armature.sum() == pytest.approx(0.02)
+    assert model.dof_damping.sum() == pytest.approx(0.05)
+    assert "servo_friction" in out.read_text()
+
+
 @pytest.mark.parametrize(
     ("more", "said"),
     [
@@ -97,6 +118,7 @@ def test_actuators_get_motors_in_the_file(attach_cables):
         (("--actuator", "*", "--radius", ".01"), "--extra-bend [rad]"),
         (("--actuator", "*", "--extra-bend", "3"), "--radius [m]"),
         (("--tendon", "*", "--motor"), "belong to --actuator"),
+        (("--tendon", "*", "--servo", "m6.json"), "belong to --actuator"),
     ],
 )
 def test_options_of_cables_that_are_not_drawn_go_together(attach_cables, capsys, more, said):
