@@ -16,6 +16,7 @@ def diagnose_servos(
     cases: int = 60,
     first: int = 0,
     signals: Literal["all", "current", "position"] = "all",
+    foretell: bool = False,
 ) -> None:
     """Make joints with one wrong number or none; diagnose them; print a line for each.
 
@@ -25,9 +26,10 @@ def diagnose_servos(
         first: seed of the first.
         signals: measured beside the goal: the motor's place and current and the joint's angle;
             the first two; or the motor's place alone.
+        foretell: whether `identify` says of each, before, that it can be told.
     """
     found = []
-    for case in run_cases(out, range(first, first + cases), signals):
+    for case in run_cases(out, range(first, first + cases), signals, foretell=foretell):
         found.append(case)
         print(
             f"{case['folder']}: {case['hidden']} hidden; {case['verdict']}"

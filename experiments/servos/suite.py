@@ -13,7 +13,8 @@ import numpy as np
 
 import tendon_mj
 from experiments.servos.simulation import Servo, simulate
-from tendon_mj.lab.diagnosis import diagnose
+from tendon_mj.lab.diagnosis import diagnose, identify
+from tendon_mj.lab.recordings import read_recording
 from tendon_mj.typing import FloatArray
 
 _PERIOD = 0.02  # [s]
@@ -25,14 +26,14 @@ COLUMNS = {
     "current": ("motor_deg", "motor_Nm"),
     "position": ("motor_deg",),
 }
-# hidden → the effect that names it
+# hidden → the effect that names it, and its place
 EFFECTS = {
-    "servo": "kp",
-    "gear": "gear_friction",
-    "motor_constant": "sensor_gain",
-    "armature": "armature",
-    "play": "drum_play",
-    "sheath": "friction",
+    "servo": ("kp", "servo"),
+    "gear": ("gear_friction", "joint_gear_sheath"),
+    "motor_constant": ("sensor_gain", "motor_torque"),
+    "armature": ("armature", "joint_motor"),
+    "play": ("drum_play", "joint_motor_drum_play"),
+    "sheath": ("friction", "joint_cable_back_sheath, joint_cable_sheath"),
     "nothing": None,
 }
 
@@ -159,6 +160,19 @@ def _hide(rng: np.random.Generator, believed: Servo, hidden: str) -> tuple[Servo
     return rig, scale
 
 
+def _strength(believed: Servo, rig: Servo, scale: float) -> float:
+    """Change of the first parameter of the effect that is hidden [its unit]."""
+    changes = (
+        rig.kp - believed.kp,
+        1.0 / rig.efficiency - 1.0 / believed.efficiency,
+        scale - 1.0,
+        rig.armature - believed.armature,
+        rig.play / rig.radius,
+        rig.friction - believed.friction,
+    )
+    return max(changes, key=abs)
+
+
 def make_case(folder: Path, seed: int, signals: str) -> dict[str, Any]:
     """Write a rig's model, description and two recordings; return what is hidden in it."""
     rng = np.random.default_rng(seed)
@@ -188,11 +202,26 @@ def make_case(folder: Path, seed: int, signals: str) -> dict[str, Any]:
         path = folder / f"{name}.csv"
         header = ",".join(["time_s", "goal_deg", *columns])
         np.savetxt(path, np.transpose(table), "%.6g", ",", header=header, comments="")
-    return {"folder": folder.name, "hidden": hidden, "scale": scale, **rig._asdict()}
+    strength = _strength(believed, rig, scale)
+    known = {"folder": folder.name, "hidden": hidden, "strength": strength, "scale": scale}
+    return {**known, **rig._asdict()}
 
 
-def run_cases(out: Path, seeds: Iterable[int], signals: str) -> Iterator[dict[str, Any]]:
-    """Make and diagnose each case; yield what was hidden and what was found."""
+def _tellable(folder: Path, truth: dict[str, Any]) -> bool:
+    """Whether `identify` says that columns and motion name what is hidden, at its strength."""
+    said = identify([read_recording(folder / "train.csv", folder / "joint.toml")])
+    hidden = EFFECTS[truth["hidden"]]
+    named = [e.named for e in said.effects if (e.identifier, e.where) == hidden]
+    return any(least is not None and abs(truth["strength"]) >= abs(least) for least in named)
+
+
+def run_cases(
+    out: Path, seeds: Iterable[int], signals: str, *, foretell: bool = False
+) -> Iterator[dict[str, Any]]:
+    """Make and diagnose each case; yield what was hidden and what was found.
+
+    With ``foretell`` also whether `identify` calls it tellable, before.
+    """
     for seed in seeds:
         folder = out / f"{signals}_{seed}"
         truth = make_case(folder, seed, signals)
@@ -202,6 +231,7 @@ def run_cases(out: Path, seeds: Iterable[int], signals: str) -> Iterator[dict[st
         )
         case = {
             **truth,
+            "tellable": _tellable(folder, truth) if foretell else None,
             "verdict": found.verdict,
             "effects": list(found.effects),
             "parameters": {k: [v.value, v.low, v.high] for k, v in found.parameters.items()},
@@ -217,10 +247,12 @@ def summary(cases: Sequence[dict[str, Any]]) -> str:
     lines = list[str]()
     for hidden, effect in EFFECTS.items():
         some = [case for case in cases if case["hidden"] == hidden]
-        first = [case for case in some if (case["effects"] or [None])[0] == effect]
-        wrong = [name for case in some for name in case["effects"] if name != effect]
+        name = effect[0] if effect else None
+        first = [case for case in some if (case["effects"] or [None])[0] == name]
+        wrong = [found for case in some for found in case["effects"] if found != name]
         verdicts = ", ".join(case["verdict"] for case in some)
-        lines.append(
-            f"{hidden}: {len(first)} of {len(some)} right; wrong names {wrong}; {verdicts}"
-        )
+        told = [case for case in some if case.get("tellable")]
+        foretold = f"; of {len(told)} tellable {sum(c in first for c in told)}" if told else ""
+        right = f"{len(first)} of {len(some)} right{foretold}"
+        lines.append(f"{hidden}: {right}; wrong names {wrong}; {verdicts}")
     return "\n".join(lines)

@@ -93,6 +93,7 @@ def test_actuators_get_motors_in_the_file(attach_cables):
     assert model.actuator_trnid[0, 0] == model.joint("j_motor").id
 
 
+@pytest.mark.skipif(not hasattr(mujoco, "mjtCtrlInput"), reason="another dcmotor")
 @pytest.mark.parametrize("motor", [(), ("--motor", "--axial-stiffness", "2e3", "--length", ".3")])
 @pytest.mark.parametrize("cable", [False, True])
 def test_actuators_get_the_servo_of_a_file_of_bam(attach_cables, tmp_path, cable, motor):
