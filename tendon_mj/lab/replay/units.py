@@ -34,6 +34,10 @@ def reading_unit(model: mujoco.MjModel, sensor: int) -> str:
         return _OF_JOINT[now][int(model.jnt_type[seen] == mujoco.mjtJoint.mjJNT_SLIDE.value)]
     if now in _OF_TENDON:
         return UNKNOWN if _of_joints(model, seen) else _OF_TENDON[now]
+    if now == mujoco.mjtSensor.mjSENS_ACTUATORFRC:  # a gear may have a unit
+        return (
+            _of_transmission(model, seen)[0] if abs(model.actuator_gear[seen, 0]) == 1 else UNKNOWN
+        )
     return "N" if now == mujoco.mjtSensor.mjSENS_TOUCH else UNKNOWN
 
 
@@ -47,17 +51,7 @@ def control_unit(model: mujoco.MjModel, actuator: int) -> str:
     if plugin >= 0:
         servo = model.plugin_stateadr[plugin] in servos(model).values()
         return "N" if servo else "m"
-    on = int(model.actuator_trntype[actuator])
-    if on in (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value):
-        joint = int(model.actuator_trnid[actuator, 0])
-        slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE.value
-        force, place, rate_of = ("N", "m", "m/s") if slides else ("N m", "rad", "rad/s")
-    elif on == mujoco.mjtTrn.mjTRN_TENDON.value and not _of_joints(
-        model, int(model.actuator_trnid[actuator, 0])
-    ):
-        force, place, rate_of = "N", "m", "m/s"
-    else:
-        return UNKNOWN
+    force, place, rate_of = _of_transmission(model, actuator)
     if model.actuator_gaintype[actuator] != mujoco.mjtGain.mjGAIN_FIXED.value:
         return UNKNOWN  # a muscle's activation
     if model.actuator_ctrlspec[actuator]:  # of the shortcuts
@@ -70,6 +64,17 @@ def control_unit(model: mujoco.MjModel, actuator: int) -> str:
     if gain == -bias[1]:
         return place
     return rate_of if bias[1] == 0.0 and gain == -bias[2] else UNKNOWN
+
+
+def _of_transmission(model: mujoco.MjModel, actuator: int) -> tuple[str, str, str]:
+    """Units of the force of an actuator, of a place and of a rate where it acts."""
+    on, seen = int(model.actuator_trntype[actuator]), int(model.actuator_trnid[actuator, 0])
+    if on in (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value):
+        slides = model.jnt_type[seen] == mujoco.mjtJoint.mjJNT_SLIDE.value
+        return ("N", "m", "m/s") if slides else ("N m", "rad", "rad/s")
+    if on == mujoco.mjtTrn.mjTRN_TENDON.value and not _of_joints(model, seen):
+        return "N", "m", "m/s"
+    return UNKNOWN, UNKNOWN, UNKNOWN
 
 
 def _of_joints(model: mujoco.MjModel, tendon: int) -> bool:

@@ -13,6 +13,7 @@ from tendon_mj.lab.recordings import Measured, Uncertain
 from tendon_mj.lab.replay import (
     Adjustable,
     Simulator,
+    reading_unit,
     replay_recording,
     suppress_unsolved_warnings,
 )
@@ -229,15 +230,17 @@ def test_it_names_what_the_model_has_and_what_the_recordings_use():
 
 
 @pytest.mark.parametrize(
-    ("actuator", "sensor", "prescribed"),
+    ("actuator", "sensor", "column", "prescribed"),
     [
-        ("motor", "<clock name='read'/>", False),
-        ("position", "<clock name='read'/>", True),
-        ("position", "<jointpos name='read' joint='hinge'/>", False),
-        ("position", "<actuatorfrc name='read' actuator='drive'/>", False),
+        ("motor", "<clock name='read'/>", "read_rad", False),
+        ("position", "<clock name='read'/>", "read_rad", True),
+        ("position", "<jointpos name='read' joint='hinge'/>", "read_rad", False),
+        ("position", "<actuatorfrc name='read' actuator='drive'/>", "read_Nm", False),
     ],
 )
-def test_only_a_servo_prescribes_a_motion_that_nobody_measured(actuator, sensor, prescribed):
+def test_only_a_servo_prescribes_a_motion_that_nobody_measured(
+    actuator, sensor, column, prescribed
+):
     model = mujoco.MjModel.from_xml_string(
         lever(
             f"<{actuator} name='drive' joint='hinge'/>",
@@ -247,8 +250,21 @@ def test_only_a_servo_prescribes_a_motion_that_nobody_measured(actuator, sensor,
         )
     )
     time = np.arange(0.0, 0.2, 0.01)
-    recording = recorded(time, {"drive_m": ("drive", 0.0 * time)}, {"read_rad": "read"}, "hinge")
+    recording = recorded(time, {"drive_m": ("drive", 0.0 * time)}, {column: "read"}, "hinge")
     assert Simulator([recording], model).joints == {"hinge": prescribed}
+
+
+@pytest.mark.parametrize(
+    ("actuator", "unit"),
+    [
+        ("<position name='drive' joint='hinge'/>", "N m"),
+        ("<motor name='drive' joint='hinge' gear='0.01'/>", UNKNOWN),  # newtons on a drum
+    ],
+)
+def test_the_force_of_an_actuator_has_the_unit_of_what_it_acts_on(actuator, unit):
+    sensor = "<actuatorfrc name='read' actuator='drive'/>"
+    model = mujoco.MjModel.from_xml_string(lever(actuator, sensor, joint='name="hinge"'))
+    assert reading_unit(model, 0) == unit
 
 
 @pytest.mark.parametrize("name", ["bench", "joint", "finger"])
