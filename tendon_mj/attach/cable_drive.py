@@ -279,6 +279,7 @@ def _put_servo(
         joint = spec.joint(drive.joint)
         joint.armature, joint.frictionloss = servo.armature, 0.0
         joint.damping = [0.0 if motor else servo.damping, 0.0, 0.0]
+        joint.springdamper = [0.0, 0.0]  # which would be a damping of its own
 
 
 def _motor(

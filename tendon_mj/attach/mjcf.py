@@ -23,6 +23,11 @@ from tendon_mj.whole_file import whole_file
 
 Element = ElementTree.Element
 _PROLOG = re.compile(r"^\s*<\?xml.*?\?>|<!DOCTYPE[^\[>]*(?:\[.*?\])?\s*>", re.DOTALL)
+# attributes of an actuator that stay where it becomes one of another kind
+_KEPT = frozenset(
+    {"name", "class", "group", "user", "joint", "jointinparent", "gear", "forcelimited"}
+    | {"forcerange", "lengthrange", "nsample", "interp", "delay"}
+)
 _AGREEMENT = 1e-12  # relative; degrees and radians are not the same to the last bit
 # that follow from the order of names and instances, or from where the file lies
 _DIFFERENT = ("_", "name", "path", "plugin", "sensor_plugin", "actuator_plugin", "text")
@@ -274,10 +279,11 @@ def _write_motors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> Non
             ElementTree.SubElement(element, "site", own)
     for joint in before.joints:
         new = spec.joint(joint.name) if joint.name else joint
-        for attribute in ("armature", "frictionloss", "damping"):
+        for attribute in ("armature", "frictionloss", "damping", "springdamper"):
             value = np.ravel(getattr(new, attribute))
             if (np.ravel(getattr(joint, attribute)) != value).any():
-                text.element("joint", joint.name).set(attribute, number_text(value[0]))
+                shown = value if attribute == "springdamper" else value[:1]
+                text.element("joint", joint.name).set(attribute, numbers(shown))
     _write_actuators(text, before, spec)
     if not motors:
         return
@@ -294,18 +300,35 @@ def _write_actuators(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> 
     pairs = list(zip(before.actuators, spec.actuators, strict=True))
     elements = text.actuators(before.compile()) if pairs else {}
     for k, (old, new) in enumerate(pairs):
-        if old.gaintype != new.gaintype:
-            as_written = ElementTree.fromstring(spec.to_xml()).findall("actuator/*")[k]
-            elements[k].tag = as_written.tag
-            elements[k].attrib.clear()
-            elements[k].attrib.update(as_written.attrib)
-            elements[k].set("gainprm", numbers(new.gainprm))  # of which MuJoCo writes six digits
+        is_servo = old.gaintype != new.gaintype
+        if not is_servo and old.target == new.target and old.biasprm[2] == new.biasprm[2]:
             continue
+        if k not in elements:
+            raise TendonError(
+                f"{text.path}: actuator {new.name!r} is not in the text, as one that `attach` or"
+                " `replicate` makes; change it in Python and write it with MjSpec.to_xml"
+            )
         if old.target != new.target:
             attribute = next(a for a in ("joint", "jointinparent") if elements[k].get(a))
             elements[k].set(attribute, new.target)
-        if old.biasprm[2] != new.biasprm[2]:  # that of a damping ratio at the joint
+        if is_servo:
+            _write_servo(elements[k], new)
+        elif old.biasprm[2] != new.biasprm[2]:  # that of a damping ratio at the joint
             set_gains(elements[k], new.gainprm, new.biasprm)
+
+
+def _write_servo(element: Element, motor: mujoco.MjsActuator) -> None:
+    """Make an actuator a DC motor of MuJoCo, which keeps what is no gain of it."""
+    own = {name: value for name, value in element.attrib.items() if name in _KEPT}
+    element.tag = "general"
+    element.attrib.clear()
+    element.attrib |= own | dict.fromkeys(("dyntype", "gaintype", "biastype"), "dcmotor")
+    element.attrib |= {"input": "pos", "actearly": "true", "actlimited": "false", "dynprm": "0"}
+    limited = int(motor.ctrllimited) == 1
+    element.attrib |= {"ctrllimited": str(limited).lower(), "gainprm": numbers(motor.gainprm)}
+    element.attrib |= {"biasprm": numbers(motor.biasprm)}
+    if limited:
+        element.set("ctrlrange", numbers(motor.ctrlrange))
 
 
 def _joint_attributes(joint: mujoco.MjsJoint) -> dict[str, str]:

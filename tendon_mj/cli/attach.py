@@ -58,8 +58,8 @@ def attach(
             bend by --extra-bend and run on drums of --radius.
         radius: Radius of the drums in m, with --actuator.
         efficiency: With --actuator, share of its torque that a gear before each cable passes on.
-        servo: With --actuator, JSON file of BAM with the friction and inertia of a servo. Without
-            --radius and --extra-bend it has no cable behind it.
+        servo: With --actuator, JSON file of BAM with the friction and inertia of a servo. With
+            --friction 0 it needs no --radius and no --extra-bend, as there is no cable behind it.
         servo_gain: Gain of the servo from angle to voltage in V/rad, with --servo. With
             --servo-voltage the actuators become the motors of the file.
         servo_voltage: Largest voltage of the servo in V, with --servo.
@@ -86,7 +86,7 @@ def attach(
         raise InvalidValueError("give --tendon or --actuator: a name, several, or a pattern")
     source = model_path(model)
     if flat(actuator):
-        if servo and radius is None and not extra_bend and not friction:
+        if servo and not motor and radius is None and not extra_bend and not friction:
             radius, extra_bend = 1.0, 1.0  # a drum that turns newtons to newton metres
         if radius is None or not extra_bend:
             raise InvalidValueError(
@@ -97,7 +97,8 @@ def attach(
         cable |= {"servo": servo, "servo_gain": servo_gain, "servo_voltage": servo_voltage}
         cable |= {"efficiency": efficiency, "motor": motor, "length": length, "armature": armature}
         return _attach_cables(source, flat(actuator), out, cable)
-    if motor or servo or (radius, length, armature, efficiency) != (None, None, None, 1.0):
+    of_servo = servo or servo_gain or servo_voltage
+    if motor or of_servo or (radius, length, armature, efficiency) != (None, None, None, 1.0):
         raise InvalidValueError(
             "--radius, --efficiency, --servo, --motor, --length and --armature belong to"
             " --actuator: a tendon that is drawn has its own"
@@ -133,6 +134,8 @@ def _attach_cables(
     exponent = cable["friction"] * cable["bend"]
     held = 2.0 * cable["pretension"] * exponent
     console.print(f"wrote {attached.path}")
+    if exponent == 0.0:
+        return attached
     console.print(
         f"Each cable passes on {math.exp(-exponent):.3f} of its tension, and loses {held:.3g} N at"
         f" least, {held * cable['radius']:.3g} N m at its drum."

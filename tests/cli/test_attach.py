@@ -94,8 +94,14 @@ def test_actuators_get_motors_in_the_file(attach_cables):
 
 
 @pytest.mark.skipif(not hasattr(mujoco, "mjtCtrlInput"), reason="another dcmotor")
-@pytest.mark.parametrize("motor", [(), ("--motor", "--axial-stiffness", "2e3", "--length", ".3")])
-@pytest.mark.parametrize("cable", [False, True])
+@pytest.mark.parametrize(
+    ("cable", "motor"),
+    [
+        (False, ()),
+        (True, ()),
+        (True, ("--motor", "--axial-stiffness", "2e3", "--length", ".3")),
+    ],
+)
 def test_actuators_get_the_servo_of_a_file_of_bam(attach_cables, tmp_path, cable, motor):
     numbers = {"model": "m1", "kt": 2.2, "R": 2.4, "armature": 0.02, "friction_base": 0.1}
     servo = tmp_path / "m1.json"
@@ -120,6 +126,7 @@ def test_actuators_get_the_servo_of_a_file_of_bam(attach_cables, tmp_path, cable
         (("--actuator", "*", "--extra-bend", "3"), "--radius [m]"),
         (("--tendon", "*", "--motor"), "belong to --actuator"),
         (("--tendon", "*", "--servo", "m6.json"), "belong to --actuator"),
+        (("--tendon", "*", "--servo-gain", "9"), "belong to --actuator"),
     ],
 )
 def test_options_of_cables_that_are_not_drawn_go_together(attach_cables, capsys, more, said):

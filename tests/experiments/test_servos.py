@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from experiments.servos.simulation import Servo, simulate
 from experiments.servos.suite import EFFECTS, make_case, summary
 from tendon_mj import read_recording, replay_recording
+from tendon_mj.lab.data_check import check_recording
 
 RIG = Servo(
     kp=3.0,
@@ -66,6 +68,15 @@ def test_a_replay_with_the_true_numbers_leaves_little_but_the_noise(
         read = recording.columns[column]
         beyond_noise = np.mean((replayed.columns[column] - read) ** 2) - measured.noise**2
         assert beyond_noise < (0.004 * np.ptp(read)) ** 2
+
+
+def test_the_description_of_the_page_is_one_of_these_rigs(tmp_path: Path) -> None:
+    make_case(tmp_path, 6, "all")
+    page = Path(__file__).parents[2] / "docs" / "no_tendons.md"
+    (described,) = re.findall(r"```toml\n(.*?)```", page.read_text("utf-8"), re.S)
+    (tmp_path / "joint.toml").write_text(described, encoding="utf-8")
+    recording = read_recording(tmp_path / "train.csv", tmp_path / "joint.toml")
+    assert check_recording(recording).warnings == ()
 
 
 def test_a_summary_counts_what_was_named() -> None:

@@ -236,8 +236,9 @@ class SelectionContext:
         """
         near = ranked[0].excess + self.smallest_gain
         behind = [m for m in ranked if is_simpler(m, ranked[0]) and m.excess < near]
-        ended = [self.polish(m) for m in behind[:_MOST_POLISHED]]
-        rest = [m for m in ranked if m not in behind[:_MOST_POLISHED]]
+        some = [ranked[0], *behind[:_MOST_POLISHED]] if behind else []
+        ended = [self.polish(m) for m in some]
+        rest = [m for m in ranked if m not in some]
         return simplest(sorted([*ended, *rest], key=lambda m: m.excess))
 
     def optimise(self, model: FittedCandidate) -> FittedCandidate:
@@ -438,10 +439,18 @@ def _in_place_of(
     model: FittedCandidate,
 ) -> list[FittedCandidate]:
     """Models with every promising candidate in the place of one effect of a model."""
-    if model is selection.model and candidate == model.candidate:
-        return selection.rivals[candidate.label]
+    known = selection.rivals[candidate.label]
+    beside = _labels(model) - {
+        candidate.label
+    }  # one may have been eliminated since they were tried
+    if model is selection.model and all(_labels(m) - {m.added.label} == beside for m in known):
+        return known
     reduced = context.without(model, candidate)
     return list(context.extend(reduced, _SWAP_SHARE, look_down=False).fitted)
+
+
+def _labels(model: FittedCandidate) -> set[str]:
+    return {effect.label for effect in model.fit.effects}
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,10 +23,11 @@ Unmodelled structure biases the values: an error of mean square g with correlati
 J shifts the value by ρ √(g m (A⁻¹)_kk). The fit has removed the correlated part from the residual,
 so ρ = 0.2 is assumed of the rest; the error of the simulation's step is added to g. Where the error
 e of sheaths lumped into guides was measured, by twice as many guides, the shift |A⁻¹ Jᵀ e| that it
-causes is added to half of the interval. A direction in which several values compensate each other
-has no interval. If recordings are of different states of the rig, blocks of one recording repeat
-each other too. The interval is then no narrower than that of the jackknife over recordings, of
-variance (R−1)/R Σ_b Δ_b², with Δ_b the shift of the value where recording b is left out of the fit.
+causes is added to half of the interval. While a value moves, those that compensate it stay within
+their ranges, on the side to which they go; one that neither data nor ranges hold has no interval.
+If recordings are of different states of the rig, blocks of one recording repeat each other too. The
+interval is then no narrower than that of the jackknife over recordings, of variance
+(R−1)/R Σ_b Δ_b², with Δ_b the shift of the value where recording b is left out of the fit.
 """
 
 from __future__ import annotations
@@ -46,7 +47,8 @@ from tendon_mj.lab.replay import suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
 
 _LEVEL = 0.95
-_ROUNDING = 1e-12  # eigenvalue of JᵀJ scaled to a unit diagonal
+_ROUNDING = 1e-12  # singular value of J with columns of length 1
+_PART = 0.1  # of a term in a direction of which nothing is told
 _LEAST_ROOM = 1e-3  # to an end of a range, of the probe of a term
 _FAR = 4.0  # left-out χ² over that in the fit, beyond which the others are fitted again
 _MATTERS = 0.1  # of the χ² of all parts, that it must be worth
@@ -290,7 +292,7 @@ def correlation_matrix(problem: Problem, fit: Fit, chosen: NDArray[np.bool_]) ->
     """
     free = fit.free | chosen
     jacobian = fit.jacobian[problem.in_train][:, free]
-    inverse = _inverse(jacobian.T @ jacobian)
+    inverse = _inverse(jacobian)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(inverse), np.finfo(float).tiny))
     correlations: FloatArray = (inverse * np.outer(scale, scale))[chosen[free]][:, chosen[free]]
     return np.clip(correlations, -1.0, 1.0)
@@ -348,10 +350,10 @@ def sides(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArray:
     blocks = problem.blocks[used]
     names = np.unique(blocks)
     gradients = np.array([jacobian[blocks == b].T @ residual[blocks == b] for b in names])
-    normal = jacobian.T @ jacobian
-    inverse = _inverse(normal)
+    triangle: FloatArray = np.linalg.qr(jacobian, mode="r")  # type: ignore[assignment]  # RᵀR = JᵀJ, without the loss of its digits
+    inverse = _inverse(triangle)
     clusters = gradients.T @ gradients * names.size / max(names.size - free.sum(), 1)
-    alone = np.diag(inverse)
+    alone = np.maximum(np.diag(inverse), np.finfo(float).tiny)
     remains = max(float(np.mean(residual**2)) - 1.0, 0.0) + step_error(fit.correction[used])
     larger = np.maximum(np.diag(inverse @ clusters @ inverse) / alone, 1.0)
     larger += _CORRELATION**2 * remains * residual.size  # variance over that of independent noise
@@ -360,19 +362,22 @@ def sides(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArray:
     shift = np.zeros(alone.size) if problem.lumped is None else jacobian.T @ problem.lumped[used]
     reach: FloatArray = np.full(room.shape, np.inf)
     for k, variance in enumerate(larger):
-        held = variance * (quantile / room) ** 2
-        goes_with = _row(normal, k, held.min(axis=0))
+        held = np.sqrt(variance) * quantile / room
+        goes_with = _row(triangle, k, held.min(axis=0))
         for side, sign in enumerate((-1.0, 1.0)):
-            row = _row(normal, k, np.where(sign * goes_with > 0.0, held[1], held[0]))
+            row = _row(triangle, k, np.where(sign * goes_with > 0.0, held[1], held[0]))
             if row[k] > 0.0:
                 reach[side, k] = quantile * np.sqrt(variance * row[k]) + abs(float(row @ shift))
     return reach
 
 
-def _row(normal: FloatArray, k: int, held: FloatArray) -> FloatArray:
-    """Row ``k`` of the inverse of JᵀJ, to which ``held`` (p,) is added for the other terms."""
+def _row(triangle: FloatArray, k: int, held: FloatArray) -> FloatArray:
+    """Row ``k`` of the inverse of JᵀJ, where the others count as residuals times ``held`` (p,).
+
+    0 if the data tell nothing of term k.
+    """
     others = np.where(np.arange(held.size) == k, 0.0, held)
-    row: FloatArray = _inverse(normal + np.diag(others))[k]
+    row: FloatArray = _inverse(np.vstack([triangle, np.diag(others)]))[k]
     return row
 
 
@@ -397,12 +402,15 @@ def _jackknife(fit: Fit, refits: Sequence[Fit]) -> FloatArray:
     return widths
 
 
-def _inverse(normal: FloatArray) -> FloatArray:
-    """(p, p) pseudoinverse of JᵀJ."""
-    scale = 1.0 / np.sqrt(np.diag(normal))
-    values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
-    held = values > _ROUNDING
-    inverse = (vectors[:, held] / values[held]) @ vectors[:, held].T
-    inverse = 0.5 * (inverse + inverse.T)  # its halves differ in rounding, by the processor
-    scaled: FloatArray = inverse * np.outer(scale, scale)
-    return scaled
+def _inverse(matrix: FloatArray) -> FloatArray:
+    """(p, p) inverse of MᵀM; rows and columns are 0 of a term that has a part in no row of M."""
+    lengths = np.linalg.norm(matrix, axis=0)
+    seen = lengths > 0.0
+    _, values, vectors = np.linalg.svd(matrix[:, seen] / lengths[seen], full_matrices=False)
+    kept = values > _ROUNDING
+    told = (np.abs(vectors[~kept]) < _PART).all(axis=0)
+    inverse = np.zeros((lengths.size, lengths.size))
+    part = (vectors[kept].T / values[kept] ** 2) @ vectors[kept]
+    part = 0.5 * (part + part.T) * np.outer(told, told)  # its halves differ in rounding
+    inverse[np.ix_(seen, seen)] = part / np.outer(lengths[seen], lengths[seen])
+    return inverse

@@ -132,7 +132,7 @@ def _uncertain(parameters: dict[str, Parameter]) -> Iterator[str]:
     for name, parameter in parameters.items():
         if parameter.kind != "live" or not name.endswith(".friction"):
             continue
-        of, gear = "the capstan law", name.replace(".friction", ".gear_friction")
+        of, gear = "the capstan law", f"{name.removesuffix('.friction')}.gear_friction"
         if not parameter.value and gear in parameters and parameters[gear].value:
             of, name, parameter = "a gear, 1/η - 1", gear, parameters[gear]
         value = parameter.value or _GUESS

@@ -141,11 +141,12 @@ def _legs(points: FloatArray, pieces: int, undrawn: bool) -> tuple[FloatArray, F
         nearest = [0.5 * lengths[j] for j in (k, k + 1) if 0 < j < len(ways) - 1]
         reach = min(*nearest, lengths[k], lengths[k + 1])
         angle = float(np.arctan2(np.linalg.norm(np.cross(came, goes)), came @ goes))
-        count = pieces if angle > ROUNDING or undrawn else 1
+        turns = ROUNDING < angle < np.pi - ROUNDING  # and does not fold back
+        count = pieces if turns or (undrawn and angle <= ROUNDING) else 1
         legs[-1] -= reach * (1.0 - 1.0 / count)
         for j in range(1, count):
             shares = np.array([count - j, j]) / count
-            weights = np.sin(shares * angle) / np.sin(angle) if angle > ROUNDING else shares
+            weights = np.sin(shares * angle) / np.sin(angle) if turns else shares
             headings.append(weights @ (came, goes))
             legs.append(2.0 * reach / count)
         headings.append(goes)

@@ -455,12 +455,16 @@ def _winding(model: mujoco.MjModel, actuator: int, state: NDArray[np.void]) -> f
     if actuator == int(state["reel_actuator"]):
         return float(np.sign(gear))
     reel = int(state["reel_joint"])
-    turned = model.joint(reel).name.removesuffix(DRUM) if reel >= 0 else None
-    if joint >= 0 and model.joint(joint).name == turned:
+    if min(joint, reel) >= 0 and (joint == reel or _is_drum_of(model, joint, reel)):
         return float(np.sign(gear * state["reel_radius"]))
     pulls = model.actuator_trntype[actuator] == _TRN.mjTRN_TENDON.value
     on_it = pulls and model.actuator_trnid[actuator, 0] == int(state["tendon"])
     return -float(np.sign(gear)) if on_it and model.actuator_plugin[actuator] < 0 else 0.0
+
+
+def _is_drum_of(model: mujoco.MjModel, joint: int, drum: int) -> bool:
+    """Return whether a joint turns another as its drum, with play."""
+    return bool(model.joint(drum).name == model.joint(joint).name + DRUM)
 
 
 def _shown_tendon(model: mujoco.MjModel, sensor: int) -> int:

@@ -64,30 +64,26 @@ class _Place(NamedTuple):
 
 
 def _places(model: mujoco.MjModel) -> dict[str, _Place]:
-    """Parameter of a play → its place, if the model lacks it.
+    """Parameter of a play → its place, if the model lacks it and no other has its name.
 
     A drum on which no cables pull against each other rests on one flank.
     """
-    places: dict[str, _Place] = {}
+    found: dict[tuple[str, _End], dict[str, NDArray[np.void]]] = {}
     data = mujoco.MjData(model)
     for name, sheath in sheaths(model).items():
         state = sheath_arrays(model, data.plugin_state, name, sheath.state).state
         for end in (_OUTPUT, _DRUM):
             if (k := int(state[end.joint])) >= 0:
-                joint = model.joint(k).name
-                parameter = f"{joint.removesuffix(end.turned)}{end.play}.{RANGE_WIDTH}"
-                place = places.setdefault(parameter, _Place(joint, end, {}))
-                place.sheaths[name] = state
+                found.setdefault((model.joint(k).name, end), {})[name] = state
     taken = {model.tendon(k).name for k in range(model.ntendon)}
-    return {
-        parameter: place
-        for parameter, place in places.items()
-        if parameter.removesuffix(f".{RANGE_WIDTH}") not in taken
-        and (
-            place.end is _OUTPUT
-            or len({s["reel_radius"] > 0.0 for s in place.sheaths.values()}) > 1
-        )
-    }
+    places: dict[str, _Place] = {}
+    for (joint, end), states in found.items():
+        has_play = f"{joint.removesuffix(end.turned)}{end.play}" in taken
+        both_ways = {state["reel_radius"] > 0.0 for state in states.values()} == {True, False}
+        name = f"{joint}{end.play}"
+        if joint and not has_play and name not in taken and (end is _OUTPUT or both_ways):
+            places.setdefault(f"{name}.{RANGE_WIDTH}", _Place(joint, end, states))
+    return places
 
 
 def plays(model: mujoco.MjModel) -> dict[str, Parameter]:
@@ -108,14 +104,22 @@ def _add_play(text: Mjcf, model: mujoco.MjModel, place: _Place) -> None:
     """Write a pulley or drum for a joint, on which its sheaths wind in its place."""
     joint, end, states = place
     turned = joint + end.turned
-    written, element = text.element("joint", joint), model.joint(joint)
+    text.element("joint", joint)  # or it is of a model that this one attaches
+    element = model.joint(joint)
     body = SubElement(text.section("worldbody", ""), "body")
     SubElement(body, "inertial", pos="0 0 0", mass=_MASS, diaginertia=_OWN_INERTIA)
     pulley = SubElement(body, "joint", name=turned, limited="false")
     pulley.set("type", "slide" if element.type[0] == _SLIDE else "hinge")
-    pulley.set("ref", written.get("ref", "0"))
-    for attribute in ("stiffness", "damping", "frictionloss"):  # which a class may give
+    in_degrees = element.type[0] != _SLIDE and load_spec(str(text.path)).compiler.degree
+    pulley.set("ref", number_text(np.degrees(element.qpos0[0]) if in_degrees else element.qpos0[0]))
+    for attribute in (
+        "stiffness",
+        "damping",
+        "frictionloss",
+        "springref",
+    ):  # which a class may give
         pulley.set(attribute, "0")
+    pulley.set("springdamper", "0 0")
     stiffness = sum(_stiffness(model, state, end.radius) for state in states.values())
     inertia = _STEPS * stiffness * model.opt.timestep**2
     largest = _INERTIA * float(model.dof_M0[element.dofadr[0]])
@@ -128,6 +132,7 @@ def _add_play(text: Mjcf, model: mujoco.MjModel, place: _Place) -> None:
         "range": numbers((low, low + 1.0)),  # until its width is set
         "solreflimit": numbers(solref),
         "solimplimit": numbers(solimp),
+        **dict.fromkeys(("stiffness", "damping", "frictionloss", "armature"), "0"),
     }
     play = SubElement(text.section("tendon", ""), "fixed", flanks)
     for name, coefficient in ((joint, "1"), (turned, "-1")):

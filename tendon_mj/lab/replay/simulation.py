@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain, pairwise
 from pathlib import Path
 from types import MappingProxyType
@@ -579,11 +580,7 @@ class Simulator:
         if self._given:
             return self
         other = copy.copy(self)
-
-        def split(name: str, *, beside: Path | None = None) -> mujoco.MjModel:
-            return split_guides(load_spec(name, beside=beside), pieces)
-
-        other._make, other._with_plays = split, {}
+        other._make, other._with_plays = partial(_load_split, pieces), {}
         try:
             other.model = other._load_model()
         except ValueError:
@@ -749,6 +746,11 @@ class Simulator:
             adjustable.set(reads)
             series.append(schedule.read_out(adjustable, readings))
         return series, stuck
+
+
+def _load_split(pieces: int, name: str, *, beside: Path | None = None) -> mujoco.MjModel:
+    """`load_model` with each guide in ``pieces``."""
+    return split_guides(load_spec(name, beside=beside), pieces)
 
 
 def _skip_contacts(model: mujoco.MjModel) -> None:

@@ -70,8 +70,11 @@ def _of_transmission(model: mujoco.MjModel, actuator: int) -> tuple[str, str, st
     """Units of the force of an actuator, of a place and of a rate where it acts."""
     on, seen = int(model.actuator_trntype[actuator]), int(model.actuator_trnid[actuator, 0])
     if on in (mujoco.mjtTrn.mjTRN_JOINT.value, mujoco.mjtTrn.mjTRN_JOINTINPARENT.value):
-        slides = model.jnt_type[seen] == mujoco.mjtJoint.mjJNT_SLIDE.value
-        return ("N", "m", "m/s") if slides else ("N m", "rad", "rad/s")
+        of_joint = {
+            mujoco.mjtJoint.mjJNT_SLIDE.value: ("N", "m", "m/s"),
+            mujoco.mjtJoint.mjJNT_HINGE.value: ("N m", "rad", "rad/s"),
+        }
+        return of_joint.get(int(model.jnt_type[seen]), (UNKNOWN,) * 3)
     if on == mujoco.mjtTrn.mjTRN_TENDON.value and not _of_joints(model, seen):
         return "N", "m", "m/s"
     return UNKNOWN, UNKNOWN, UNKNOWN

@@ -210,6 +210,25 @@ def test_a_value_goes_no_farther_than_another_s_range_allows_and_not_beyond_its_
     assert reach[end] == pytest.approx(np.hypot(6.0, alone[end]), rel=0.05)
 
 
+@pytest.mark.parametrize("size", [1.0, 1e3, 1e5])
+@pytest.mark.parametrize("room", [20.0, 500.0, 1e4])
+def test_two_values_with_one_trace_are_told_by_their_ranges_however_sharp_it_is(size, room) -> None:
+    data = problem()
+    column, noise = np.random.default_rng(6).normal(size=(2, data.blocks.size))
+    fit = linear(data, size * np.column_stack([column, column]), noise)
+    fit = replace(fit, bounds=room * np.array([[-1.0, -1.0], [1.0, 1.0]]), scaled=np.zeros(2))
+    assert sides(data, fit, np.array([True, True])) == pytest.approx(room, rel=0.01)
+
+
+def test_a_value_without_a_trace_has_no_interval_and_spoils_none() -> None:
+    data = problem()
+    column, noise = np.random.default_rng(6).normal(size=(2, data.blocks.size))
+    fit = linear(data, np.column_stack([column, 0.0 * column]), noise)
+    reach = sides(data, fit, np.array([True, True]))
+    assert np.isinf(reach[:, 1]).all()
+    assert reach[:, 0] == pytest.approx(sides(data, fit, np.array([True, False]))[:, 0], rel=0.05)
+
+
 SAMPLES = 200 * BLOCKS  # of the linear rig
 QUANTILE = float(stats.t.ppf(0.975, 2 * BLOCKS - 1))
 

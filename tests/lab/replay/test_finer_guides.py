@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import mujoco
 import numpy as np
 import pytest
@@ -122,6 +124,7 @@ def test_a_simulator_splits_the_model_that_its_recordings_name():
     (whole,), (finer,) = own([{}]), split([{}])
     column = "input_tension_N"
     assert 0.0 < np.abs(finer[0][column] - whole[0][column]).max() < 0.5
+    assert pickle.loads(pickle.dumps(split))._make.args == (2,)
     given = Simulator([made], own.model, threads=1)
     assert given.split(2) is given
 
@@ -141,6 +144,14 @@ def test_a_straight_path_that_moves_with_its_motor_shares_its_undrawn_bend_evenl
     along = split.site_pos[split.wrap_objid[first : first + count], 0]
     cells = [0.0, *((np.arange(pieces * guides) + 0.5) / (pieces * guides)), 1.0]
     assert along == pytest.approx(0.6 * np.array(cells))
+
+
+def test_a_path_that_folds_back_keeps_its_length():
+    spec = mujoco.MjSpec.from_string(LEVER)
+    spec.site("c").pos = [0.05, 0.0, 0.0]
+    add_friction(spec, "t", friction=0.1, axial_stiffness=1e4, pretension=10.0, extra_bend=1.0)
+    length = path_of(spec.compile(), "t")[0]
+    assert path_of(split_guides(spec, 4), "t")[0] == pytest.approx(length, rel=1e-9)
 
 
 def test_a_cable_that_is_not_drawn_keeps_its_guide():

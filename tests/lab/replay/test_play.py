@@ -23,6 +23,8 @@ ARM = """<mujoco><compiler angle="degree"/>
 <spatial name="two"><site site="a"/><site site="b"/></spatial>
 </tendon>
 <sensor><jointpos name="angle" joint="arm"/></sensor></mujoco>"""
+DEFAULTS = """<default><joint ref="0.3" springdamper="0.1 1"/>
+<tendon stiffness="100" damping="3" frictionloss="2"/></default>"""
 RADIUS, WIDTH = 0.03, 0.04
 TIME = np.arange(0.0, 6.0, 0.03)
 
@@ -39,7 +41,11 @@ def arm(folder, g=-9.81, more="", stiffness=2e3, turned=("arm", "arm")):
     return path
 
 
-def motion(path, wave=None):
+def motion(path, wave=None, drive=None):
+    if drive is not None:
+        still = 0.0 * TIME
+        read = {"read_N": ("j_cable_input_tension", 0.2)}
+        return recorded(TIME, {"drive_rad": (drive, still)}, read, path, settling_time=None)
     drive = RADIUS * 0.3 * (1.0 - np.cos(1.5 * TIME)) if wave is None else wave
     return recorded(
         TIME,
@@ -189,6 +195,34 @@ def test_a_model_with_play_has_the_parameters_of_the_model_without(tmp_path):
     for play in ("j_motor_drum_play.range_width", "j_play.range_width"):
         played = patch_model(path, {play: 0.1}, tmp_path / "played.xml")
         assert {*plain} < {*Adjustable(load_model(str(played))).names()}
+
+
+@pytest.mark.parametrize("name", ["left_drum", "left_pulley"])
+def test_a_joint_may_be_called_like_a_drum_or_a_pulley(name, tmp_path):
+    path = driven(tmp_path)
+    path.write_text(path.read_text().replace("j_motor", name))
+    width = {f"{name}_drum_play.range_width": 0.1}
+    assert {*width} < {*Simulator([motion(path, drive="m")], threads=1).parameters}
+    played = load_model(str(patch_model(path, width, tmp_path / "played.xml")))
+    assert played.joint(f"{name}_drum").id >= 0
+    geared = "j_cable_input_tension.efficiency"
+    assert geared in {*Adjustable(load_model(str(path))).names()} & {*Adjustable(played).names()}
+
+
+def test_what_a_model_gives_joints_and_tendons_by_default_is_not_that_of_a_play(tmp_path):
+    path = driven(tmp_path)
+    text = path.read_text().replace("<option", DEFAULTS + "<option").replace(' ref="0"', "")
+    own = '<spatial stiffness="0" damping="0" frictionloss="0" '
+    path.write_text(text.replace("<spatial ", own))
+    played = load_model(str(patch_model(path, {"j_play.range_width": 0.1}, tmp_path / "p.xml")))
+    data = mujoco.MjData(played)
+    mujoco.mj_forward(played, data)
+    pulley, k = played.joint("j_pulley"), played.tendon("j_play").id
+    assert played.qpos0[pulley.qposadr[0]] == pytest.approx(played.qpos0[0]) != 0.0
+    assert data.tendon("j_play").length[0] == pytest.approx(0.0)
+    of_joint = np.ravel(pulley.stiffness).sum() + np.ravel(played.dof_damping[pulley.dofadr]).sum()
+    own = played.tendon_stiffness[k], played.tendon_damping[k], played.tendon_frictionloss[k]
+    assert [of_joint, *(np.ravel(value).sum() for value in own)] == [0.0] * 4
 
 
 def test_one_cable_alone_rests_on_its_flank_and_has_no_such_play(tmp_path):

@@ -265,6 +265,9 @@ def test_the_force_of_an_actuator_has_the_unit_of_what_it_acts_on(actuator, unit
     sensor = "<actuatorfrc name='read' actuator='drive'/>"
     model = mujoco.MjModel.from_xml_string(lever(actuator, sensor, joint='name="hinge"'))
     assert reading_unit(model, 0) == unit
+    if unit != UNKNOWN:  # of what, on a free joint?
+        free = lever(actuator, sensor, joint='name="hinge" type="free"')
+        assert reading_unit(mujoco.MjModel.from_xml_string(free), 0) == UNKNOWN
 
 
 @pytest.mark.parametrize("name", ["bench", "joint", "finger"])

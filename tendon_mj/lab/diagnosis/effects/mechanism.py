@@ -223,7 +223,7 @@ ACTUATORS: Final = (
     Effect(
         identifier="gear_friction",
         name="friction of a gear that grows with its load",
-        equation="η = 1/(1 + c) forward, 1 − c back",
+        equation="η = 1/(1 + c) forward, 1 − c back unless another is stated",
         signature="a servo stays behind its goal by more the more its joint bears, both ways",
         source="docs/no_tendons.md, a gear; mujoco issue 3528",
         next_experiment="the joint lifted and let down slowly under two loads",
