@@ -25,7 +25,7 @@ from tendon_mj.lab.diagnosis.statistics import (
     SelectedEffect,
     cross_validate,
     gain,
-    is_simpler,
+    is_wrong_number,
     rate_effect,
     simplest,
     tied,
@@ -232,11 +232,14 @@ class SelectionContext:
     def simplest(self, ranked: Sequence[FittedCandidate]) -> FittedCandidate:
         """Simplest of the extensions of a model, best first, that are tied.
 
-        Simpler ones that are behind by less than matters are fitted to convergence before.
+        Wrong numbers of the model that are behind an effect that it lacks by less than matters are
+        fitted to convergence before, and so is that.
         """
         near = ranked[0].excess + self.smallest_gain
-        behind = [m for m in ranked if is_simpler(m, ranked[0]) and m.excess < near]
-        some = [ranked[0], *behind[:_MOST_POLISHED]] if behind else []
+        numbers = [m for m in ranked if is_wrong_number(m) and m.excess < near]
+        if not numbers or is_wrong_number(ranked[0]):
+            return simplest(ranked)
+        some = [ranked[0], *numbers[:_MOST_POLISHED]]
         ended = [self.polish(m) for m in some]
         rest = [m for m in ranked if m not in some]
         return simplest(sorted([*ended, *rest], key=lambda m: m.excess))

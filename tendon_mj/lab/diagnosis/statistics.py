@@ -186,9 +186,9 @@ def simplest(ranked: Sequence[FittedCandidate]) -> FittedCandidate:
     return min(equal, key=lambda model: (_complexity(model.candidate), model.excess))
 
 
-def is_simpler(one: FittedCandidate, other: FittedCandidate) -> bool:
-    """Return whether the first of two extensions of a model is simpler, see `simplest`."""
-    return _complexity(one.candidate) < _complexity(other.candidate)
+def is_wrong_number(model: FittedCandidate) -> bool:
+    """Return whether the last effect of a model is a number that the model had wrong."""
+    return not _complexity(model.candidate)[0]
 
 
 def _complexity(candidate: Candidate | None) -> tuple[bool, bool, int]:
