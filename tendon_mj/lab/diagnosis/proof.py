@@ -71,6 +71,7 @@ from tendon_mj.lab.parameter_names import parameter_of, recording_of, value_in
 from tendon_mj.lab.replay import Parameter
 from tendon_mj.typing import FloatArray
 
+_TOLD = 0.8  # of its range, in which an interval tells something of a number
 _EXPLAINS = 0.01  # of the excess χ², to be in the ranking
 # A calibrated value this near to an end is held by it: a hundredth of the range, or, in a range of
 # decades, of the range about its guess.
@@ -453,8 +454,8 @@ def fitted_values(
 
 
 def is_narrower(interval: FloatArray, term: Term) -> bool:
-    """Return whether an interval excludes a part of the range of a term."""
-    return bool(interval[0] > term.low or interval[1] < term.high)
+    """Return whether an interval excludes a fifth of the range of a term: others' may tell less."""
+    return bool(interval[1] - interval[0] < _TOLD * (term.high - term.low))
 
 
 def parameters_beyond_range(problem: Problem, fit: Fit) -> list[str]:

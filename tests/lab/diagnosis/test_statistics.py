@@ -20,7 +20,7 @@ from tendon_mj.lab.diagnosis import (
     intervals,
     tied,
 )
-from tendon_mj.lab.diagnosis.proof import parameters_beyond_range
+from tendon_mj.lab.diagnosis.proof import is_narrower, parameters_beyond_range
 from tendon_mj.lab.diagnosis.statistics import (
     CrossValidation,
     beyond_range,
@@ -227,6 +227,12 @@ def test_a_value_without_a_trace_has_no_interval_and_spoils_none() -> None:
     reach = sides(data, fit, np.array([True, True]))
     assert np.isinf(reach[:, 1]).all()
     assert reach[:, 0] == pytest.approx(sides(data, fit, np.array([True, False]))[:, 0], rel=0.05)
+
+
+@pytest.mark.parametrize(("high", "told"), [(3.1, True), (3.3, False)])
+def test_a_number_is_told_by_an_interval_that_excludes_a_fifth_of_its_range(high, told) -> None:
+    term = Term(("a",), "-", 1.0, 0.0, 4.0, 0.1)
+    assert is_narrower(np.array([0.0, high]), term) is told
 
 
 SAMPLES = 200 * BLOCKS  # of the linear rig
