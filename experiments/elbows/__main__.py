@@ -7,6 +7,7 @@ from pathlib import Path
 
 from experiments.command import run_experiment
 from experiments.elbows.suite import run_cases, summary
+from experiments.rig_cases import print_cases
 
 
 def diagnose_elbows(
@@ -21,16 +22,9 @@ def diagnose_elbows(
         first: seed of the first rig of each kind.
     """
     for count, load_cell in ((elbows, True), (without_load_cell, False)):
-        found = []
-        for case in run_cases(out, range(first, first + count), load_cell=load_cell):
-            found.append(case)
-            print(
-                f"{case['folder']}: {case['hidden']} hidden; {case['verdict']}"
-                f" {', '.join(case['effects'])}; {case['sentence']}",
-                flush=True,
-            )
-        if found:
-            print(summary(found))
+        seeds = range(first, first + count)
+        if cases := print_cases(run_cases(out, seeds, load_cell=load_cell)):
+            print(summary(cases))
 
 
 if __name__ == "__main__":

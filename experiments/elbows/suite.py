@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import time
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,7 +11,8 @@ import numpy as np
 
 import tendon_mj
 from experiments.elbows.simulation import Elbow, simulate
-from tendon_mj.lab.diagnosis import Diagnosis, diagnose
+from experiments.rig_cases import Case, diagnose_case
+from tendon_mj.lab.diagnosis import Diagnosis
 from tendon_mj.typing import FloatArray
 
 _PERIOD = 0.02  # [s]
@@ -165,33 +164,24 @@ def _found(diagnosis: Diagnosis) -> dict[str, Any]:
     plays = [v for k, v in numbers.items() if k.endswith((".backlash", "_play.range_width"))]
     friction = numbers["agonist_sheath.friction"]
     return {
-        "verdict": diagnosis.verdict,
-        "effects": list(diagnosis.effects),
         "friction_found": [friction.value, friction.low, friction.high],
         "play_found": [plays[0].value, plays[0].low, plays[0].high] if plays else None,
-        "sentence": diagnosis.sentence,
     }
 
 
-def run_cases(out: Path, seeds: Iterable[int], *, load_cell: bool) -> Iterator[dict[str, Any]]:
+def run_cases(out: Path, seeds: Iterable[int], *, load_cell: bool) -> Iterator[Case]:
     """Make and diagnose each case; yield what was hidden and what was found."""
     for seed in seeds:
         folder = out / f"{'elbow' if load_cell else 'angle_only'}_{seed}"
         truth = make_case(folder, seed, load_cell=load_cell)
-        start = time.perf_counter()
-        diagnosis = diagnose(
-            [folder / "train.csv"], [folder / "hold.csv"], description=folder / "elbow.toml"
-        )
-        found = {**truth, **_found(diagnosis), "seconds": time.perf_counter() - start}
-        (folder / "found.json").write_text(json.dumps(found, indent=1), encoding="utf-8")
-        yield found
+        yield diagnose_case(folder / "elbow.toml", truth, _found)
 
 
 def _holds(interval: list[float], truth: float) -> bool:
     return interval[1] <= truth <= interval[2]
 
 
-def summary(cases: Sequence[dict[str, Any]]) -> str:
+def summary(cases: Sequence[Case]) -> str:
     """What was found of what was hidden, in a few lines."""
     lines = list[str]()
     for hidden, effect in _EFFECTS.items():

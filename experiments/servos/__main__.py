@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from experiments.command import run_experiment
+from experiments.rig_cases import print_cases
 from experiments.servos.suite import run_cases, summary
 
 
@@ -28,15 +29,8 @@ def diagnose_servos(
             the first two; or the motor's place alone.
         foretell: whether `identify` says of each, before, that it can be told.
     """
-    found = []
-    for case in run_cases(out, range(first, first + cases), signals, foretell=foretell):
-        found.append(case)
-        print(
-            f"{case['folder']}: {case['hidden']} hidden; {case['verdict']}"
-            f" {', '.join(case['effects'])}; {case['sentence']}",
-            flush=True,
-        )
-    print(summary(found))
+    seeds = range(first, first + cases)
+    print(summary(print_cases(run_cases(out, seeds, signals, foretell=foretell))))
 
 
 if __name__ == "__main__":

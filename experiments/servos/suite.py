@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import time
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,8 +10,9 @@ import mujoco
 import numpy as np
 
 import tendon_mj
+from experiments.rig_cases import Case, diagnose_case
 from experiments.servos.simulation import Servo, simulate
-from tendon_mj.lab.diagnosis import diagnose, identify
+from tendon_mj.lab.diagnosis import Diagnosis, identify
 from tendon_mj.lab.recordings import read_recording
 from tendon_mj.typing import FloatArray
 
@@ -160,17 +159,17 @@ def _hide(rng: np.random.Generator, believed: Servo, hidden: str) -> tuple[Servo
     return rig, scale
 
 
-def _strength(believed: Servo, rig: Servo, scale: float) -> float:
+def _strength(hidden: str, believed: Servo, rig: Servo, scale: float) -> float:
     """Change of the first parameter of the effect that is hidden [its unit]."""
-    changes = (
-        rig.kp - believed.kp,
-        1.0 / rig.efficiency - 1.0 / believed.efficiency,
-        scale - 1.0,
-        rig.armature - believed.armature,
-        rig.play / rig.radius,
-        rig.friction - believed.friction,
-    )
-    return max(changes, key=abs)
+    return {
+        "servo": rig.kp - believed.kp,
+        "gear": 1.0 / rig.efficiency - 1.0 / believed.efficiency,
+        "motor_constant": scale - 1.0,
+        "armature": rig.armature - believed.armature,
+        "play": rig.play / rig.radius,
+        "sheath": rig.friction - believed.friction,
+        "nothing": 0.0,
+    }[hidden]
 
 
 def make_case(folder: Path, seed: int, signals: str) -> dict[str, Any]:
@@ -202,7 +201,7 @@ def make_case(folder: Path, seed: int, signals: str) -> dict[str, Any]:
         path = folder / f"{name}.csv"
         header = ",".join(["time_s", "goal_deg", *columns])
         np.savetxt(path, np.transpose(table), "%.6g", ",", header=header, comments="")
-    strength = _strength(believed, rig, scale)
+    strength = _strength(hidden, believed, rig, scale)
     known = {"folder": folder.name, "hidden": hidden, "strength": strength, "scale": scale}
     return {**known, **rig._asdict()}
 
@@ -215,9 +214,14 @@ def _tellable(folder: Path, truth: dict[str, Any]) -> bool:
     return any(least is not None and abs(truth["strength"]) >= abs(least) for least in named)
 
 
+def _found(diagnosis: Diagnosis) -> dict[str, Any]:
+    found = diagnosis.parameters.items()
+    return {"parameters": {name: [v.value, v.low, v.high] for name, v in found}}
+
+
 def run_cases(
     out: Path, seeds: Iterable[int], signals: str, *, foretell: bool = False
-) -> Iterator[dict[str, Any]]:
+) -> Iterator[Case]:
     """Make and diagnose each case; yield what was hidden and what was found.
 
     With ``foretell`` also whether `identify` calls it tellable, before.
@@ -225,24 +229,11 @@ def run_cases(
     for seed in seeds:
         folder = out / f"{signals}_{seed}"
         truth = make_case(folder, seed, signals)
-        start = time.perf_counter()
-        found = diagnose(
-            [folder / "train.csv"], [folder / "hold.csv"], description=folder / "joint.toml"
-        )
-        case = {
-            **truth,
-            "tellable": _tellable(folder, truth) if foretell else None,
-            "verdict": found.verdict,
-            "effects": list(found.effects),
-            "parameters": {k: [v.value, v.low, v.high] for k, v in found.parameters.items()},
-            "sentence": found.sentence,
-            "seconds": time.perf_counter() - start,
-        }
-        (folder / "found.json").write_text(json.dumps(case, indent=1), encoding="utf-8")
-        yield case
+        truth["tellable"] = _tellable(folder, truth) if foretell else None
+        yield diagnose_case(folder / "joint.toml", truth, _found)
 
 
-def summary(cases: Sequence[dict[str, Any]]) -> str:
+def summary(cases: Sequence[Case]) -> str:
     """What was named of what was hidden, in a line for each."""
     lines = list[str]()
     for hidden, effect in EFFECTS.items():

@@ -265,7 +265,10 @@ def _write_tendons(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> li
 
 
 def _write_motors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
-    """Write new bodies of motors, and what these change in a model: see `motor.add_motors`."""
+    """Write new bodies of motors, and what these or a servo change in a model.
+
+    See `motor.add_motors` and `bam`.
+    """
     known = {body.name for body in before.bodies}
     motors = [body for body in spec.worldbody.bodies if body.name not in known]
     for body in motors:
@@ -297,36 +300,34 @@ def _write_motors(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> Non
 
 def _write_actuators(text: Mjcf, before: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
     """Write joints that actuators turn now, gains, and actuators that became motors of a servo."""
-    pairs = list(zip(before.actuators, spec.actuators, strict=True))
-    elements = text.actuators(before.compile()) if pairs else {}
-    for k, (old, new) in enumerate(pairs):
-        is_servo = old.gaintype != new.gaintype
-        if not is_servo and old.target == new.target and old.biasprm[2] == new.biasprm[2]:
-            continue
-        if k not in elements:
-            raise TendonError(
-                f"{text.path}: actuator {new.name!r} is not in the text, as one that `attach` or"
-                " `replicate` makes; change it in Python and write it with MjSpec.to_xml"
-            )
+    changed = [
+        (k, old, new)
+        for k, (old, new) in enumerate(zip(before.actuators, spec.actuators, strict=True))
+        if (old.target, old.gaintype, old.biasprm[2]) != (new.target, new.gaintype, new.biasprm[2])
+    ]
+    elements = text.actuators(before.compile()) if changed else {}
+    for k, old, new in changed:
+        element = elements[k] if k in elements else text.element("actuator", new.name)
         if old.target != new.target:
-            attribute = next(a for a in ("joint", "jointinparent") if elements[k].get(a))
-            elements[k].set(attribute, new.target)
-        if is_servo:
-            _write_servo(elements[k], new)
+            attribute = next(a for a in ("joint", "jointinparent") if element.get(a))
+            element.set(attribute, new.target)
+        if old.gaintype != new.gaintype:
+            _write_servo(element, new)
         elif old.biasprm[2] != new.biasprm[2]:  # that of a damping ratio at the joint
-            set_gains(elements[k], new.gainprm, new.biasprm)
+            set_gains(element, new.gainprm, new.biasprm)
 
 
 def _write_servo(element: Element, motor: mujoco.MjsActuator) -> None:
     """Make an actuator a DC motor of MuJoCo, which keeps what is no gain of it."""
-    own = {name: value for name, value in element.attrib.items() if name in _KEPT}
+    kept = {name: value for name, value in element.attrib.items() if name in _KEPT}
+    limited = int(motor.ctrllimited) == 1
+    own = dict.fromkeys(("dyntype", "gaintype", "biastype"), "dcmotor") | {"input": "pos"}
+    own |= {"actearly": "true", "actlimited": "false", "dynprm": "0"}
+    own |= {"ctrllimited": str(limited).lower(), "gainprm": numbers(motor.gainprm)}
+    own |= {"biasprm": numbers(motor.biasprm)}
     element.tag = "general"
     element.attrib.clear()
-    element.attrib |= own | dict.fromkeys(("dyntype", "gaintype", "biastype"), "dcmotor")
-    element.attrib |= {"input": "pos", "actearly": "true", "actlimited": "false", "dynprm": "0"}
-    limited = int(motor.ctrllimited) == 1
-    element.attrib |= {"ctrllimited": str(limited).lower(), "gainprm": numbers(motor.gainprm)}
-    element.attrib |= {"biasprm": numbers(motor.biasprm)}
+    element.attrib |= kept | own
     if limited:
         element.set("ctrlrange", numbers(motor.ctrlrange))
 

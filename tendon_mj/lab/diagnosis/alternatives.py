@@ -59,7 +59,7 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
 
     A finding that may be absent in an alternative has its effect as a rival. The verdict is
     "undetermined" if nothing was found, or each finding has such a new rival. A number of which the
-    data exclude no part of the range is an alternative to itself.
+    data tell nothing, see `is_narrower`, is an alternative to itself.
     """
     if result.search is None or result.verdict == "unknown":
         return result
@@ -123,7 +123,7 @@ def _tied(selection: Selection) -> Iterator[Fit]:
 
 
 def _untold(problem: Problem, fit: Fit) -> list[int]:
-    """Positions of the numbers of which the data exclude no part of their range."""
+    """Positions of the numbers of which the data tell nothing, see `is_narrower`."""
     spans = _ranges(fit, _sides(problem, fit, fit.free | on_bounds(fit)))
     return [k for k in _numbers(fit) if not is_narrower(np.sort(spans[k]), fit.terms[k])]
 
@@ -222,10 +222,10 @@ def _valleys(context: SelectionContext, model: FittedCandidate) -> Iterator[_Val
             if score.key not in slopes:
                 continue
             slope = slopes[score.key]
-            reach = _sides(problem, with_slope(fit, candidate, slope), moving)
-            ends = [strength.scaled(end) for end in (strength.low, strength.high)]
+            extended = with_slope(fit, candidate, slope)
+            reach = _sides(problem, extended, moving)
             farthest = np.minimum(reach[:, -1], _FARTHEST) * (-1.0, 1.0)
-            end = max(np.clip(farthest[::-1], min(ends), max(ends)), key=abs)
+            end = max(np.clip(farthest[::-1], *extended.bounds[:, -1]), key=abs)
             bounds = fit.bounds - fit.scaled
             step = bounded_least_squares(fit.jacobian[used], slope[used] * end, bounds)
             near, shape = (

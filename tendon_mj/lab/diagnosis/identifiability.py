@@ -63,7 +63,7 @@ class Number(NamedTuple):
     unit: str  # of all that follows
     value: float  # as described
     half: float  # of its 95 % interval, at most its range
-    determined: bool  # whether that excludes a part of the range
+    determined: bool  # whether that excludes enough of the range, see `is_narrower`
     unless: str  # effect with which it trades places most; empty if none matters
     half_then: float  # of the interval if the rig may have that effect
 

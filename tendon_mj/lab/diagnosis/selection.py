@@ -226,8 +226,7 @@ class SelectionContext:
         A fit that was stopped on its way may leave more than another effect, or than is worth it.
         """
         promising = [m for m in ranked if model.excess - m.excess > _HALFWAY * self.smallest_gain]
-        ended = [self.polish(m) for m in promising[:_MOST_POLISHED]]
-        return sorted([*ended, *ranked[len(ended) :]], key=lambda m: m.excess)
+        return self._polished(ranked, promising[:_MOST_POLISHED])
 
     def simplest(self, ranked: Sequence[FittedCandidate]) -> FittedCandidate:
         """Simplest of the extensions of a model, best first, that are tied.
@@ -239,10 +238,14 @@ class SelectionContext:
         numbers = [m for m in ranked if is_wrong_number(m) and m.excess < near]
         if not numbers or is_wrong_number(ranked[0]):
             return simplest(ranked)
-        some = [ranked[0], *numbers[:_MOST_POLISHED]]
-        ended = [self.polish(m) for m in some]
-        rest = [m for m in ranked if m not in some]
-        return simplest(sorted([*ended, *rest], key=lambda m: m.excess))
+        return simplest(self._polished(ranked, [ranked[0], *numbers[:_MOST_POLISHED]]))
+
+    def _polished(
+        self, ranked: Sequence[FittedCandidate], some: Sequence[FittedCandidate]
+    ) -> list[FittedCandidate]:
+        """Models, of which some are fitted to convergence, best first."""
+        ended = [self.polish(m) if m in some else m for m in ranked]
+        return sorted(ended, key=lambda m: m.excess)
 
     def optimise(self, model: FittedCandidate) -> FittedCandidate:
         """Continue a fit to convergence, and out of a local minimum where it leaves much."""
@@ -443,9 +446,7 @@ def _in_place_of(
 ) -> list[FittedCandidate]:
     """Models with every promising candidate in the place of one effect of a model."""
     known = selection.rivals[candidate.label]
-    beside = _labels(model) - {
-        candidate.label
-    }  # one may have been eliminated since they were tried
+    beside = _labels(model) - {candidate.label}  # of which one may have been eliminated since
     if model is selection.model and all(_labels(m) - {m.added.label} == beside for m in known):
         return known
     reduced = context.without(model, candidate)

@@ -350,7 +350,7 @@ def sides(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArray:
     blocks = problem.blocks[used]
     names = np.unique(blocks)
     gradients = np.array([jacobian[blocks == b].T @ residual[blocks == b] for b in names])
-    triangle: FloatArray = np.linalg.qr(jacobian, mode="r")  # type: ignore[assignment]  # RᵀR = JᵀJ, without the loss of its digits
+    triangle = np.linalg.qr(jacobian).R  # RᵀR = JᵀJ, with all digits of J
     inverse = _inverse(triangle)
     clusters = gradients.T @ gradients * names.size / max(names.size - free.sum(), 1)
     alone = np.maximum(np.diag(inverse), np.finfo(float).tiny)

@@ -129,7 +129,7 @@ class _Patch:
     def __init__(self, source: Path, parameters: Mapping[str, float]) -> None:
         self.source, self.parameters = source, parameters
         self.text, self.spec = Mjcf(source), load_spec(str(source))
-        add_plays(self.text, load_model(str(source)), parameters)
+        add_plays(self.text, self.spec, load_model(str(source)), parameters)
         self.adjustable = Adjustable(load_with_plays(str(source), parameters))
         self.adjustable.set(parameters)
         self.model = self.adjustable.model

@@ -34,6 +34,7 @@ from tendon_mj.plugin import sheath_arrays, sheaths
 # A pulley between cables whose guides hold is an oscillator, to which friction may be no damper:
 # in the model's steps, and none are longer, it turns by √2 rad of the 2 that are stable.
 _STEPS, _INERTIA = 0.5, 0.1  # inertia over stiffness × step², and at most of the joint's
+_GIVEN = "stiffness", "damping", "frictionloss"  # what a class may give a joint or a tendon
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value
 _MASS, _OWN_INERTIA = "1e-6", "1e-9 1e-9 1e-9"  # a body needs some
 
@@ -93,33 +94,34 @@ def plays(model: mujoco.MjModel) -> dict[str, Parameter]:
     return {name: Parameter(0.0, unit, "tendon", 0.0) for name, unit in units.items()}
 
 
-def add_plays(text: Mjcf, model: mujoco.MjModel, parameters: Iterable[str]) -> None:
-    """Write the plays that a model lacks of those parameters into its text."""
+def add_plays(
+    text: Mjcf, spec: mujoco.MjSpec, model: mujoco.MjModel, parameters: Iterable[str]
+) -> None:
+    """Write the plays that a model lacks of those parameters into its text.
+
+    ``spec`` is of the text, and ``model`` compiled of it.
+    """
     places = _places(model)
     for parameter in sorted(places.keys() & {*parameters}):
-        _add_play(text, model, places[parameter])
+        _add_play(text, model, places[parameter], in_degrees=bool(spec.compiler.degree))
 
 
-def _add_play(text: Mjcf, model: mujoco.MjModel, place: _Place) -> None:
+def _add_play(text: Mjcf, model: mujoco.MjModel, place: _Place, *, in_degrees: bool) -> None:
     """Write a pulley or drum for a joint, on which its sheaths wind in its place."""
     joint, end, states = place
     turned = joint + end.turned
     text.element("joint", joint)  # or it is of a model that this one attaches
     element = model.joint(joint)
+    slides = element.type[0] == _SLIDE
+    reference = float(element.qpos0[0])
     body = SubElement(text.section("worldbody", ""), "body")
     SubElement(body, "inertial", pos="0 0 0", mass=_MASS, diaginertia=_OWN_INERTIA)
     pulley = SubElement(body, "joint", name=turned, limited="false")
-    pulley.set("type", "slide" if element.type[0] == _SLIDE else "hinge")
-    in_degrees = element.type[0] != _SLIDE and load_spec(str(text.path)).compiler.degree
-    pulley.set("ref", number_text(np.degrees(element.qpos0[0]) if in_degrees else element.qpos0[0]))
-    for attribute in (
-        "stiffness",
-        "damping",
-        "frictionloss",
-        "springref",
-    ):  # which a class may give
-        pulley.set(attribute, "0")
-    pulley.set("springdamper", "0 0")
+    pulley.set("type", "slide" if slides else "hinge")
+    pulley.set(
+        "ref", number_text(np.degrees(reference) if in_degrees and not slides else reference)
+    )
+    pulley.attrib |= dict.fromkeys((*_GIVEN, "springref"), "0") | {"springdamper": "0 0"}
     stiffness = sum(_stiffness(model, state, end.radius) for state in states.values())
     inertia = _STEPS * stiffness * model.opt.timestep**2
     largest = _INERTIA * float(model.dof_M0[element.dofadr[0]])
@@ -132,7 +134,7 @@ def _add_play(text: Mjcf, model: mujoco.MjModel, place: _Place) -> None:
         "range": numbers((low, low + 1.0)),  # until its width is set
         "solreflimit": numbers(solref),
         "solimplimit": numbers(solimp),
-        **dict.fromkeys(("stiffness", "damping", "frictionloss", "armature"), "0"),
+        **dict.fromkeys((*_GIVEN, "armature"), "0"),
     }
     play = SubElement(text.section("tendon", ""), "fixed", flanks)
     for name, coefficient in ((joint, "1"), (turned, "-1")):
@@ -186,10 +188,10 @@ def load_with_plays(
     missing = [name for name in plays(model) if name in {*parameters}]
     if not missing:
         return model if make is load_model else make(name, beside=beside)
-    text = Mjcf(source)
-    add_plays(text, model, missing)
+    text, spec = Mjcf(source), load_spec(str(source))
+    add_plays(text, spec, model, missing)
     with TemporaryDirectory() as folder:
-        text.move_to(Path(folder), load_spec(str(source)))
+        text.move_to(Path(folder), spec)
         made = Path(folder) / source.with_suffix(".xml").name
         text.write(made)
         try:

@@ -34,10 +34,9 @@ def reading_unit(model: mujoco.MjModel, sensor: int) -> str:
         return _OF_JOINT[now][int(model.jnt_type[seen] == mujoco.mjtJoint.mjJNT_SLIDE.value)]
     if now in _OF_TENDON:
         return UNKNOWN if _of_joints(model, seen) else _OF_TENDON[now]
-    if now == mujoco.mjtSensor.mjSENS_ACTUATORFRC:  # a gear may have a unit
-        return (
-            _of_transmission(model, seen)[0] if abs(model.actuator_gear[seen, 0]) == 1 else UNKNOWN
-        )
+    if now == mujoco.mjtSensor.mjSENS_ACTUATORFRC:
+        force, *_ = _of_transmission(model, seen)
+        return force if abs(model.actuator_gear[seen, 0]) == 1.0 else UNKNOWN  # others have a unit
     return "N" if now == mujoco.mjtSensor.mjSENS_TOUCH else UNKNOWN
 
 
