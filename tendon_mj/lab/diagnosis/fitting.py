@@ -97,6 +97,22 @@ class Fit:
         """Parameter → value that the terms write, fitted or at other ``values`` (p,)."""
         return written(self.terms, self.values if values is None else values, base)
 
+    def responds_like(self, other: Fit) -> bool:
+        """Return whether the terms of both change residuals alike.
+
+        Their slopes s, s' are alike if the mean of |s − s'|² / |s| |s'| is below 1. Nothing is
+        known of fits that have no terms in common.
+        """
+        slopes = dict(zip(other.terms, other.jacobian.T, strict=True))
+        both = zip(self.terms, self.jacobian.T, strict=True)
+        pairs = [(own, slopes[term]) for term, own in both if term in slopes]
+        changes = [
+            float(np.sum((own - its) ** 2)) / size
+            for own, its in pairs
+            if (size := float(np.linalg.norm(own) * np.linalg.norm(its)))
+        ]
+        return bool(changes) and sum(changes) < len(changes)
+
     def determines(self, candidate: Candidate) -> bool:
         """Return whether the data hold a candidate's strength, not an end of its range.
 

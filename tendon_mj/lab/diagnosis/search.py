@@ -5,9 +5,9 @@ Jacobian J of the fitted terms predict, to first order, with which strength and 
 the others the residual r would be smallest: min |r + J Δ + t a|. The next pass simulates just that
 point, which gives the true remainder and the change of the trace; candidates that promise little
 drop out. The trace of a wide play is nothing like that of a narrow one: such effects are also
-switched on by more, and go on from the strength that promises most. A trace changes little when an
-effect is added to the model: if it is known from an earlier screening it takes the place of the
-first pass.
+switched on by more, and go on from the strength that promises most. Where the model's own terms
+still change the response alike, so do candidates: their traces at a fit before take the place of
+the first pass.
 
 Where a tendon or a joint sticks and slips, least squares ends in the local minimum where it began.
 Most of that misfit lies in the few samples between one slip and the other. A logarithm of the

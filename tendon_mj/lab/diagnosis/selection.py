@@ -78,8 +78,8 @@ class SelectionContext:
     initial_excess: float  # excess χ² of the calibrated model, see reducible_excess
     progress: Progress  # callback
     residual: FloatArray | None = None  # (m,) of the calibrated model [noise]
-    # slopes of candidates where they were screened first, for the first pass of later screenings
-    slopes: Slopes = field(default_factory=dict)
+    # fits, and slopes of candidates there, for the first pass of screenings at fits like them
+    slopes: list[tuple[Fit, Slopes]] = field(default_factory=list)
     # fits without one of the effects of a fit, likewise
     reduced: dict[tuple[Fit, Candidate], FittedCandidate] = field(default_factory=dict)
 
@@ -177,7 +177,15 @@ class SelectionContext:
         self, model: FittedCandidate, candidates: Sequence[Candidate], kept: tuple[float, float]
     ) -> list[ScreeningScore]:
         known = self.problem, self.base, model.fit
-        return screen(*known, candidates, self.progress, self.slopes, kept)
+        return screen(*known, candidates, self.progress, self._slopes_near(model.fit), kept)
+
+    def _slopes_near(self, fitted: Fit) -> Slopes:
+        """Slopes that are known at the last fit where the response was like that of a fit."""
+        for other, slopes in reversed(self.slopes):
+            if other.responds_like(fitted):
+                return slopes
+        self.slopes.append((fitted, {}))
+        return self.slopes[-1][1]
 
     def _explains(self, model: FittedCandidate, extended: FittedCandidate) -> bool:
         """Return whether an effect leaves little, with a strength that the data determine.

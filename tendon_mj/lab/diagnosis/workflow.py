@@ -196,7 +196,7 @@ def _at(context: SelectionContext, calibrated: FittedCandidate) -> SelectionCont
         step_error=step_error(fit.correction[problem.in_train]),
         initial_excess=reducible_excess(problem, fit.residual),
         residual=fit.residual,
-        slopes={},
+        slopes=[],
         reduced={},
     )
 

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_mj.lab.diagnosis import Selection
+from tendon_mj.lab.diagnosis import Selection, Term
 from tendon_mj.lab.diagnosis.proof import without_undetermined
 from tendon_mj.lab.diagnosis.search import descend
-from tendon_mj.lab.diagnosis.selection import CONVERGED, eliminate_backward
+from tendon_mj.lab.diagnosis.selection import CONVERGED, eliminate_backward, select_effects
 from tendon_mj.lab.diagnosis.statistics import SelectedEffect
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.typing import FloatArray
@@ -116,6 +116,40 @@ def test_a_fit_that_roughness_stopped_descends_by_slopes_over_a_distance(
     stopped = rig.fit_model([A, B], [start, start], B, evaluations=CONVERGED)
     assert stopped.excess > 1.0
     assert rig.optimise(stopped).excess < 0.01
+
+
+class Turning(LinearRig):
+    """A rig of which the responses to b and w are others where a acts."""
+
+    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
+        if changed.get("a", 0.0) < 1.0:
+            changed = {**changed, "b": -changed.get("b", 0.0)}
+        else:
+            changed = {**changed, "w": 0.1 * changed.get("w", 0.0)}
+        return super()._one(changed, recording)
+
+
+@pytest.mark.parametrize("calibrated", [W.terms, ()])
+def test_slopes_are_not_taken_from_a_model_that_responded_otherwise(
+    calibrated: tuple[Term, ...],
+) -> None:
+    """Without a, only a negative b would explain anything, which no b in its range is."""
+    shapes = {name: {name: 1.0} for name in "abw"}
+    rig = context(shapes, {"a": 5.0, "b": 3.0}, [])
+    problem = replace(rig.problem, simulate=Turning(rig.problem.recordings, shapes))
+    positive = replace(B, terms=(replace(B.terms[0], low=0.0),))
+    rig = replace(rig, problem=problem, candidates=(A, positive), calibrated=calibrated)
+    start = rig.fit_model((), [0.5] * len(calibrated), evaluations=CONVERGED)
+    chosen = select_effects(replace(rig, initial_excess=start.excess), start)
+    assert {e.candidate for e in chosen.effects} == {A, positive}
+
+
+def test_fits_respond_alike_where_terms_of_both_do() -> None:
+    rig = context({name: {name: 1.0} for name in "abc"}, {"a": 5.0, "b": 3.0}, [])
+    one, both, other = (rig.fit_model(e, [1.0] * len(e)).fit for e in ([A], [A, B], [C]))
+    assert one.responds_like(both)
+    assert both.responds_like(one)
+    assert not one.responds_like(other)
 
 
 def test_a_fit_of_a_linear_response_is_not_searched_further() -> None:
