@@ -33,6 +33,7 @@ LENGTH, BEND, AXIAL_STIFFNESS = 0.5, 2.0 * np.pi / 3.0, 4000.0  # of each cable 
 DRUM, PULLEY = 0.008, 0.012  # radii [m]
 SPRING, DAMPING, INERTIA = 0.1, 0.01, 1e-4  # of the wrist [N m/rad], [N m s/rad], [kg m²]
 PLAY, FRICTION, PRETENSION = 4e-4, 0.10, 8.3  # true values: [m] of cable, [-], [N]
+STRETCH = 1.0 + PRETENSION / AXIAL_STIFFNESS  # of cable as drum and pulley take it up [-]
 NOISE_TENSION, NOISE_ANGLE = 0.05, 0.1  # [N], [deg]
 GUIDES, STEP, RATE, REST = 24, 5e-4, 50.0, 0.5  # [-], [s], samples per second, [s]
 ARMATURE, SMALL_ARMATURE = 0.01, 1.5e-4  # of the motor as geared [kg m²]
@@ -91,7 +92,7 @@ def _march(
     drum = wrist = speed = 0.0
     for k in range(motor.size):
         turned = min(max(drum, motor[k] - 0.5 * play / DRUM), motor[k] + 0.5 * play / DRUM)
-        wound, drum = DRUM * (turned - drum), turned
+        wound, drum = DRUM * (turned - drum) / STRETCH, turned
         held[0, 0] -= wound
         held[1, 0] += wound
         start = wrist
@@ -106,8 +107,8 @@ def _march(
                 stiffness += PULLEY**2 * AXIAL_STIFFNESS * lengths[last] / held[cable, last] ** 2
             turn = torque / stiffness
             wrist += turn
-            held[0, last] += PULLEY * turn
-            held[1, last] -= PULLEY * turn
+            held[0, last] += PULLEY * turn / STRETCH
+            held[1, last] -= PULLEY * turn / STRETCH
             if max(moved, PULLEY * abs(turn)) < 1e-12:
                 break
         speed = (wrist - start) / STEP

@@ -175,7 +175,7 @@ def drive_sheath(
     """Move the input end through a history.
 
     Args:
-        history: (samples,) ξ_in, tendon wound in since the uniform T_0 [m], or T_in > 0 [N].
+        history: (samples,) ξ_in, tendon wound in under T_0 [m], or T_in > 0 [N].
         law: of the tendon and its sheath, pretension > 0.
         length: of the sheath [m].
         bend: its total angle [rad].
@@ -187,9 +187,10 @@ def drive_sheath(
         InvalidValueError: an effect of the law that is not here.
     """
     given = np.ascontiguousarray(history, float)
+    stretch = 1.0 + law.pretension / law.axial_stiffness  # of tendon that is wound in
     segments, table = _initial_tendon(law, length, bend, guides, output_stiffness)
     if not by_tension:
-        out, unsolved = _follow(segments, table, _play(given, law.backlash), False)
+        out, unsolved = _follow(segments, table, _play(given, law.backlash) / stretch, False)
         out[2] = given
     elif law.backlash > 0.0:
         raise InvalidValueError(
@@ -197,6 +198,7 @@ def drive_sheath(
         )
     else:
         out, unsolved = _follow(segments, table, given / law.axial_stiffness, True)
+        out[2] *= stretch
     near, far, work = law.axial_stiffness * out[[0, 1, 3]]
     return Response(near, far, out[2], (far - law.pretension) / output_stiffness, work, unsolved)
 

@@ -403,6 +403,7 @@ def elastic_energy(model, data, axial_stiffness):
 
 
 LENGTH, BEND, GUIDES, EA, PRETENSION = 0.5, 2.0, 8, 20e3, 30.0
+ON_DRUM = 1.0 / (1.0 + PRETENSION / EA)  # unstretched length of a metre on a drum [-]
 # every effect at once, each to a degree that shows
 ALL = {
     "static_friction": 0.25,

@@ -43,7 +43,7 @@ _ROUNDING = 1e-12  # of ratios of tensions
 
 
 class NumpySheath:
-    """Sheath of a bench whose one control is the tendon that has been wound in [m].
+    """Sheath of a bench whose one control is the tendon that has been wound in, under T_0 [m].
 
     Called by MuJoCo with model and data, it solves the tendon and adds its forces to
     `qfrc_passive`.
@@ -86,7 +86,7 @@ class NumpySheath:
             self._time = data.time
             self._stored, self._wound = self._new_stored, self._new_wound
         lengths, directions, angles = self._path(data)
-        self._new_wound = float(data.ctrl[0])
+        self._new_wound = float(data.ctrl[0]) / (1.0 + self._strain)
         stored = self._stored.copy()
         stored[0] -= self._new_wound - self._wound
         self._new_stored, tau = self._solve(lengths, stored, self._friction * angles)

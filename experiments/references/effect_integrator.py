@@ -481,6 +481,7 @@ def march_effects(chain: EffectChain, history: History, record: FloatArray) -> i
     """
     friction, time, value = chain.friction, history.time, history.value
     unsolved, supplied, drum, h_before = 0, 0.0, 0.0, 0.0
+    unstretched = 1.0 / (1.0 + chain.material.compliance * chain.material.initial_strain)
     varies = friction.gradient != 0.0 or friction.drift != 0.0 or friction.stribeck_friction > 0.0
     set_initial_ratios(chain)
     for sample in range(time.size):
@@ -496,7 +497,7 @@ def march_effects(chain: EffectChain, history: History, record: FloatArray) -> i
                 predict_ratios(chain, now, h)
             predict_creep(chain, h)
             set_differences(chain, h, abs(h - h_before) <= 1e-6 * h)
-            unsolved += 0 if solve_step(chain, drum) else 1
+            unsolved += 0 if solve_step(chain, unstretched * drum) else 1
             first = chain.springs[0]
             supplied += 0.5 * (first.previous_tension + first.tension) * (drum - drum_before)
             end_step(chain, h)

@@ -138,7 +138,7 @@ def simulate_effects(
     """Integrate a chain with effects from rest under T_0; see `effect_integrator`.
 
     Elements are fixed in the sheath and their displacement is the unstretched length that has
-    passed; likewise ξ_in is unstretched length wound in. With infinitesimal strain (the default of
+    passed; ξ_in is wound in under T_0. With infinitesimal strain (the default of
     ``effects.axial_stiffness``) that is no difference to `simulate_chain`.
 
     Args:

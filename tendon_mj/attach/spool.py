@@ -140,7 +140,6 @@ def design_spool(
     data = mujoco.MjData(model)
     _place_tendons(model, data)
     axial_stiffness, step = float(config["axial_stiffness"]), float(model.opt.timestep)
-    strain = float(config["pretension"]) / axial_stiffness
     start, count = int(data.ten_wrapadr[tendon.id]), int(data.ten_wrapnum[tendon.id])
     points = data.wrap_xpos.reshape(-1, 3)[start : start + count]
     first, second = (-1, -2) if at_last else (0, 1)
@@ -154,12 +153,12 @@ def design_spool(
     along = turn.T @ (span / np.linalg.norm(span) if span.any() else np.array([1.0, 0.0, 0.0]))
     across = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
     across /= np.linalg.norm(across)
-    angles = []  # at which the tendon is as tight as at `qpos0`, with its stretch on the drum
+    angles = []  # at which the tendon is as tight as at `qpos0`
     for key in range(model.nkey):
         mujoco.mj_resetDataKeyframe(model, data, key)
         _place_tendons(model, data)
         shorter = float(model.tendon_length0[tendon.id] - data.ten_length[tendon.id])
-        angles.append(shorter / (spool.radius * (1.0 + strain)))
+        angles.append(shorter / spool.radius)
     warning = ""
     if armature < least:
         warning = (

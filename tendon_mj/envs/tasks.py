@@ -106,12 +106,10 @@ class SimulatedFinger(ABC):
         model, data = self.native
         mujoco.mj_resetData(model, data)
         parameters = Parameters(model, data)
-        strain = finger.pretension / finger.axial_stiffness
-        torque = finger.spool_radius * finger.pretension * (1.0 + 0.5 * strain)
         for tendon in TENDONS:
             for name in LIVE:
                 parameters[f"{tendon}_sheath.{name}"] = getattr(finger, name)
-            model.actuator(f"{tendon}_angle").biasprm[0] = torque
+            model.actuator(f"{tendon}_angle").biasprm[0] = finger.resting_torque
 
     def move_object_away(self) -> None:
         """Put the object out of the finger's reach, as long as this model lasts."""

@@ -156,6 +156,12 @@ class Finger:
         """The joints by name, from the palm outwards."""
         return {name: getattr(self, name) for name in JOINTS}
 
+    @property
+    def resting_torque(self) -> float:
+        """Torque of a tendon on its spool under the pretension, r (T_0 + T_0²/2EA)/(1 + ε_0)."""
+        strain = self.pretension / self.axial_stiffness
+        return self.spool_radius * self.pretension * (1.0 + 0.5 * strain) / (1.0 + strain)
+
 
 def sheath_points(finger: Finger, tendon: str) -> FloatArray:
     """Points of the tendon from the spool over the guides of forearm and wrist, (k, 3) [m].
@@ -328,9 +334,7 @@ def _add_motor(spec: mujoco.MjSpec, finger: Finger, tendon: str) -> None:
     joint = {"trntype": mujoco.mjtTrn.mjTRN_JOINT, "target": name}
     position = spec.add_actuator(name=f"{tendon}_angle", **joint)
     position.set_to_position(kp=finger.servo_stiffness, kv=finger.servo_damping)
-    strain = finger.pretension / finger.axial_stiffness
-    # the servo bears the pretension, so that 0 rad is where it rests
-    position.biasprm[0] = finger.spool_radius * finger.pretension * (1.0 + 0.5 * strain)
+    position.biasprm[0] = finger.resting_torque  # so that 0 rad is where the servo rests
     position.forcerange, position.forcelimited = [-most, most], True
     lows, highs = zip(*((joint.low, joint.high) for joint in finger.joints.values()), strict=True)
     angles = [spool_angles(finger, joints)[tendon] for joints in (lows, highs)]

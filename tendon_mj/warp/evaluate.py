@@ -38,6 +38,7 @@ from tendon_mj.warp.tendons import (
     set_alone,
     set_guide,
     sheath_at,
+    unstretched,
 )
 
 wp.set_module_options({"enable_backward": False})
@@ -187,23 +188,24 @@ def _lay(
     for j in range(s.guides + 1):
         total += t.length[s.segment + j, w]
     strain = tau
-    unstretched = wp.float64(0.0)
+    free = wp.float64(0.0)
     if not s.given:
         length0 = b.tendon_length0[w % b.tendon_length0.shape[0], t.tendon[k]]
-        unstretched = wp.float64(length0) + wp.float64(t.slack[w, k])
-        unstretched /= ONE + wp.float64(t.pretension[w, k]) / ea
+        t.laid_pretension[k, w] = wp.float64(t.pretension[w, k])
+        free = unstretched(t, k, w, wp.float64(length0) + wp.float64(t.slack[w, k]))
         if t.own_spring[k]:
-            unstretched = rest + t.beyond_spring[k]
+            free = rest + t.beyond_spring[k]
             t.spring_length[k, w] = rest
-        t.wound_in[k, w] = wound(b, t.reel_joint[k], t.reel_radius[k], w)
-        t.wound_out[k, w] = wound(b, t.output_joint[k], t.output_radius[k], w)
-        unstretched -= t.wound_in[k, w] + t.wound_out[k, w]
-        strain = total / unstretched - ONE
+        t.wound_in[k, w] = wound(b, t.reel_joint[k], unstretched(t, k, w, t.reel_radius[k]), w)
+        wound_out = wound(b, t.output_joint[k], unstretched(t, k, w, t.output_radius[k]), w)
+        t.wound_out[k, w] = wound_out
+        free -= t.wound_in[k, w] + wound_out
+        strain = total / free - ONE
     for j in range(s.guides + 1):
         row = s.segment + j
         holds, _, _ = held(t, s, j, strain)
         if not s.given:
-            holds = t.length[row, w] * unstretched / total
+            holds = t.length[row, w] * free / total
         t.stored[row, w] = holds
         t.before[row, w] = strain
     for i in range(s.guides):
@@ -217,6 +219,7 @@ def _reset(t: Tendons, k: int, w: int) -> None:
     reset_sheath(t, k, w)
     t.wound_in[k, w] = wp.float64(0.0)
     t.wound_out[k, w] = wp.float64(0.0)
+    t.laid_pretension[k, w] = wp.float64(0.0)
     if t.kind[k] == INEXTENSIBLE:
         return
     behind = wp.where(k + 1 < t.first_arc.shape[0], t.first_arc[k + 1], t.touched.shape[0])
@@ -258,8 +261,10 @@ def _hold_none(t: Tendons, s: Sheath, now: wp.float32) -> None:
 def _on_drum(b: Dynamics, t: Tendons, s: Sheath, ea: wp.float64) -> wp.float64:
     """Tendon on the drum behind its play, and what its drive bears: see the plugin's `drive`."""
     k, w = s.index, s.world
-    joint, radius, play = t.reel_joint[k], t.reel_radius[k], wp.float64(t.backlash[w, k])
-    drive = wound(b, joint, radius, w) + reeled(b, t.reel[k], t.reel_output[k], w)
+    joint, radius = t.reel_joint[k], unstretched(t, k, w, t.reel_radius[k])
+    play = unstretched(t, k, w, wp.float64(t.backlash[w, k]))
+    drive = wound(b, joint, radius, w)
+    drive += unstretched(t, k, w, reeled(b, t.reel[k], t.reel_output[k], w))
     t.drive_bears[k, w] = wp.float64(wp.inf)
     if play == ZERO or not wp.isfinite(drive):
         return drive
@@ -314,7 +319,7 @@ def trace(m: Scene, b: Dynamics, t: Tendons, kind: int) -> None:
         _hold_none(t, s, now)
         return
     wound_in = _on_drum(b, t, s, ea)
-    wound_out = wound(b, t.output_joint[k], t.output_radius[k], w)
+    wound_out = wound(b, t.output_joint[k], unstretched(t, k, w, t.output_radius[k]), w)
     if not wp.isfinite(wound_in + wound_out):
         t.unsolved[w, k] += 1
         _pull_nothing(t, s, now)
@@ -373,9 +378,10 @@ def _publish(t: Tendons, s: Sheath, ea: wp.float64, counted: wp.float64) -> bool
     first, final = t.tension[s.segment, w], t.tension[s.segment + s.guides, w]
     t.input_tension[w, k] = wp.float32(ea * first)
     t.output_tension[w, k] = wp.float32(ea * final)
-    torque, most = t.reel_radius[k] * ea * first * (ONE + HALF * first), t.drive_bears[k, w]
-    t.reel_torque[k, w] = wp.min(wp.max(torque, -most), most)
-    t.output_torque[k, w] = t.output_radius[k] * ea * final * (ONE + HALF * final)
+    torque = unstretched(t, k, w, t.reel_radius[k]) * ea * first * (ONE + HALF * first)
+    t.reel_torque[k, w] = wp.min(wp.max(torque, -t.drive_bears[k, w]), t.drive_bears[k, w])
+    radius = unstretched(t, k, w, t.output_radius[k])
+    t.output_torque[k, w] = radius * ea * final * (ONE + HALF * final)
     return bounded
 
 

@@ -9,7 +9,7 @@ import mujoco_warp as mjw
 import warp as wp
 
 from tendon_mj.warp.groups import Groups
-from tendon_mj.warp.tendons import Tendons
+from tendon_mj.warp.tendons import Tendons, unstretched
 
 wp.set_module_options({"enable_backward": False})
 
@@ -210,7 +210,7 @@ def measure(
         if row >= 0 and y.flows[row, w]:
             value = -wp.float32(y.slides[row, w])
     elif quantity == WOUND:
-        value = wp.float32(t.trial_wound_in[row, w])
+        value = wp.float32(t.trial_wound_in[row, w] / unstretched(t, row, w, wp.float64(1.0)))
     else:
         value = wp.float32(t.unsolved[w, row])
     sensordata[w, shown[k, 2]] = value

@@ -66,8 +66,9 @@ class Tendons:
     before: wp.array2d[wp.float64]  # τ after the step before
     previous_slip: wp.array2d[wp.int32]  # of a guide: +1 to the input, −1, 0 at rest
     sliding_speed: wp.array2d[wp.float64]  # of a guide, seen through the memory of friction [m/s]
-    wound_in: wp.array2d[wp.float64]  # (sheaths, worlds) [m]
+    wound_in: wp.array2d[wp.float64]  # (sheaths, worlds), unstretched length [m]
     wound_out: wp.array2d[wp.float64]
+    laid_pretension: wp.array2d[wp.float64]  # under which the tendon was laid [N]
     spring_length: wp.array2d[wp.float64]  # rest length S of the tendon's own spring [m]
     spring_product: wp.array2d[wp.float64]  # k S of it [N]
     constraint_force: wp.array2d[wp.float64]  # λ of equalities and limits, negative pulls [N]
@@ -183,6 +184,12 @@ def held(
     inverse = wp.float64(1.0) / (wp.float64(1.0) + tau)
     length = (t.length[row, w] - t.give[row, w] * tau) * inverse
     return length, -(t.give[row, w] + length) * inverse, inverse
+
+
+@wp.func
+def unstretched(t: Tendons, k: int, w: int, length: wp.float64) -> wp.float64:
+    """Unstretched length of tendon that has a ``length`` under its pretension [m]."""
+    return length / (ONE + t.laid_pretension[k, w] / wp.float64(t.axial_stiffness[w, k]))
 
 
 @wp.func

@@ -26,6 +26,7 @@ from tendon_mj.warp.tendons import ELASTIC, INEXTENSIBLE, WOUND, Tendons
 COMMITTED: Final = (
     "wound_in",
     "wound_out",
+    "laid_pretension",
     "spring_length",
     "spring_product",
     "constraint_force",
@@ -36,8 +37,8 @@ _STIFF = 1e6  # EA of a driven tendon where none is given [N]
 # rows → names of arrays with a column for each world; rows of "all" segments and guides are those
 # of inextensible tendons as well
 _BY_WORLD = {
-    "sheaths": "started has_trial active yields trial_time wound_in wound_out trial_wound_in"
-    " trial_wound_out reel_torque output_torque drive_bears spring_length spring_product"
+    "sheaths": "started has_trial active yields trial_time wound_in wound_out"
+    " laid_pretension trial_wound_in trial_wound_out reel_torque output_torque drive_bears spring_length spring_product"
     " trial_spring_length given_tension constraint_force previous_constraint solved_force",
     "all segments": "length pull start along near_body far_body",
     "segments": "stored before tension give kept alone prefix",

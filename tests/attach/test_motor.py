@@ -59,6 +59,7 @@ def two_stretched_cables(torque, slides, guides):
 
     def ends(tensions):
         pull = tensions + tensions**2 / (2.0 * STIFFNESS)
+        pull /= 1.0 + PRETENSION / STIFFNESS
         return RADIUS * (pull[0] - pull[1])
 
     def missing(tensions):

@@ -226,7 +226,8 @@ def test_the_force_is_minus_the_gradient_on_every_kind_of_joint(seed):
 def test_a_spool_bears_the_tension_and_its_share_of_strain_energy(seed):
     model = arm(spools=True)
     data = started(model, seed, 0.5)
-    ends = (("reel", 0, SPOOLED["reel_radius"]), ("drum", -1, SPOOLED["output_radius"]))
+    radii = np.array([SPOOLED["reel_radius"], SPOOLED["output_radius"]]) / (1.0 + T0 / EA)
+    ends = (("reel", 0, radii[0]), ("drum", -1, radii[1]))
     spools = [(segment, model.joint(name).qposadr[0], radius) for name, segment, radius in ends]
     for _ in range(10):
         run(model, data, 20)

@@ -61,18 +61,18 @@ def test_without_friction_it_moves_as_without_a_sheath(integrator, spring):
 
 
 def test_a_shorter_spring_is_tendon_wound_in_by_a_reel():
-    """With EA = k S held, both are the same cable, whose input is drawn in by as much."""
+    """With EA = k S held, both are the same cable; on the reel it is under its pretension."""
     reeled = spec()
     add_friction(reeled, "band", friction=0.2, reel="reel")
     banded = add_friction(spec(), "band", friction=0.2)
     one, other = reeled.compile(), banded.compile()
-    ea = 200 * 0.24
+    ea, laid = 200 * 0.24, 0.24 / one.tendon_length0[0]
     data, winch = mujoco.MjData(one), mujoco.MjData(other)
     for k in range(3000):
         drawn = 0.01 * (1.0 - np.cos(0.004 * k))  # always tight: a slack spring pushes
         data.ctrl[0] = drawn
-        other.tendon_lengthspring[0] = 0.24 - drawn
-        other.tendon_stiffness[0] = ea / (0.24 - drawn)
+        other.tendon_lengthspring[0] = 0.24 - laid * drawn
+        other.tendon_stiffness[0] = ea / (0.24 - laid * drawn)
         mujoco.mj_step(one, data)
         mujoco.mj_step(other, winch)
     assert np.abs(data.qpos).min() > 0.01

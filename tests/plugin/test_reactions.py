@@ -131,7 +131,8 @@ def pulled_without_tendon(seed, model, data):
     for end, radius, joint in ((0, 0.01, "wound"), (-1, -0.02, "paid_out")):
         if state.reel_joint >= 0:
             tension, ea = view.tension[end], view.axial_stiffness
-            torque = -radius * tension * (1.0 + 0.5 * tension / ea)
+            laid = 1.0 + view.pretension / ea
+            torque = -radius * tension * (1.0 + 0.5 * tension / ea) / laid
             other.qfrc_applied[plain.joint(joint).dofadr[0]] = torque
     mujoco.mj_forward(plain, other)
     return other

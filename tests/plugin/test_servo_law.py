@@ -48,6 +48,11 @@ def test_a_negative_radius_turns_the_motor_the_other_way_and_the_control_has_its
     assert np.sign(seen[-1, 3]) == np.sign(radius)
 
 
+def on_spool(tension):
+    """Torque of the tendon on its spool [N m]."""
+    return RADIUS * tension * (1.0 + tension / 20e3) / (1.0 + SERVO_PRETENSION / 10e3)
+
+
 def test_without_clampctrl_the_control_has_no_range():
     model, references = servo_model(friction=0.3), np.full(400, 80.0)
     wanted = respond(model, references)
@@ -66,15 +71,15 @@ def test_the_gear_holds_what_the_tendon_pulls():
 
 def test_a_backdriven_motor_rests_where_the_tendon_holds_it():
     seen = respond(servo_model(backdrive=True), np.full(20000, 40.0))
-    # G_t r (T_r − T) = r T (1 + T/2EA)
+    # G_t r (T_r − T) = r T (1 + T/2EA)/(1 + ε_0)
     tension = seen[-1, 1]
-    assert 7.0 * (40.0 - tension) == pytest.approx(tension * (1.0 + tension / 20e3), rel=1e-3)
+    assert 7.0 * RADIUS * (40.0 - tension) == pytest.approx(on_spool(tension), rel=1e-3)
 
 
 def test_the_torque_stays_within_its_limit():
     m = servo_model(torque_limit=0.05, velocity_gain=0.2)
     seen = respond(m, np.full(2000, 60.0))
-    spool = RADIUS * seen[:, 2] * (1.0 + seen[:, 2] / 20e3)
+    spool = on_spool(seen[:, 2])
     torque = seen[:, 5] - spool
     assert np.abs(torque).max() == pytest.approx(0.05, rel=1e-9)
 
@@ -83,7 +88,7 @@ def test_a_delay_is_felt_after_itself_and_not_before():
     plain = respond(servo_model(delay=0.0, period=0.0005), np.full(400, 40.0))
     late = respond(servo_model(delay=0.02), np.full(440, 40.0))
     assert not late[:39, 4].any()
-    spool = RADIUS * late[0, 2] * (1.0 + late[0, 2] / 20e3)
+    spool = on_spool(late[0, 2])
     np.testing.assert_allclose(late[:40, 5], spool, rtol=1e-12)
     assert late[40, 4] == pytest.approx(plain[0, 4], rel=1e-9)
     gain = damping_gain(0.5)  # of which a delay takes away
@@ -96,7 +101,7 @@ def test_a_delay_is_felt_after_itself_and_not_before():
 
 def test_a_sampled_torque_holds_for_its_period():
     seen = respond(servo_model(period=0.004), np.full(400, 40.0))
-    spool = RADIUS * seen[:, 2] * (1.0 + seen[:, 2] / 20e3)
+    spool = on_spool(seen[:, 2])
     torque = (seen[:, 5] - spool).reshape(-1, 8)
     np.testing.assert_allclose(torque, torque[:, :1].repeat(8, 1), rtol=0, atol=1e-12)
     assert np.abs(np.diff(torque[:, 0])).min() > 0.0

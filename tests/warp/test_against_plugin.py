@@ -230,7 +230,7 @@ def test_a_second_look_at_the_sensors_changes_nothing():
         (0, "sites", "equality"),
         (1, "wraps", "cable"),
         (3, "wraps", "motor"),
-        (6, "sites", "spools"),
+        (9, "sites", "spools"),
     ],
 )
 def test_sensors_of_force_and_torque_of_an_arm_in_space_are_the_plugin_s(seed, path, drive):

@@ -29,20 +29,25 @@ from __future__ import annotations
 from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.sheath_plugin.state import State, input_strain
-from tendon_mj.plugin.sheath_plugin.strain import reset_to_linear, rest_strain, spool_torque
+from tendon_mj.plugin.sheath_plugin.strain import (
+    reset_to_linear,
+    rest_strain,
+    spool_torque,
+    unstretched,
+)
 from tendon_mj.sheath import Guides, Segment, Segments, convected, held, solve_flow, strain_at
 
 _RIGIDITY = 0.25  # of the flank: (ωh)² of the drive on it; explicit steps are stable below 4
 
 
 @compiled
-def wound_by(m: Model, d: Data, joint: float, radius: float) -> float:
-    """Tendon that a spool on a joint has wound in since `qpos0` [m]; 0 without a joint."""
+def wound_by(m: Model, d: Data, state: State, joint: float, radius: float) -> float:
+    """Unstretched tendon that a spool has wound in since `qpos0` [m]; 0 without a joint."""
     if joint < 0.0:
         return 0.0
     adr = m.jnt_qposadr[int(joint)]
     angle = d.qpos[adr] - m.qpos0[adr]
-    return radius * angle
+    return unstretched(state, radius * angle)
 
 
 @compiled
@@ -50,16 +55,17 @@ def flank_stiffness(m: Model, state: State, elapsed: float) -> float:
     """Stiffness of the contact between drive and drum [N/m]; inf without a joint to stop."""
     if state.law.backlash == 0.0 or state.reel_joint < 0.0:
         return float("inf")
-    mobility = m.dof_invweight0[m.jnt_dofadr[int(state.reel_joint)]] * state.reel_radius**2
+    radius = unstretched(state, state.reel_radius)
+    mobility = m.dof_invweight0[m.jnt_dofadr[int(state.reel_joint)]] * radius**2
     return _RIGIDITY / (mobility * elapsed * elapsed)
 
 
 @compiled
 def on_drum(state: State, segments: Segments, drive: float, flank: float) -> float:
-    """Tendon on the drum when its drive stands at ``drive`` [m]."""
+    """Unstretched tendon on the drum when its drive stands at ``drive`` [m]."""
     if state.law.backlash == 0.0:
         return drive
-    half = 0.5 * state.law.backlash
+    half = unstretched(state, 0.5 * state.law.backlash)
     before = max(0.0, segments[0].previous_tension)
     pull = state.law.axial_stiffness * convected(before, state.law.stiffening)
     return min(max(state.wound_in, drive - half - pull / flank), drive + half)
@@ -69,14 +75,16 @@ def on_drum(state: State, segments: Segments, drive: float, flank: float) -> flo
 def torque_on_drive(state: State, segments: Segments, ahead: float, flank: float) -> float:
     """Torque by which the tendon turns the reel's joint back [N m].
 
-    The drive is ``ahead`` of the drum [m]; ``flank`` is the stiffness of their contact [N/m].
+    The drive is ``ahead`` of the drum by that unstretched length [m]; ``flank`` is the stiffness of
+    their contact [N/m].
     """
     if state.reel_joint < 0.0:
         return 0.0
     torque = spool_torque(state, segments, 0, state.reel_radius)
     if state.law.backlash == 0.0:
         return torque
-    pressed = state.reel_radius * flank * max(0.0, ahead - 0.5 * state.law.backlash)
+    radius, half = state.reel_radius, 0.5 * state.law.backlash
+    pressed = unstretched(state, radius) * flank * max(0.0, ahead - unstretched(state, half))
     return min(abs(torque), abs(pressed)) * (1.0 if torque > 0.0 else -1.0)
 
 
@@ -89,25 +97,25 @@ def lay_wound(m: Model, d: Data, state: State, segments: Segments) -> None:
     much as it will under it.
     """
     reference = m.tendon_length0[int(state.tendon)] + state.law.slack
-    strain, creep = rest_strain(state.law)
-    unstretched = reference / (1.0 + strain + creep)
+    state.laid_pretension = state.law.pretension
+    _, creep = rest_strain(state.law, state.laid_pretension)
+    free = unstretched(state, reference)
     if state.own_spring != 0.0:  # which may be another since the reset
         rest = m.tendon_lengthspring[int(state.tendon), 1]
-        unstretched += rest - state.spring_length
+        free += rest - state.spring_length
         state.spring_length = rest
-    state.wound_in = wound_by(m, d, state.reel_joint, state.reel_radius)
-    state.wound_out = wound_by(m, d, state.output_joint, state.output_radius)
-    unstretched -= state.wound_in + state.wound_out
+    state.wound_in = wound_by(m, d, state, state.reel_joint, state.reel_radius)
+    state.wound_out = wound_by(m, d, state, state.output_joint, state.output_radius)
+    free -= state.wound_in + state.wound_out
     total = sum(segments["length"])
-    strain = total / unstretched - 1.0 - creep
+    strain = total / free - 1.0 - creep
     for j in range(len(segments)):
         segment = segments[j]
-        segment.stored = segment.length * unstretched / total
+        segment.stored = segment.length * free / total
         segment.strain, segment.creep_strain = strain, creep
         segment.previous_tension = strain * (1.0 + state.law.stiffening * max(0.0, strain))
     reset_to_linear(segments)
     state.strain_kept = 1.0  # so that the strains just written count
-    state.laid_pretension = state.law.pretension
     state.started = 1.0
 
 

@@ -24,6 +24,7 @@ from tendon_mj.plugin.sheath_plugin.state import (
     tension_unit,
     unpack,
 )
+from tendon_mj.plugin.sheath_plugin.strain import unstretched
 from tendon_mj.sheath import record_type
 from tendon_mj.typing import FloatArray
 
@@ -43,7 +44,7 @@ def _measure(address: int, kind: int, out: int) -> None:
         for j in range(last + 1):
             shown[j] = ea * segments[j].tension
     elif kind == at.REEL_DISPLACEMENT:
-        shown[0] = state.trial_wound_in
+        shown[0] = state.trial_wound_in / unstretched(state, 1.0)
     elif kind == at.UNSOLVED:
         shown[0] = state.unsolved
     else:

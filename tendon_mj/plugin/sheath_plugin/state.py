@@ -134,8 +134,8 @@ class State(Bound, Live):
     damping_poly_2: float
     # committed
     started: float  # whether the tendon has been laid along its path
-    wound_in: float  # tendon on the reel [m]
-    wound_out: float  # tendon on the output's spool [m]
+    wound_in: float  # unstretched tendon on the reel [m]
+    wound_out: float  # unstretched tendon on the output's spool [m]
     spring_length: float  # rest length of the tendon's own spring [m]
     spring_product: float  # its stiffness times that [N], 0 if EA is not made of it
     finished: float  # whether a step has been finished since the reset

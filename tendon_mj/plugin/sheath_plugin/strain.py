@@ -18,11 +18,18 @@ _CLOSE = 1e-13  # strain by which the tangent may miss the curve
 
 
 @compiled
-def rest_strain(law: LiveLaw) -> tuple[float, float]:
-    """Elastic strain and creep strain under the pretension, when all has come to rest."""
-    tau = law.pretension / law.axial_stiffness
+def rest_strain(law: LiveLaw, pretension: float) -> tuple[float, float]:
+    """Elastic strain and creep strain under a pretension, when all has come to rest."""
+    tau = pretension / law.axial_stiffness if law.axial_stiffness > 0.0 else 0.0
     creep = law.creep * tau if law.creep_time > 0.0 else 0.0
     return strain_at(tau, law.stiffening), creep
+
+
+@compiled
+def unstretched(state: State, length: float) -> float:
+    """Unstretched length of tendon that has a ``length`` under its pretension [m]."""
+    strain, creep = rest_strain(state.law, state.laid_pretension)
+    return length / (1.0 + strain + creep)
 
 
 @compiled
@@ -155,11 +162,12 @@ def commit_strain(segments: Segments, guides: Guides) -> None:
 
 @compiled
 def spool_torque(state: State, segments: Segments, j: int, radius: float) -> float:
-    """Torque that segment j exerts on a spool: −∂U/∂θ of the elastic energy U, r (T + T²/2EA).
+    """Torque that segment j exerts on a spool: −∂U/∂θ of U, r (T + T²/2EA)/(1 + ε_0).
 
-    The second term is the energy that goes onto the drum; with it no cycle gains any. In general
-    the bracket is T (1 + ε) − w, w = w_e + EA ε_c²/2χ being the energy per unstretched length.
+    T²/2EA is the energy that goes onto the drum; with it no cycle gains any. In general the bracket
+    is T (1 + ε) − w, w = w_e + EA ε_c²/2χ being the energy per unstretched length.
     """
+    radius = unstretched(state, radius)
     tau, ea = segments[j].tension, state.law.axial_stiffness
     creeps = state.law.creep > 0.0 and state.law.creep_time > 0.0
     if state.law.stiffening == 0.0 and not creeps:

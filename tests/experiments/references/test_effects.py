@@ -218,7 +218,7 @@ def test_stiffening_is_the_quadratic_law_at_finite_strain():
     kappa, ea = 200.0, 2e4
     run = simulate_effects(fixed, Effects(stiffening=kappa, axial_stiffness=ea), time, xi)
     strain = (math.sqrt(1.0 + 4.0 * kappa * 20.0 / ea) - 1.0) / (2.0 * kappa)
-    now = 0.5 / (0.5 / (1.0 + strain) - xi) - 1.0
+    now = 0.5 / (0.5 - xi) * (1.0 + strain) - 1.0
     assert run.output_tension == pytest.approx(ea * now * (1.0 + kappa * now), rel=1e-4)
 
 
