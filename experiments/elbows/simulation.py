@@ -37,7 +37,8 @@ class Elbow(NamedTuple):
 def _simulate(rig: Elbow, drum: FloatArray, steps: int) -> FloatArray:
     phi = np.linspace(0.0, rig.bend, PLACES)
     ratio = np.exp(-rig.friction * phi)
-    stretch = rig.length / (PLACES - 1) / rig.axial_stiffness
+    # the cable fills its path under the pretension, so it is shorter without
+    stretch = rig.length / (PLACES - 1) / (rig.axial_stiffness + rig.pretension)
     cables = np.full((2, PLACES), rig.pretension)
     sides = (1.0, -1.0)
     angle = speed = pulley = wound = 0.0

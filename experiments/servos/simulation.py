@@ -39,7 +39,8 @@ class Servo(NamedTuple):
 @numba.njit
 def _simulate(rig: Servo, goal: FloatArray, steps: int) -> FloatArray:
     ratio = np.exp(-rig.friction * np.linspace(0.0, rig.bend, PLACES))
-    stretch = rig.length / (PLACES - 1) / rig.axial_stiffness
+    # the cable fills its path under the pretension, so it is shorter without
+    stretch = rig.length / (PLACES - 1) / (rig.axial_stiffness + rig.pretension)
     cables = np.full((2, PLACES), rig.pretension)
     sides = (1.0, -1.0)
     forward = 1.0 - rig.efficiency
