@@ -39,7 +39,8 @@ _STIFF = 1e6  # EA of a driven tendon where none is given [N]
 _BY_WORLD = {
     "sheaths": "started has_trial active yields trial_time wound_in wound_out"
     " laid_pretension trial_wound_in trial_wound_out reel_torque output_torque drive_bears"
-    " spring_length spring_product trial_spring_length given_tension constraint_force previous_constraint solved_force",
+    " spring_length spring_product trial_spring_length given_tension constraint_force"
+    " previous_constraint solved_force",
     "all segments": "length pull start along near_body far_body",
     "segments": "stored before tension give kept alone prefix",
     "all guides": "angle sliding_speed is_on_arc",
