@@ -25,6 +25,7 @@ class Cable:
     points: FloatArray  # (frames, m+1, 3) path [m], input end first, see `tension_path`
     tensions: FloatArray  # (frames, m) between them [N], NaN between branches
     branch: Branch = ALL_OF_IT  # whose ends are shown
+    group: int = 0  # of the tendon, by which viewers show and hide it
 
     @property
     def ends(self) -> tuple[int, int]:
@@ -53,6 +54,11 @@ class Frames:
     # bodies that they are on: the clip shows what is felt
     contacts: tuple[FloatArray, ...]
 
+    @property
+    def drawn(self) -> dict[str, Cable]:
+        """Cables of tendons that are not in the last group, as those that have no path are."""
+        return {n: c for n, c in self.cables.items() if c.group < mujoco.mjNGROUP - 1}
+
     def __repr__(self) -> str:
         return f"Frames({len(self.time)} at {self.fps:g} per second, of {', '.join(self.cables)})"
 
@@ -65,7 +71,7 @@ class FrameRecorder:
         self.fps = fps
         self._kept: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
         self._cables: dict[str, list[tuple[FloatArray, FloatArray]]] = {}
-        self._branches: dict[str, Branch] = {}
+        self._shown: dict[str, tuple[Branch, int]] = {}
         self._scratch: mujoco.MjData | None = None
 
     def due(self, start: float, timestep: float, steps: int) -> list[int]:
@@ -81,7 +87,9 @@ class FrameRecorder:
         if self._scratch is None:
             self._scratch = mujoco.MjData(model)
             self._cables = {name: [] for name in sheaths(model)}
-            self._branches = {name: most_bent_branch(model, name) for name in self._cables}
+            for name, sheath in sheaths(model).items():
+                group = int(model.tendon_group[model.tendon(sheath.tendon).id])
+                self._shown[name] = most_bent_branch(model, name), group
         state = np.empty(mujoco.mj_stateSize(model, _FULL))
         mujoco.mj_getState(model, data, state, _FULL)
         mujoco.mj_setState(model, self._scratch, state, _FULL)
@@ -109,7 +117,7 @@ class FrameRecorder:
                 name: Cable(
                     np.array([p for p, _ in rows]),
                     np.array([t for _, t in rows]),
-                    self._branches[name],
+                    *self._shown[name],
                 )
                 for name, rows in self._cables.items()
             },

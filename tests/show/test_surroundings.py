@@ -4,6 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from tendon_mj import add_cable_drive
+from tendon_mj.lab.frames import FrameRecorder
 from tendon_mj.models import model_digest
 from tendon_mj.show.render.offscreen import project
 from tendon_mj.show.render.surroundings import add_floor, first_camera, floor, framing, to_show
@@ -105,3 +107,19 @@ def test_a_camera_on_a_moving_body_is_not_chosen():
         "<joint", sights.format("m") + "<joint", 1
     )
     assert first_camera(compiled(moving)) == -1
+
+
+def test_cables_without_a_path_are_neither_framed_nor_drawn():
+    text = """<mujoco><worldbody><body><joint name="j" axis="0 1 0" armature="1e-3"/>
+     <geom type="capsule" fromto="0 0 0 0.1 0 0" size="0.01"/></body></worldbody>
+     <actuator><position name="m" joint="j" kp="1"/></actuator></mujoco>"""
+    spec = mujoco.MjSpec.from_string(text)
+    cables = {"radius": 0.01, "bend": 2.0, "friction": 0.2, "pretension": 5.0, "length": 0.5}
+    model = add_cable_drive(spec, "m", motor=True, axial_stiffness=500.0, **cables).compile()
+    seen, bare = framing(model), framing(mujoco.MjModel.from_xml_string(text))
+    np.testing.assert_allclose(seen.lookat, bare.lookat, atol=1e-9)
+    assert seen.distance == pytest.approx(bare.distance)
+    recorder = FrameRecorder()
+    recorder.keep(model, mujoco.MjData(model), [0.1])
+    assert len(recorder.frames().cables) == 2
+    assert not recorder.frames().drawn

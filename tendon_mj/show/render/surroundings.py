@@ -187,8 +187,9 @@ def _outlines(model: mujoco.MjModel, poses: FloatArray | None) -> tuple[_Outline
 
 def _outline(model: mujoco.MjModel, data: mujoco.MjData) -> _Outline:
     """Outline of a model in the pose of its data."""
-    count = int(data.ten_wrapnum.sum())
-    paths = data.wrap_xpos.reshape(-1, 3)[:count][data.wrap_obj.ravel()[:count] != PULLEY]
+    count, hidden = int(data.ten_wrapnum.sum()), model.tendon_group == mujoco.mjNGROUP - 1
+    drawn = np.repeat(~hidden, data.ten_wrapnum) & (data.wrap_obj.ravel()[:count] != PULLEY)
+    paths = data.wrap_xpos.reshape(-1, 3)[:count][drawn]
     ground = np.isin(model.geom_type, [_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD.value])
     geoms = ~ground & (model.geom_rgba[:, 3] > 0.0)
     middle, half = np.split(model.geom_aabb[geoms], 2, axis=1)

@@ -34,7 +34,8 @@ _WHITE = 255
 def rig_figure(shown: BeforeAfter) -> Figure | None:
     """The final model when a tension of the recording is highest.
 
-    None if it cannot be drawn: without OpenGL, a sheath, or a model that MuJoCo simulates.
+    None if it cannot be drawn: without OpenGL, a tendon in a sheath that has a path, or a model
+    that MuJoCo simulates.
     """
     recording, values = shown.measured, shown.after.known
     start, end = recording.time[[0, -1]]
@@ -47,18 +48,18 @@ def rig_figure(shown: BeforeAfter) -> Figure | None:
                 recording, model, parameters=values, described=False, recorder=recorder
             )
         frames = recorder.frames()
-        if not frames.cables:
+        if not frames.drawn:
             return None
-        tensions = np.hstack([cable.tensions for cable in frames.cables.values()])
+        tensions = np.hstack([cable.tensions for cable in frames.drawn.values()])
         peak = int(np.nan_to_num(tensions).max(axis=1).argmax())
         bare = without_tendons(model)
         data = mujoco.MjData(bare)
         mujoco.mj_setState(bare, data, frames.poses[peak], POSE)
         mujoco.mj_fwdPosition(bare, data)
-        scale, radius = colour_limits(frames.cables), cable_radius(model, frames.cables)
+        scale, radius = colour_limits(frames.drawn), cable_radius(model, frames.drawn)
 
         def add(scene: mujoco.MjvScene) -> None:
-            add_cables(scene, frames.cables, peak, scale, radius)
+            add_cables(scene, frames.drawn, peak, scale, radius)
 
         view = find_camera(model, None, data.qpos[None])
         with Offscreen(bare, *_SIZE, ground=False) as offscreen:
