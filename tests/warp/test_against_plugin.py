@@ -7,7 +7,7 @@ import pytest
 from tendon_mj import add_cable_drive, remove_friction
 from tendon_mj.plugin import segment_tensions
 from tests.attach.test_motor import SLOW, servoed
-from tests.plugin.test_reactions import simulate
+from tests.plugin.test_reactions import DRIVES, simulate
 from tests.rigs import GIVEN, sheathed
 from tests.warp.models import agrees, controls, fingers, fingers_xml, mjw, put, step, tensions, tw
 
@@ -230,7 +230,7 @@ def test_a_second_look_at_the_sensors_changes_nothing():
         (0, "sites", "equality"),
         (1, "wraps", "cable"),
         (3, "wraps", "motor"),
-        (9, "sites", "spools"),
+        (6, "sites", "spools"),
     ],
 )
 def test_sensors_of_force_and_torque_of_an_arm_in_space_are_the_plugin_s(seed, path, drive):
@@ -239,8 +239,12 @@ def test_sensors_of_force_and_torque_of_an_arm_in_space_are_the_plugin_s(seed, p
     mjw.forward(m, d)
     tension = segment_tensions(model, data, "sheath")[1]
     assert np.ptp(tension) > 0.05 * tension.max()  # friction acts
-    largest = np.abs(data.sensordata).max()
-    np.testing.assert_allclose(d.sensordata.numpy()[0], data.sensordata, atol=1e-4 * largest)
+    within = 1e-4 * np.abs(data.sensordata).max()
+    if drive == "spools":  # a wound cable turns what its path is rounded by into tension
+        rounded = np.abs(d.site_xpos.numpy()[0] - data.site_xpos).max()
+        stiffness = DRIVES[drive]["axial_stiffness"] / data.ten_length[0]
+        within += stiffness * rounded * len(tension)
+    np.testing.assert_allclose(d.sensordata.numpy()[0], data.sensordata, atol=within)
 
 
 @pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")  # of guides on the last body
