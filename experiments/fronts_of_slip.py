@@ -16,6 +16,12 @@ PLACES = 101  # along a sheath, its ends included
 
 
 @numba.njit
+def stretch_of_place(length: float, axial_stiffness: float, pretension: float) -> float:
+    """Stretch of one place of a cable [m/N], which fills its path under the pretension."""
+    return length / (PLACES - 1) / (axial_stiffness + pretension)
+
+
+@numba.njit
 def front(
     tension: FloatArray, ratio: FloatArray, stretch: float, taken: float
 ) -> tuple[float, int]:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from experiments.fronts_of_slip import PLACES, front, take_up
+from experiments.fronts_of_slip import PLACES, front, stretch_of_place, take_up
 from tendon_mj.typing import FloatArray
 
 _STEP = 2.5e-4  # [s]
@@ -37,8 +37,7 @@ class Elbow(NamedTuple):
 def _simulate(rig: Elbow, drum: FloatArray, steps: int) -> FloatArray:
     phi = np.linspace(0.0, rig.bend, PLACES)
     ratio = np.exp(-rig.friction * phi)
-    # the cable fills its path under the pretension, so it is shorter without
-    stretch = rig.length / (PLACES - 1) / (rig.axial_stiffness + rig.pretension)
+    stretch = stretch_of_place(rig.length, rig.axial_stiffness, rig.pretension)
     cables = np.full((2, PLACES), rig.pretension)
     sides = (1.0, -1.0)
     angle = speed = pulley = wound = 0.0

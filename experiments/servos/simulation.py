@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from experiments.fronts_of_slip import PLACES, front, take_up
+from experiments.fronts_of_slip import PLACES, front, stretch_of_place, take_up
 from tendon_mj.typing import FloatArray
 
 _STEP = 5e-5  # [s]
@@ -39,8 +39,7 @@ class Servo(NamedTuple):
 @numba.njit
 def _simulate(rig: Servo, goal: FloatArray, steps: int) -> FloatArray:
     ratio = np.exp(-rig.friction * np.linspace(0.0, rig.bend, PLACES))
-    # the cable fills its path under the pretension, so it is shorter without
-    stretch = rig.length / (PLACES - 1) / (rig.axial_stiffness + rig.pretension)
+    stretch = stretch_of_place(rig.length, rig.axial_stiffness, rig.pretension)
     cables = np.full((2, PLACES), rig.pretension)
     sides = (1.0, -1.0)
     forward = 1.0 - rig.efficiency

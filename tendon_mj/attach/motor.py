@@ -24,10 +24,10 @@ from tendon_mj.attach.keyframes import (
 from tendon_mj.attach.spool import INERTIA, MASS, check_alone, let_turn_freely
 from tendon_mj.attach.tendons import listed, only_joint
 from tendon_mj.errors import InvalidValueError
+from tendon_mj.plugin import UNDRAWN
 from tendon_mj.sheath import Law
 
 _LOST_MOTION = 0.01  # relative error of ξ_B from which the number of guides follows
-_HIDDEN = 5  # group of sites and tendons that viewers leave out by default
 # Custom text ``<cable>.tendon_mj_motor``: armature of the joint, and damping of each of its
 # actuators, before they were moved. `attach` gives it the affixes.
 _NOTE = ".tendon_mj_motor"
@@ -91,7 +91,7 @@ def _add(
     path = []
     for k, share in enumerate(along):
         path.append(take_name(sites, f"{name}_{k}"))
-        body.add_site(name=path[-1], pos=[share * motor.length, 0.0, 0.0], group=_HIDDEN)
+        body.add_site(name=path[-1], pos=[share * motor.length, 0.0, 0.0], group=UNDRAWN)
     names = [take_name(taken, f"{motor.joint}_cable{way}") for way in ("", "_back")]
     drums = {"reel_joint": name, "output_joint": motor.joint, "guides": str(guides)}
     return joint, [
@@ -113,7 +113,7 @@ def _guides(exponent: float) -> int:
 
 
 def _add_cable(spec: mujoco.MjSpec, name: str, path: Sequence[str]) -> mujoco.MjsTendon:
-    tendon = spec.add_tendon(name=name, group=_HIDDEN)
+    tendon = spec.add_tendon(name=name, group=UNDRAWN)
     for site in path:
         tendon.wrap_site(site)
     switch_off(tendon)

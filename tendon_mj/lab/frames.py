@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tendon_mj.errors import InvalidValueError, TendonError
-from tendon_mj.plugin import ALL_OF_IT, Branch, most_bent_branch, sheaths, tension_path
+from tendon_mj.plugin import ALL_OF_IT, UNDRAWN, Branch, most_bent_branch, sheaths, tension_path
 from tendon_mj.typing import FloatArray
 
 POSE = mujoco.mjtState.mjSTATE_PHYSICS
@@ -56,8 +56,8 @@ class Frames:
 
     @property
     def drawn(self) -> dict[str, Cable]:
-        """Cables of tendons that are not in the last group, as those that have no path are."""
-        return {n: c for n, c in self.cables.items() if c.group < mujoco.mjNGROUP - 1}
+        """Cables of tendons that have a path."""
+        return {n: c for n, c in self.cables.items() if c.group != UNDRAWN}
 
     def __repr__(self) -> str:
         return f"Frames({len(self.time)} at {self.fps:g} per second, of {', '.join(self.cables)})"

@@ -5,6 +5,7 @@ from tendon_mj.plugin.abi import attribute_of as attribute_of
 from tendon_mj.plugin.abi import offset as offset
 from tendon_mj.plugin.export import export_library as export_library
 from tendon_mj.plugin.instances import ALL_OF_IT as ALL_OF_IT
+from tendon_mj.plugin.instances import UNDRAWN as UNDRAWN
 from tendon_mj.plugin.instances import Branch as Branch
 from tendon_mj.plugin.instances import Instance as Instance
 from tendon_mj.plugin.instances import most_bent_branch as most_bent_branch

@@ -24,6 +24,8 @@ from tendon_mj.plugin.servo_plugin import SERVO
 from tendon_mj.plugin.sheath_plugin import NAME, STATE, View, attachment, size_of
 from tendon_mj.plugin.sheath_plugin import view as sheath_view
 
+# group of tendons that stand for cables without a path, and of their sites: viewers hide it
+UNDRAWN = mujoco.mjNGROUP - 1
 _INEXTENSIBLE = (
     "has no meaning where tendon {} does not stretch: give it axial_stiffness in the model"
 )

@@ -41,13 +41,13 @@ _RIGIDITY = 0.25  # of the flank: (ωh)² of the drive on it; explicit steps are
 
 
 @compiled
-def wound_by(m: Model, d: Data, state: State, joint: float, radius: float) -> float:
-    """Unstretched tendon that a spool has wound in since `qpos0` [m]; 0 without a joint."""
+def wound_by(m: Model, d: Data, joint: float, radius: float) -> float:
+    """Tendon that a spool on a joint has wound in since `qpos0` [m]; 0 without a joint."""
     if joint < 0.0:
         return 0.0
     adr = m.jnt_qposadr[int(joint)]
     angle = d.qpos[adr] - m.qpos0[adr]
-    return unstretched(state, radius * angle)
+    return radius * angle
 
 
 @compiled
@@ -83,8 +83,9 @@ def torque_on_drive(state: State, segments: Segments, ahead: float, flank: float
     torque = spool_torque(state, segments, 0, state.reel_radius)
     if state.law.backlash == 0.0:
         return torque
-    radius, half = state.reel_radius, 0.5 * state.law.backlash
-    pressed = unstretched(state, radius) * flank * max(0.0, ahead - unstretched(state, half))
+    radius = unstretched(state, state.reel_radius)
+    half = unstretched(state, 0.5 * state.law.backlash)
+    pressed = radius * flank * max(0.0, ahead - half)
     return min(abs(torque), abs(pressed)) * (1.0 if torque > 0.0 else -1.0)
 
 
@@ -104,8 +105,8 @@ def lay_wound(m: Model, d: Data, state: State, segments: Segments) -> None:
         rest = m.tendon_lengthspring[int(state.tendon), 1]
         free += rest - state.spring_length
         state.spring_length = rest
-    state.wound_in = wound_by(m, d, state, state.reel_joint, state.reel_radius)
-    state.wound_out = wound_by(m, d, state, state.output_joint, state.output_radius)
+    state.wound_in = unstretched(state, wound_by(m, d, state.reel_joint, state.reel_radius))
+    state.wound_out = unstretched(state, wound_by(m, d, state.output_joint, state.output_radius))
     free -= state.wound_in + state.wound_out
     total = sum(segments["length"])
     strain = total / free - 1.0 - creep

@@ -255,11 +255,13 @@ def _evaluate_wound(
             state.has_trial = 0.0
             return
     friction.update_ratios(address, state, guides, time)
-    travel = drive.wound_by(m, d, state, state.reel_joint, state.reel_radius)
-    travel += strain.unstretched(state, geared_control(m, d, int(state.reel_actuator)))
+    travel = drive.wound_by(m, d, state.reel_joint, state.reel_radius)
+    travel += geared_control(m, d, int(state.reel_actuator))
+    travel = strain.unstretched(state, travel)
     flank = drive.flank_stiffness(m, state, elapsed)
     wound_in = drive.on_drum(state, segments, travel, flank)
-    wound_out = drive.wound_by(m, d, state, state.output_joint, state.output_radius)
+    wound_out = drive.wound_by(m, d, state.output_joint, state.output_radius)
+    wound_out = strain.unstretched(state, wound_out)
 
     # for this evaluation only: wound tendon leaves the two end segments, the sheath's mount yields
     if state.arcs > 0.0:

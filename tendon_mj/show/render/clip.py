@@ -192,12 +192,13 @@ class _FramePainter:
         theme: style.Theme,
     ) -> None:
         self._frames, self._camera, self._twin, self._size = frames, camera, twin, size
+        self._drawn = frames.drawn
         self._theme, self._caption = theme, caption
         self._halo: dict[str, Any] = {"stroke_width": _HALO, "stroke_fill": theme.background}
         self._model = offscreen.without_tendons(to_show(model), frames.cables)
         self._data = mujoco.MjData(self._model)
         self._scale = offscreen.colour_limits(frames.cables) if frames.cables else Normalize()
-        self._radius = offscreen.cable_radius(model, frames.drawn)
+        self._radius = offscreen.cable_radius(model, self._drawn)
         self._panel = (
             Panel(model, frames, self._scale, *panel, twin, theme) if frames.cables else None
         )
@@ -210,7 +211,7 @@ class _FramePainter:
         pressed = [*frames.contacts, *(twin.contacts if twin else ())]
         self._largest = max((_norms(rows).max(initial=0.0) for rows in pressed), default=0.0)
         self._unit = unit_of_forces(frames) if frames.cables else force_unit([self._largest])
-        length = _ARROW * offscreen.cables_size(model, frames.drawn)
+        length = _ARROW * offscreen.cables_size(model, self._drawn)
         self._arrow = length / self._largest if self._largest > 0.0 else 0.0  # [m/N]
         self._legend_row: float | None = None
         sky = "" if theme is style.LIGHT else theme.background
@@ -231,7 +232,7 @@ class _FramePainter:
         mujoco.mj_fwdPosition(self._model, self._data)
 
         def add(scene: mujoco.MjvScene) -> None:
-            offscreen.add_cables(scene, self._frames.drawn, k, self._scale, self._radius)
+            offscreen.add_cables(scene, self._drawn, k, self._scale, self._radius)
 
         image = self._offscreen.draw(self._data, self._camera, add)
         if self._ghost is not None and self._twin is not None:
@@ -263,7 +264,7 @@ class _FramePainter:
                 self._offscreen.scene, self._frames.cables[name].points[k], *self._size
             )
             for name in listed(self._frames)
-            if name in self._frames.drawn
+            if name in self._drawn
         }
         for name, seen in paths.items():
             tendon, colour = self._names[name]
@@ -317,7 +318,7 @@ class _FramePainter:
         size = float(self._font.size)
         x, radius = 1.4 * size, 0.35 * size
         lines = []
-        if any(cable.points.shape[1] > _ENDS for cable in self._frames.drawn.values()):
+        if any(cable.points.shape[1] > _ENDS for cable in self._drawn.values()):
             lines.append(("guide that the tendon rubs on", offscreen.GUIDE_COLOUR, ""))
         if self._twin is not None:
             lines.append(

@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.lab.frames import Frames
+from tendon_mj.plugin import UNDRAWN
 from tendon_mj.show.render.see_through import PULLEY, WRAPPED, see_through
 from tendon_mj.typing import FloatArray
 
@@ -187,8 +188,9 @@ def _outlines(model: mujoco.MjModel, poses: FloatArray | None) -> tuple[_Outline
 
 def _outline(model: mujoco.MjModel, data: mujoco.MjData) -> _Outline:
     """Outline of a model in the pose of its data."""
-    count, hidden = int(data.ten_wrapnum.sum()), model.tendon_group == mujoco.mjNGROUP - 1
-    drawn = np.repeat(~hidden, data.ten_wrapnum) & (data.wrap_obj.ravel()[:count] != PULLEY)
+    count = int(data.ten_wrapnum.sum())
+    drawn = np.repeat(model.tendon_group != UNDRAWN, data.ten_wrapnum)
+    drawn &= data.wrap_obj.ravel()[:count] != PULLEY
     paths = data.wrap_xpos.reshape(-1, 3)[:count][drawn]
     ground = np.isin(model.geom_type, [_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD.value])
     geoms = ~ground & (model.geom_rgba[:, 3] > 0.0)
