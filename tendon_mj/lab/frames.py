@@ -57,7 +57,8 @@ class Frames:
     @property
     def drawn(self) -> dict[str, Cable]:
         """Cables of tendons that have a path."""
-        return {n: c for n, c in self.cables.items() if c.group != UNDRAWN}
+        paths = {n: c for n, c in self.cables.items() if np.isfinite(c.points).any()}
+        return {n: c for n, c in paths.items() if c.group != UNDRAWN}
 
     def __repr__(self) -> str:
         return f"Frames({len(self.time)} at {self.fps:g} per second, of {', '.join(self.cables)})"

@@ -131,13 +131,15 @@ def segment_tensions(
     """The path of a sheath's tendon and the tension along it, at the latest evaluation.
 
     Returns:
-        (n+2, 3) points [m], and (n+1,) tensions of the segments between them [N].
+        (n+2, 3) points [m], NaN of a fixed tendon, which has no path; and (n+1,) tensions of the
+        segments between them [N].
 
     Raises:
         UnknownNameError: no such sheath.
     """
     state, segments, _, path = sheath_view(data.plugin_state, _sheath(model, sheath).state)
-    return path.copy(), tension_units(state) * segments["tension"]
+    points = np.where(state.fixed != 0.0, np.nan, path)
+    return points, tension_units(state) * segments["tension"]
 
 
 def tension_units(states: Any) -> Any:

@@ -2,7 +2,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj import add_friction
+from tendon_mj import add_cable_drive, add_friction
 from tendon_mj.errors import InvalidValueError, TendonError
 from tendon_mj.lab.finger import lasting, press, simulate_finger, tap
 from tendon_mj.lab.frames import FrameRecorder, check_frames
@@ -20,6 +20,20 @@ def model():
 
 def wind_in(time):
     return [0.002 * time]
+
+
+def test_a_cable_that_is_not_drawn_has_tensions_and_no_path():
+    joint = '<joint name="j" type="slide" axis="0 0 1"/><geom size=".1"/>'
+    spec = mujoco.MjSpec.from_string(
+        f"<mujoco><worldbody><body>{joint}</body></worldbody>"
+        '<actuator><position joint="j" kp="50"/></actuator></mujoco>'
+    )
+    model = add_cable_drive(spec, "*", radius=1.0, bend=1.0, friction=0.1).compile()
+    frames = record_frames(model, lambda time: [0.1], duration=0.2, fps=10)
+    (cable,) = frames.cables.values()
+    assert np.isnan(cable.points).all()
+    assert np.isfinite(cable.tensions).all()
+    assert not frames.drawn
 
 
 def test_a_frame_shows_its_own_time_and_the_sensors_tensions(model):

@@ -14,6 +14,7 @@ from tendon_mj.lab.frames import FrameRecorder
 from tendon_mj.lab.motion import record_frames
 from tendon_mj.lab.replay import control_unit
 from tendon_mj.models import TENDON_COLOUR, load_model
+from tendon_mj.plugin import UNDRAWN
 from tendon_mj.show.render.offscreen import colour_limits, without_spikes
 from tendon_mj.show.render.panel import (
     TENDON_PALETTE,
@@ -117,6 +118,16 @@ def test_a_legend_covers_neither_numbers_nor_curves_and_is_whole(count, name, si
                 axis = [other.bbox, *(t.get_window_extent() for t in other.get_xticklabels())]
                 assert not any(overlap(legend, box) for box in axis)
     assert min(axes.bbox.height for axes in charted) > 40.0, "and leaves the curves their place"
+
+
+@pytest.mark.parametrize("change", [{}, {"group": UNDRAWN}, {"points": np.full((2, 3, 3), np.nan)}])
+def test_a_colour_bar_stands_beside_cables_that_have_a_path_alone(change):
+    model, frames = pulled(1)
+    cables = {name: dataclasses.replace(c, **change) for name, c in frames.cables.items()}
+    frames = dataclasses.replace(frames, cables=cables)
+    panel = Panel(model, frames, colour_limits(frames.cables), 436, 720)
+    bars = len(panel._plots[0][0].figure.axes) - len(panel._plots)
+    assert bars == (0 if change else 1)
 
 
 def test_the_table_has_both_ends_of_a_tendon_with_friction_and_without(pressed):

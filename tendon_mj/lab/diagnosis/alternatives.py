@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
@@ -42,7 +41,7 @@ from tendon_mj.typing import FloatArray
 
 MATTERS: Final = 0.2  # of a number, by which an end of its interval moves
 _FARTHEST = 1e3  # probes from which an effect is fitted that the data do not determine at all
-_MOST_FITS, _EVALUATIONS = 4, 12
+_EVALUATIONS = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,16 +123,16 @@ def _tied(selection: Selection) -> Iterator[Fit]:
 
 def _untold(problem: Problem, fit: Fit) -> list[int]:
     """Positions of the numbers of which the data tell nothing, see `is_narrower`."""
-    spans = _ranges(fit, _sides(problem, fit, fit.free | on_bounds(fit)))
+    spans = _ranges(fit, sides(problem, fit, fit.free | on_bounds(fit)))
     return [k for k in _numbers(fit) if not is_narrower(np.sort(spans[k]), fit.terms[k])]
 
 
 def _at_ends(problem: Problem, fit: Fit, values: Mapping[str, Value]) -> list[Alternative]:
     """Numbers that trade places with others, which rest at an end of their range."""
     held = at_rest_on_bounds(problem, fit)
-    moved, together = dict[str, float](), _sides(problem, fit, fit.free | held).max(axis=0)
+    moved, together = dict[str, float](), sides(problem, fit, fit.free | held).max(axis=0)
     for k in (k for k in _numbers(fit) if fit.free[k] or held[k]):
-        alone = _sides(problem, fit, fit.free | (np.arange(held.size) == k))[:, k].max()
+        alone = sides(problem, fit, fit.free | (np.arange(held.size) == k))[:, k].max()
         widths = np.minimum([alone, together[k]], np.ptp(fit.bounds[:, k])) * fit.terms[k].probe
         if widths[1] - widths[0] > MATTERS * abs(fit.values[k]):
             moved |= {name: _far_end(values[name], values[name]) for name in fit.terms[k].targets}
@@ -166,13 +165,6 @@ def _includes(value: Value, number: float) -> bool:
     return value.low <= number <= value.high
 
 
-def _sides(problem: Problem, fit: Fit, moving: NDArray[np.bool_]) -> FloatArray:
-    """(2, p) `sides` of the scaled terms, 0 of those that do not move."""
-    reach = np.zeros((2, moving.size))
-    reach[:, moving] = sides(problem, fit, moving)
-    return reach
-
-
 def _ranges(fit: Fit, reach: FloatArray) -> FloatArray:
     """(p, 2) values of a fit's terms that far below and above."""
     scaled = fit.scaled + np.array([[-1.0], [1.0]]) * reach[:, : fit.scaled.size]
@@ -187,22 +179,19 @@ def _fits_elsewhere(
     farthest: dict[str, tuple[float, _Valley]] = {}
     for valley in _valleys(context, model) if numbers else ():
         shift = max(_shift(stated[k], valley.ranges[k], fit.values[k]) for k in numbers)
-        best = farthest.setdefault(valley.candidate.identifier, (shift, valley))
-        if shift > best[0]:
+        if shift > farthest.get(valley.candidate.identifier, (MATTERS,))[0]:
             farthest[valley.candidate.identifier] = shift, valley
-    ranked = sorted(farthest.values(), key=lambda pair: -pair[0])
-    for shift, valley in ranked[:_MOST_FITS]:
-        if shift > MATTERS:
-            other = context.fit_model(
-                (*fit.effects, valley.candidate),
-                valley.start,
-                valley.candidate,
-                near=fit,
-                evaluations=_EVALUATIONS,
-            ).fit
-            more = np.mean(other.residual[used] ** 2) - np.mean(fit.residual[used] ** 2)
-            if more <= tie_width(model):
-                yield other
+    for _, valley in sorted(farthest.values(), key=lambda pair: -pair[0]):
+        other = context.fit_model(
+            (*fit.effects, valley.candidate),
+            valley.start,
+            valley.candidate,
+            near=fit,
+            evaluations=_EVALUATIONS,
+        ).fit
+        more = np.mean(other.residual[used] ** 2) - np.mean(fit.residual[used] ** 2)
+        if more <= tie_width(model):
+            yield other
 
 
 def _valleys(context: SelectionContext, model: FittedCandidate) -> Iterator[_Valley]:
@@ -223,7 +212,7 @@ def _valleys(context: SelectionContext, model: FittedCandidate) -> Iterator[_Val
                 continue
             slope = slopes[score.key]
             extended = with_slope(fit, candidate, slope)
-            reach = _sides(problem, extended, moving)
+            reach = sides(problem, extended, moving)
             farthest = np.minimum(reach[:, -1], _FARTHEST) * (-1.0, 1.0)
             end = max(np.clip(farthest[::-1], *extended.bounds[:, -1]), key=abs)
             bounds = fit.bounds - fit.scaled

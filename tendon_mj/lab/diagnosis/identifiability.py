@@ -256,8 +256,7 @@ class _Judge:
         for (label, _), slope in self.slopes.items() if fitted.terms else ():
             if label in noticed:
                 extended = with_slope(fitted, effects[label], slope)
-                wider[label] = np.zeros(free.size)
-                wider[label][free] = half_widths(problem, extended, free)
+                wider[label] = half_widths(problem, extended, free)
         for k, term in enumerate(fitted.terms):
             value, half = float(fitted.values[k]), 0.5 * float(np.ptp(alone[k]))
             other = max(wider, key=lambda label: wider[label][k], default="")

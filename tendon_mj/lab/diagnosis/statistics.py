@@ -41,7 +41,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.lab.diagnosis.data import Problem, step_error
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
-from tendon_mj.lab.diagnosis.fitting import Fit, differences, natural_in_range, written
+from tendon_mj.lab.diagnosis.fitting import Fit, bounded_least_squares, natural_in_range, written
 from tendon_mj.lab.diagnosis.verdict import STANDARD_ERRORS
 from tendon_mj.lab.replay import suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
@@ -53,7 +53,8 @@ _LEAST_ROOM = 1e-3  # to an end of a range, of the probe of a term
 _FAR = 4.0  # left-out χ² over that in the fit, beyond which the others are fitted again
 _MATTERS = 0.1  # of the χ² of all parts, that it must be worth
 _MOST_REFITTED = 3  # parts
-_WIDENED, _WIDEST = 2, 10.0  # times that a width follows the one before; probes
+_WIDENED = 2  # times that a width follows the one before
+_COMPENSATED = 3  # simulations of a move, each with the others fitted to the one before
 _CORRELATION = 0.2  # ρ, of unmodelled structure with a column of J
 
 
@@ -248,11 +249,11 @@ def intervals(
     """
     ranges = np.array([[term.low, term.high] for term in fit.terms]).reshape(-1, 2)
     moving = fit.free | at_rest_on_bounds(problem, fit) if moving is None else moving
-    reach = sides(problem, fit, moving)[:, fit.free[moving]]
+    reach = sides(problem, fit, moving)
     if len(refits) > 1:
-        reach = np.maximum(reach, _jackknife(fit, refits)[fit.free])
-    for k, (below, above) in zip(np.flatnonzero(fit.free), reach.T, strict=True):
-        term = fit.terms[k]
+        reach = np.maximum(reach, _jackknife(fit, refits))
+    for k in np.flatnonzero(fit.free):
+        term, (below, above) = fit.terms[k], reach[:, k]
         ends = [term.natural(scaled) for scaled in (fit.scaled[k] - below, fit.scaled[k] + above)]
         ranges[k] = np.clip(sorted(ends), *sorted(ranges[k]))
     return ranges
@@ -260,29 +261,56 @@ def intervals(
 
 @suppress_unsolved_warnings()
 def over_intervals(problem: Problem, base: Mapping[str, float], fit: Fit) -> Fit:
-    """The fit with differences over its intervals in its Jacobian.
+    """The fit with a Jacobian J that holds over its intervals.
 
-    If friction sticks or a play closes, the response to a small step is rough: steep, and of no
-    use over a distance, so that intervals by it are too narrow. The widths follow each other.
+    Over a distance the response to a small step is of no use if friction sticks or a play closes,
+    and values that compensate each other do so along a curve. Each number is therefore moved to
+    the ends of its interval, and all others are fitted to it. Of its two moves that which changes
+    the residual less is a column of S (p, k), and the change one of R (m, k). J is corrected to
+    J S = R.
     """
-    simulated = fit.residual - fit.correction
-    side = np.where(fit.scaled > fit.bounds.mean(axis=0), -1.0, 1.0)
-    room = np.minimum(np.abs(fit.bounds - fit.scaled).max(axis=0), _WIDEST)
-
-    def parameters(scaled: FloatArray) -> dict[str, float]:
-        return written(fit.terms, natural_in_range(fit.terms, scaled), base)
-
-    for _ in range(_WIDENED if fit.free.any() else 0):
-        step, halves = np.zeros(len(fit.terms)), half_widths(problem, fit, fit.free)
-        step[fit.free] = side[fit.free] * np.minimum(halves, room[fit.free])
-        over = differences(problem, fit.terms, parameters, fit.scaled, step, simulated)
-        if not np.isfinite(over).all():
-            break
-        wider = replace(fit, jacobian=np.where(fit.free, over, fit.jacobian))
+    numbers = np.flatnonzero(fit.free & fit.shared)
+    for _ in range(_WIDENED if numbers.size else 0):
+        halves = half_widths(problem, fit, fit.free)
+        moves = [_least_move(problem, base, fit, k, halves[k]) for k in numbers]
+        steps, changes = (np.column_stack(part) for part in zip(*moves, strict=True))
+        lengths = np.maximum(np.abs(steps).max(axis=1)[numbers], np.finfo(float).tiny)
+        by_length = np.linalg.pinv(steps[numbers] / lengths[:, None], _PART)
+        over = fit.jacobian.copy()
+        over[:, numbers] += (changes - fit.jacobian @ steps) @ by_length / lengths
+        wider = replace(fit, jacobian=np.where(fit.jacobian == 0.0, 0.0, over))
         if not half_widths(problem, wider, fit.free).sum() > halves.sum():
             break  # values that compensate each other nearby do so less far off
         fit = wider
     return fit
+
+
+def _least_move(
+    problem: Problem, base: Mapping[str, float], fit: Fit, number: np.intp, distance: float
+) -> tuple[FloatArray, FloatArray]:
+    """Move (p,) by which a number goes that far to either side, and the change (m,) by it.
+
+    Where a simulation fails, the move and the change are those to its other side, or 0.
+    """
+    used, room = problem.in_train, fit.bounds - fit.scaled
+    itself = np.arange(len(fit.terms)) == number
+    least, found = np.inf, (np.zeros(itself.size), np.zeros(used.size))
+    for way in (-1.0, 1.0):
+        move = np.where(itself, np.clip(way * distance, *room[:, number]), 0.0)
+        change, others = fit.jacobian @ move, fit.free & ~itself
+        for _ in range(_COMPENSATED if move.any() else 0):
+            left, slopes = (fit.residual + change)[used], fit.jacobian[used][:, others]
+            if others.any():
+                move[others] += bounded_least_squares(slopes, left, (room - move)[:, others])
+            values = natural_in_range(fit.terms, fit.scaled + move)
+            there = problem.residuals([written(fit.terms, values, base)])[0]
+            change = there - (fit.residual - fit.correction)
+            if not np.isfinite(change).all():
+                break
+            slope = np.mean(change[used] ** 2) / move[number] ** 2
+            if slope < least:
+                least, found = slope, (move.copy(), change)
+    return found
 
 
 def correlation_matrix(problem: Problem, fit: Fit, chosen: NDArray[np.bool_]) -> FloatArray:
@@ -307,13 +335,12 @@ def beyond_range(problem: Problem, fit: Fit, near: NDArray[np.bool_]) -> NDArray
     jacobian = fit.jacobian[used][:, freed]
     step = np.zeros(len(fit.terms))
     step[freed] = -np.linalg.pinv(jacobian) @ fit.residual[used]
-    half = np.full(len(fit.terms), np.inf)
-    half[freed] = half_widths(problem, fit, freed)
+    half = half_widths(problem, fit, freed)
     low, high = fit.bounds
     out = np.where(
         fit.scaled > 0.5 * (low + high), fit.scaled + step - high, low - fit.scaled - step
     )
-    beyond: NDArray[np.bool_] = near & (out > half)
+    beyond: NDArray[np.bool_] = near & freed & (out > half)
     return beyond
 
 
@@ -334,18 +361,18 @@ def at_rest_on_bounds(problem: Problem, fit: Fit) -> NDArray[np.bool_]:
 
 
 def half_widths(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArray:
-    """(free terms,) the longer side of the 95 % intervals, of the scaled terms."""
+    """(p,) the longer of the `sides`."""
     longer: FloatArray = sides(problem, fit, free).max(axis=0)
     return longer
 
 
 def sides(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArray:
-    """(2, free terms) how far the 95 % intervals reach below and above the scaled terms.
+    """(2, p) how far the 95 % intervals reach below and above scaled terms; 0 if not ``free``.
 
     While a term moves the others stay within their ranges: in 95 % of cases they go no farther than
     to the end that they go to.
     """
-    used = problem.in_train
+    used, terms = problem.in_train, np.flatnonzero(free)
     jacobian, residual = fit.jacobian[used][:, free], fit.residual[used]
     blocks = problem.blocks[used]
     names = np.unique(blocks)
@@ -360,14 +387,16 @@ def sides(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArray:
     quantile = float(scipy.stats.t.ppf(0.5 + _LEVEL / 2.0, max(names.size - int(free.sum()), 1)))
     room = np.maximum(np.abs(fit.bounds - fit.scaled)[:, free], _LEAST_ROOM)
     shift = np.zeros(alone.size) if problem.lumped is None else jacobian.T @ problem.lumped[used]
-    reach: FloatArray = np.full(room.shape, np.inf)
+    reach: FloatArray = np.where(free, [[np.inf], [np.inf]], 0.0)
     for k, variance in enumerate(larger):
         held = np.sqrt(variance) * quantile / room
         goes_with = _row(triangle, k, held.min(axis=0))
         for side, sign in enumerate((-1.0, 1.0)):
             row = _row(triangle, k, np.where(sign * goes_with > 0.0, held[1], held[0]))
             if row[k] > 0.0:
-                reach[side, k] = quantile * np.sqrt(variance * row[k]) + abs(float(row @ shift))
+                reach[side, terms[k]] = quantile * np.sqrt(variance * row[k]) + abs(
+                    float(row @ shift)
+                )
     return reach
 
 

@@ -98,12 +98,14 @@ class Panel:
             figure = style.new_figure(width / dpi, inches)
             figure.set_dpi(dpi)
             figure.get_layout_engine().set(rect=(0.02, 0.01, 0.95, 1.0 - table))  # type: ignore[union-attr,call-arg]
-            ratios = (0.09, *(1.0 for _ in shown))
-            bar, *grid = figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=True)
-            limits = Normalize(unit.factor * (scale.vmin or 0.0), unit.factor * (scale.vmax or 1.0))
-            figure.colorbar(ScalarMappable(limits, COLOURS), cax=bar, orientation="horizontal")
-            title = style.labelled("tension along the tendon", unit)
-            bar.set_title(title, fontweight="normal", fontsize=9.0)
+            ratios = [*([0.09] if frames.drawn else []), *(1.0 for _ in shown)]
+            grid = [*figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False)[:, 0]]
+            if frames.drawn:
+                bar, low, high = grid.pop(0), scale.vmin or 0.0, scale.vmax or 1.0
+                colours = ScalarMappable(Normalize(unit.factor * low, unit.factor * high), COLOURS)
+                figure.colorbar(colours, cax=bar, orientation="horizontal")
+                title = style.labelled("tension along the tendon", unit)
+                bar.set_title(title, fontweight="normal", fontsize=9.0)
             for axes, chart in zip(grid, shown, strict=True):
                 for line in (*chart.twin, *chart.lines):
                     colour = style.on_theme(line.colour, theme)

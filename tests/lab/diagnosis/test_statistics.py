@@ -263,6 +263,49 @@ def test_where_a_response_is_rough_intervals_are_those_of_the_smooth_one() -> No
     assert width(Rough, over=True) == pytest.approx(smooth, rel=0.4)
 
 
+class Curved(Toy):
+    """A toy that shows the product of 1 + x and 1 + y, and x by itself a little."""
+
+    room = 0.6  # [N], beyond which it shows x by itself less and less
+
+    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, np.ndarray]:
+        x, y = (changed.get(term.targets[0], 0.0) for term in (TERM, SLOPE))
+        alone = 0.015 * self.room * np.tanh(x / self.room)
+        together = (1.0 + x) * (1.0 + y) - 1.0
+        return super()._one({TERM.targets[0]: alone, SLOPE.targets[0]: together}, recording)
+
+
+class Straight(Curved):
+    """The same without an end of what x by itself shows."""
+
+    room = 1e3
+
+
+def test_an_interval_ends_where_the_error_grows_by_chance_with_the_others_fitted_anew() -> None:
+    """Where 1 + x grows 1 + y falls, so that the product stays, which no straight step does."""
+    terms = [replace(term, low=-0.9, high=9.0, probe=0.1) for term in (TERM, SLOPE)]
+
+    def rises(rig: type[Toy]) -> list[float]:
+        """What a value at the low end of its interval leaves more, as fitted and over it."""
+        made = (recording("a", 1, {}), recording("b", 2, {}))
+        given = problem_of(rig, made)
+        fitted = fit(given, {}, terms, (), np.zeros(2))
+        x, y = fitted.values
+
+        def left(end: float) -> float:
+            least = (1.0 + x) * (1.0 + y) / (1.0 + end) - 1.0
+            values = {TERM.targets[0]: end, SLOPE.targets[0]: least}
+            return float(np.sum(given.residuals([values])[0] ** 2))
+
+        both = fitted, over_intervals(given, {}, fitted)
+        return [left(float(intervals(given, one)[0, 0])) - left(x) for one in both]
+
+    (expected, same), (near, over) = rises(Straight), rises(Curved)
+    assert same == pytest.approx(expected, rel=0.1)
+    assert near < 0.8 * expected
+    assert over == pytest.approx(expected, rel=0.1)
+
+
 def interval(unmodelled: float, correction: float = 0.0) -> tuple[float, float]:
     """95 % interval of w = 3 beside an error of that rms, with a correction for the step."""
     given = context({"w": {"w": 1.0}}, {"w": 3.0, "a": unmodelled}, [])
