@@ -19,9 +19,7 @@ from tendon_mj.warp.transfer import in_each_world, inextensible_of, put, put_zer
 
 _PULLEY, _SITE = mujoco.mjtWrap.mjWRAP_PULLEY.value, mujoco.mjtWrap.mjWRAP_SITE.value
 _TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
-_JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
 _AFFINE = mujoco.mjtBias.mjBIAS_AFFINE.value
-_SCALAR = (mujoco.mjtJoint.mjJNT_SLIDE.value, mujoco.mjtJoint.mjJNT_HINGE.value)
 
 
 # rows → names of arrays with a column for each world
@@ -35,8 +33,6 @@ _BY_WORLD = {
     "solved": "solved",
     "factor": "factor",
     "dofs": "unknown known inverse acceleration gradient",
-    "damper_rows": "damper_row",
-    "dampers": "damper_scale",
 }
 
 
@@ -126,20 +122,14 @@ def _starts(counts: Any) -> NDArray[np.int64]:
     return np.concatenate([[0], np.cumsum(np.asarray(counts, int))])
 
 
-def _dampers(model: mujoco.MjModel, tendons: list[int]) -> tuple[list[int], list[int]]:
-    """Actuators on one dof that an implicit integrator damps, and other dampers.
+def _dampers(model: mujoco.MjModel, tendons: list[int]) -> list[int]:
+    """Actuators that an implicit integrator damps, and −1 − member of the tendons' own dampers.
 
     One that is 0 when the data are made is not among them: M̂ is then less than it might be.
     """
-    on_joints: list[int] = []
-    others: list[int] = []
-    for k in range(model.nactuator):
-        if model.actuator_biastype[k] == _AFFINE and model.actuator_biasprm[k, 2] != 0.0:
-            on = model.actuator_trntype[k] == _JOINT
-            on = on and model.jnt_type[model.actuator_trnid[k, 0]] in _SCALAR
-            (on_joints if on else others).append(k)
+    damped = (model.actuator_biastype == _AFFINE) & (model.actuator_biasprm[:, 2] != 0.0)
     own = [-1 - i for i, tendon in enumerate(tendons) if model.tendon_damping[tendon] > 0.0]
-    return on_joints, others + own
+    return [*np.flatnonzero(damped), *own]
 
 
 def allocate_groups(
@@ -173,7 +163,6 @@ def allocate_groups(
         divisor[own] = sheath.segments["divisor"]
     rows = _starts([len(dofs[i]) for i, _ in cells])
     solved = _starts([ranges[i][1] - ranges[i][0] for i, _ in cells])
-    on_joints, dampers = _dampers(model, [int(s.state["tendon"]) for s in members.values()])
     described = {
         "sheath": indices,
         "first_cell": starts,
@@ -195,8 +184,7 @@ def allocate_groups(
         "solved_row": solved[:-1],
         "owner": owner,
         "segment_divisor": divisor,
-        "joint_damper": on_joints,
-        "damper": dampers,
+        "damper": _dampers(model, [int(s.state["tendon"]) for s in members.values()]),
     }
     put(Groups, y, described)
     counts = {
@@ -207,8 +195,6 @@ def allocate_groups(
         "solved": int(solved[-1]),
         "factor": int(model.nC) if indices else 0,
         "dofs": model.nv if indices else 0,
-        "dampers": len(dampers),
-        "damper_rows": len(dampers) * model.nv,
     }
     for rows_of_each, names in _BY_WORLD.items():
         put_zeros(Groups, y, names, (counts[rows_of_each], nworld))

@@ -39,9 +39,8 @@ class Groups:
     # of the segments of all sheaths, (segments,)
     owner: wp.array[wp.int32]  # cell whose tension it has, −1: the input's
     segment_divisor: wp.array[wp.float64]
-    # dampers that are integrated implicitly
-    joint_damper: wp.array[wp.int32]  # actuators on one dof
-    damper: wp.array[wp.int32]  # other actuators; −1 − member: the tendon's own
+    # dampers that are integrated implicitly: actuators; −1 − member: the tendon's own
+    damper: wp.array[wp.int32]
     # committed state
     before: wp.array2d[wp.float64]  # T behind the cell, times its divisor [N]
     slid: wp.array2d[wp.int8]  # direction of the slip: +1 to the output, −1, 0 at rest
@@ -85,5 +84,3 @@ class Groups:
     inverse: wp.array2d[wp.float64]  # (dofs, worlds)
     acceleration: wp.array2d[wp.float64]  # (dofs, worlds)
     gradient: wp.array2d[wp.float64]  # (dofs, worlds), M̂⁻¹ Dᵀ of changes along the gradient
-    damper_row: wp.array2d[wp.float32]  # (dampers times dofs, worlds)
-    damper_scale: wp.array2d[wp.float64]  # (dampers, worlds)

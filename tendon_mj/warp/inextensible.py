@@ -300,7 +300,7 @@ def answer(b: Dynamics, t: Tendons, y: Groups) -> None:
         y.solved[n, w] = 0.0
     for e in range(first, y.first_dof[i + 1]):
         y.solved[base + y.dof[e] - low, w] = y.D[row + e - first, w]
-    respond(b, y, y.solved, base, low, high, y.damper.shape[0], w)
+    respond(b, y, y.solved, base, low, high, w)
     mobility, along = wp.float64(0.0), wp.float64(0.0)
     for e in range(first, y.first_dof[i + 1]):
         moves = wp.float64(y.solved[base + y.dof[e] - low, w])

@@ -1,7 +1,7 @@
 """The change of velocity that a force causes in a step, as MuJoCo Warp integrates it.
 
-The same as `tendon_mj.plugin.sheath_plugin.response`: M̂ = M + h B + h Σ k r rᵀ, factored as LᵀDL
-and, for dampers that join several dofs, by rows u = M̂⁻¹ r.
+The same as `tendon_mj.plugin.sheath_plugin.response`: M̂ = M + h B + h Σ k r rᵀ with the sparsity
+of M, factored as LᵀDL.
 """
 
 from typing import Any
@@ -44,27 +44,52 @@ def tendon_damping(b: Dynamics, tendon: int, w: int) -> wp.float64:
 
 
 @wp.func
-def _add_to_diagonal(b: Dynamics, y: Groups, dof: int, value: wp.float64, w: int) -> None:
-    at = b.M_rowadr[dof] + b.M_rownnz[dof] - 1
-    y.factor[at, w] = y.factor[at, w] + value
-
-
-@wp.func
-def _factor(b: Dynamics, y: Groups, w: int) -> None:
-    """Factor M with the dampers that act on one dof."""
-    h = step_of(b, w)
+def _begin(b: Dynamics, y: Groups, w: int) -> None:
+    """Set M̂ without actuators and tendons."""
     for a in range(y.factor.shape[0]):
         y.factor[a, w] = wp.float64(b.M[w, a])
     if b.joints_damp:
         for i in range(b.nv):
             damping = wp.float64(b.dof_damping[w % b.dof_damping.shape[0], i])
-            _add_to_diagonal(b, y, i, h * wp.max(ZERO, damping), w)
-    for n in range(y.joint_damper.shape[0]):
-        actuator = y.joint_damper[n]
-        adr = b.moment_rowadr[w, actuator]
-        i = b.moment_colind[w, adr]
-        moment = wp.float64(b.actuator_moment[w, adr])
-        _add_to_diagonal(b, y, i, h * damping_of(b, actuator, w) * moment * moment, w)
+            at = b.M_rowadr[i] + b.M_rownnz[i] - 1
+            y.factor[at, w] = y.factor[at, w] + step_of(b, w) * wp.max(ZERO, damping)
+
+
+@wp.func
+def _moment(b: Dynamics, y: Groups, source: int, a: int, w: int) -> tuple[int, wp.float64]:
+    """A dof and its moment, of an actuator or of a tendon."""
+    if source >= 0:
+        return b.moment_colind[w, a], wp.float64(b.actuator_moment[w, a])
+    return y.dof[a], wp.float64(y.input_row[a, w])
+
+
+@wp.func
+def _add_damper(b: Dynamics, y: Groups, tendon: wp.array[wp.int32], n: int, w: int) -> None:
+    """Add h k r rᵀ to M̂."""
+    source, strength = y.damper[n], step_of(b, w)
+    begin, end = int(0), int(0)
+    if source >= 0:
+        strength *= damping_of(b, source, w)
+        begin = b.moment_rowadr[w, source]
+        end = begin + b.moment_rownnz[w, source]
+    else:
+        strength *= tendon_damping(b, tendon[y.sheath[-1 - source]], w)
+        begin = y.first_dof[-1 - source]
+        end = y.first_dof[-source]
+    if strength == ZERO:
+        return
+    for a in range(begin, end):
+        i, pull = _moment(b, y, source, a, w)
+        for c in range(begin, end):
+            j, other = _moment(b, y, source, c, w)
+            for at in range(b.M_rowadr[i], b.M_rowadr[i] + b.M_rownnz[i]):
+                if b.M_colind[at] == j:
+                    y.factor[at, w] = y.factor[at, w] + strength * pull * other
+
+
+@wp.func
+def _factor(b: Dynamics, y: Groups, w: int) -> None:
+    """Factor M̂."""
     for back in range(b.nv):
         k = b.nv - 1 - back
         start, others = b.M_rowadr[k], b.M_rownnz[k] - 1
@@ -81,10 +106,10 @@ def _factor(b: Dynamics, y: Groups, w: int) -> None:
 
 
 @wp.func
-def _solve(
+def respond(
     b: Dynamics, y: Groups, x: wp.array2d[Any], base: int, low: int, high: int, w: int
 ) -> None:
-    """Multiply by the inverse of what is factored; x is that of dofs from ``low`` to ``high``."""
+    """Replace a force on dofs from ``low`` to ``high`` by M̂⁻¹ times it."""
     at = base - low
     for back in range(high - low):
         i = high - 1 - back
@@ -102,80 +127,14 @@ def _solve(
         x[at + i, w] = x.dtype(value)
 
 
-@wp.func
-def _along(
-    b: Dynamics, y: Groups, n: int, x: wp.array2d[Any], base: int, low: int, high: int, w: int
-) -> wp.float64:
-    """rᵀx of damper n."""
-    total = wp.float64(0.0)
-    source = y.damper[n]
-    if source >= 0:
-        start = b.moment_rowadr[w, source]
-        for a in range(start, start + b.moment_rownnz[w, source]):
-            i = b.moment_colind[w, a]
-            if i >= low and i < high:
-                value = wp.float64(x[base + i - low, w])
-                total += wp.float64(b.actuator_moment[w, a]) * value
-    else:
-        for e in range(y.first_dof[-1 - source], y.first_dof[-source]):
-            i = y.dof[e]
-            if i >= low and i < high:
-                total += wp.float64(y.input_row[e, w]) * wp.float64(x[base + i - low, w])
-    return total
-
-
-@wp.func
-def respond(
-    b: Dynamics,
-    y: Groups,
-    x: wp.array2d[Any],
-    base: int,
-    low: int,
-    high: int,
-    dampers: int,
-    w: int,
-) -> None:
-    """Replace a force on dofs from ``low`` to ``high`` by M̂⁻¹ times it, with the first dampers."""
-    _solve(b, y, x, base, low, high, w)
-    for n in range(dampers):
-        if y.damper_scale[n, w] != ZERO:
-            scaled = y.damper_scale[n, w] * _along(b, y, n, x, base, low, high, w)
-            for i in range(low, high):
-                u = wp.float64(y.damper_row[n * b.nv + i, w])
-                x[base + i - low, w] = x.dtype(wp.float64(x[base + i - low, w]) - scaled * u)
-
-
-@wp.func
-def _add_damper(b: Dynamics, y: Groups, tendon: wp.array[wp.int32], n: int, w: int) -> None:
-    """Add h k r rᵀ to M̂."""
-    source, row = y.damper[n], n * b.nv
-    damping = wp.float64(0.0)
-    for i in range(b.nv):
-        y.damper_row[row + i, w] = wp.float32(0.0)
-    if source >= 0:
-        damping = damping_of(b, source, w)
-        start = b.moment_rowadr[w, source]
-        for a in range(start, start + b.moment_rownnz[w, source]):
-            y.damper_row[row + b.moment_colind[w, a], w] = b.actuator_moment[w, a]
-    else:
-        damping = tendon_damping(b, tendon[y.sheath[-1 - source]], w)
-        for e in range(y.first_dof[-1 - source], y.first_dof[-source]):
-            y.damper_row[row + y.dof[e], w] = y.input_row[e, w]
-    y.damper_scale[n, w] = ZERO
-    if damping > ZERO:
-        respond(b, y, y.damper_row, row, 0, b.nv, n, w)
-        strength = step_of(b, w) * damping
-        mobility = _along(b, y, n, y.damper_row, row, 0, b.nv, w)
-        y.damper_scale[n, w] = strength / (ONE + strength * mobility)
-
-
 @wp.kernel(module="unique", module_options={"max_unroll": 0}, enable_backward=False)
 def accelerate(b: Dynamics, t: Tendons, y: Groups) -> None:
     """Set up M̂, and the acceleration without friction; threads (worlds,)."""
     w = wp.tid()
-    _factor(b, y, w)
+    _begin(b, y, w)
     for n in range(y.damper.shape[0]):
         _add_damper(b, y, t.tendon, n, w)
+    _factor(b, y, w)
     for i in range(b.nv):
         force = wp.float64(b.qfrc_passive[w, i] + b.qfrc_applied[w, i] - b.qfrc_bias[w, i])
         if b.has_forces:
@@ -184,4 +143,4 @@ def accelerate(b: Dynamics, t: Tendons, y: Groups) -> None:
         if t.started[y.sheath[0], w]:
             force += y.unknown[i, w]
         y.acceleration[i, w] = force
-    respond(b, y, y.acceleration, 0, 0, b.nv, y.damper.shape[0], w)
+    respond(b, y, y.acceleration, 0, 0, b.nv, w)

@@ -238,3 +238,29 @@ def test_a_slack_tendon_at_rest_does_not_slip():
     mujoco.mj_step(model, data, 20000)
     assert abs(data.qvel[0]) < 1e-9
     assert not view_sheath(model, data, "t").slip.any()
+
+
+TWO_TREES = """<mujoco><option timestep="0.005" integrator="{}" gravity="0 0 0"/>
+  <default><geom size=".05" pos=".1 0 0" mass="1"/></default>
+  <worldbody><site name="s0" pos="-.2 0 .1"/><site name="s1" pos="0 0 .1"/>
+    <body><joint name="a" axis="0 1 0"/><geom/><site name="s2" pos=".1 0 0"/></body>
+    <body pos="0 1 0"><joint name="b" axis="0 1 0"/><geom/></body></worldbody>
+  <tendon><spatial name="t"><site site="s0"/><site site="s1"/><site site="s2"/></spatial>
+    <fixed name="both"><joint joint="a" coef="1"/><joint joint="b" coef="-.7"/></fixed></tendon>
+  <actuator><motor tendon="t" gear="-1"/>
+    <general tendon="both" biastype="affine" biasprm="0 0 -.4"/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicit", "implicitfast"])
+def test_friction_holds_beside_a_damper_between_two_trees_of_bodies(integrator):
+    """MuJoCo integrates implicitly only what such a damper does within a tree."""
+    spec = mujoco.MjSpec.from_string(TWO_TREES.format(integrator))
+    model = add_friction(spec, "t", friction=0.3, extra_bend=3.0, inner_guides=4).compile()
+    data, fastest = mujoco.MjData(model), 0.0
+    data.ctrl[0] = 20.0
+    for k in range(400):
+        data.qfrc_applied[:] = 1.5 + 0.2 * np.sin(0.1 * k), 0.5 * np.sin(0.15 * k)
+        mujoco.mj_step(model, data)
+        assert abs(data.qvel[0]) < 1e-12
+        fastest = max(fastest, abs(data.qvel[1]))
+    assert fastest > 1.0

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction
-from tests.plugin.test_driven import ACTUATORS, arm
+from tests.plugin.test_driven import ACTUATORS, TWO_TREES, arm
 from tests.warp.models import DRIVEN, agrees, controls, fingers, mjw, put, step, tensions, tw
 from tests.warp.test_against_plugin import agree, side_by_side
 
@@ -115,6 +115,22 @@ def test_friction_holds_where_the_moment_arm_has_grown_since_the_first_evaluatio
         outputs.append(tw.sheaths_of(d).output_tension.numpy()[0, 0])
     np.testing.assert_allclose(outputs[20:], 1.05 * PULL, rtol=1e-4)
     assert not tw.sheaths_of(d).groups.flows.numpy().any()
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
+def test_friction_holds_beside_a_damper_between_two_trees_of_bodies(integrator):
+    spec = mujoco.MjSpec.from_string(TWO_TREES.format(integrator))
+    model = add_friction(spec, "t", friction=0.3, extra_bend=3.0, inner_guides=4).compile()
+    m, d = put(model)
+    speeds = []
+    for k in range(200):
+        d.ctrl.assign(np.array([[20.0, 0.0]], np.float32))
+        applied = 1.5 + 0.2 * np.sin(0.1 * k), 0.5 * np.sin(0.15 * k)
+        d.qfrc_applied.assign(np.array([applied], np.float32))
+        mjw.step(m, d)
+        speeds.append(d.qvel.numpy()[0])
+    held, other = np.abs(speeds).max(axis=0)
+    assert held < 1e-5 * other
 
 
 @agrees

@@ -131,11 +131,10 @@ def _is_actuated(m: Model) -> bool:
 @compiled
 def _is_listed(m: Model, binding: int) -> bool:
     """Return whether the last sheath's workspace lists the driven sheaths of the model as it is."""
-    work = word(binding + WORKSPACE) if binding != 0 else 0
-    if work == 0:
+    if binding == 0 or word(binding + WORKSPACE) == 0:
         return False
     bound = binding_at(binding)
-    return bound.listed_for == bound.signature and groups.is_wide_enough(m, work)
+    return bound.listed_for == bound.signature
 
 
 @apart

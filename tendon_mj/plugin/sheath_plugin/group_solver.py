@@ -34,7 +34,7 @@ from tendon_mj.plugin.sheath_plugin.groups import (
     rows_at,
     set_bounds,
 )
-from tendon_mj.plugin.sheath_plugin.response import go_half_way, response_width, set_weights
+from tendon_mj.plugin.sheath_plugin.response import go_half_way, set_weights
 from tendon_mj.plugin.sheath_plugin.state import state_of, unpack
 from tendon_mj.typing import FloatArray
 
@@ -84,8 +84,7 @@ def set_half_rows(m: Model, work: int, nv: int, h: float) -> None:
     """Set all rows half way, and the mobility of the groups."""
     head, response = head_at(work), response_at(work, nv)
     weights, room = half_vector(work, nv, WEIGHTS), half_vector(work, nv, ALONG)
-    set_weights(response, weights)
-    width = response_width(response)
+    set_weights(m, response, weights)
     for k in range(int(head.members)):
         if member_of(work, nv, k).damping != 0.0:
             go_half_way(m, response, input_row(work, nv, k), input_half(work, nv, k))
@@ -96,7 +95,7 @@ def set_half_rows(m: Model, work: int, nv: int, h: float) -> None:
         go_half_way(m, response, coordinates(rows_at(work) + 8 * nv * g), room)
         half, places = half_row(work, nv, group), half_places(work, nv, group)
         count, mobility = 0, 0.0
-        for i in range(width):
+        for i in range(nv):
             if room[i] != 0.0:
                 half[count] = room[i]
                 places[count] = i
@@ -140,7 +139,7 @@ def update_input(work: int, nv: int, k: int, h: float) -> None:
     force = member.constant
     if member.damping != 0.0:
         row, forces = input_half(work, nv, k), half_vector(work, nv, FORCES)
-        for i in range(response_width(response_at(work, nv))):
+        for i in range(nv):
             force -= h * member.damping * row[i] * forces[i]
     member.input = pull_of(member, force)
 
@@ -242,9 +241,9 @@ def _go_along(work: int, nv: int, size_of_missing: float) -> float:
     Returns:
         Σ missing²/mobility afterwards; 0 if one came to its bound, or nothing is missing.
     """
-    along, width = half_vector(work, nv, ALONG), response_width(response_at(work, nv))
+    along = half_vector(work, nv, ALONG)
     count, curvature, most, bounded = int(head_at(work).free), 0.0, 0.0, False
-    for i in range(width):
+    for i in range(nv):
         along[i] = 0.0
     for k in range(count):
         group = _free_group(work, k)
@@ -270,7 +269,7 @@ def _go_along(work: int, nv: int, size_of_missing: float) -> float:
         take_over(work, nv, group, group.friction + step * group.along)
         group.missing -= step * group.answer
         left += group.missing * group.missing / group.mobility
-    add_to(half_vector(work, nv, FORCES), along, -step, width)
+    add_to(half_vector(work, nv, FORCES), along, -step, nv)
     for k in range(count):
         group = _free_group(work, k)
         group.along = group.missing / group.mobility + left / size_of_missing * group.along

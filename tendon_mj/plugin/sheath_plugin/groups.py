@@ -15,7 +15,7 @@ from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import free, malloc
 from tendon_mj.plugin.abi.memory import coordinates, doubles, word, words
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
-from tendon_mj.plugin.sheath_plugin.response import most_dampers, response_size
+from tendon_mj.plugin.sheath_plugin.response import response_size
 from tendon_mj.plugin.sheath_plugin.state import SHEATH, WORKSPACE, binding_at, binding_of
 from tendon_mj.sheath import Guide, Guides, Segments, record_type
 from tendon_mj.typing import FloatArray, IntArray
@@ -90,7 +90,6 @@ class Head:
     """What is known of all groups, in front of them."""
 
     room: float  # groups that there is memory for
-    width: float  # of a row half way
     spots: float  # segments that there is memory for
     sheaths: float  # that there is memory for
     leader: float  # first sheath of the model, which keeps forces for all
@@ -112,11 +111,10 @@ head_at: Callable[[int], Head] = Record(HEAD)
 
 
 @compiled
-def _size_of(room: int, spots: int, sheaths: int, nv: int, width: int) -> int:
+def _size_of(room: int, spots: int, sheaths: int, nv: int) -> int:
     """Numbers of a workspace: groups, their rows, sheaths, owners of segments, vectors."""
-    groups = room * (_GROUP_COUNT + nv + 2 * width)
-    vectors = spots + 3 * (nv + width)
-    return _HEAD_COUNT + groups + sheaths * (_MEMBER_COUNT + 1 + nv + width) + vectors
+    groups = room * (_GROUP_COUNT + 3 * nv)
+    return _HEAD_COUNT + groups + sheaths * (_MEMBER_COUNT + 1 + 2 * nv) + spots + 6 * nv
 
 
 @compiled
@@ -134,23 +132,20 @@ def rows_at(work: int) -> int:
 @compiled
 def half_row(work: int, nv: int, group: Group) -> FloatArray:
     """Row of D half way: the numbers that are not 0."""
-    head = head_at(work)
-    rows = rows_at(work) + 8 * nv * int(head.room)
-    return coordinates(rows + 16 * int(head.width) * int(group.row))
+    rows = rows_at(work) + 8 * nv * int(head_at(work).room)
+    return coordinates(rows + 16 * nv * int(group.row))
 
 
 @compiled
 def half_places(work: int, nv: int, group: Group) -> IntArray:
     """Where these numbers are."""
-    head = head_at(work)
-    rows = rows_at(work) + 8 * nv * int(head.room)
-    return words(rows + 16 * int(head.width) * int(group.row) + 8 * int(head.width))
+    rows = rows_at(work) + 8 * nv * int(head_at(work).room)
+    return words(rows + 16 * nv * int(group.row) + 8 * nv)
 
 
 @compiled
 def _members_at(work: int, nv: int) -> int:
-    head = head_at(work)
-    return rows_at(work) + 8 * int(head.room) * (nv + 2 * int(head.width))
+    return rows_at(work) + 24 * nv * int(head_at(work).room)
 
 
 @compiled
@@ -190,7 +185,7 @@ def half_vector(work: int, nv: int, which: int) -> FloatArray:
     """A vector half way: all forces and their changes along the conjugate gradient, both times
     the weights, and the weights.
     """
-    return coordinates(vector_at(work, nv, ROOM + 1) + 8 * int(head_at(work).width) * which)
+    return coordinates(vector_at(work, nv, ROOM + 1 + which))
 
 
 FORCES, ALONG, WEIGHTS = range(3)
@@ -198,9 +193,7 @@ FORCES, ALONG, WEIGHTS = range(3)
 
 @compiled
 def _input_at(work: int, nv: int, k: int) -> int:
-    head = head_at(work)
-    inputs = vector_at(work, nv, ROOM + 1) + 24 * int(head.width)
-    return inputs + 8 * (nv + int(head.width)) * k
+    return vector_at(work, nv, ROOM + 4 + 2 * k)
 
 
 @compiled
@@ -221,13 +214,6 @@ def response_at(work: int, nv: int) -> int:
     return _input_at(work, nv, int(head_at(work).sheaths))
 
 
-@compiled
-def is_wide_enough(m: Model, work: int) -> bool:
-    """Return whether there is memory for all dampers, of which another integrator has more."""
-    head = head_at(work)
-    return head.width >= m.nv + most_dampers(m, int(head.sheaths))
-
-
 @apart
 def workspace(m: Model, d: Data, first: int, last: int) -> int:
     """Memory for the groups of all sheaths, kept in the binding of the last one."""
@@ -239,17 +225,16 @@ def workspace(m: Model, d: Data, first: int, last: int) -> int:
     place = binding_of(d, last, SHEATH) + WORKSPACE
     work = word(place)
     spots = room + sheaths
-    width = nv + most_dampers(m, sheaths)
     head = head_at(work)
-    if work != 0 and (head.room < room or head.sheaths < sheaths or not is_wide_enough(m, work)):
+    if work != 0 and (head.room < room or head.sheaths < sheaths):
         free(work)
         work = 0
     if work == 0:
-        count = _size_of(room, spots, sheaths, nv, width) + response_size(m, sheaths)
+        count = _size_of(room, spots, sheaths, nv) + response_size(m)
         work = malloc(8 * count)
         doubles(work, count)[:] = 0.0
         head = head_at(work)
-        head.room, head.spots, head.sheaths, head.width = room, spots, sheaths, width
+        head.room, head.spots, head.sheaths = room, spots, sheaths
         words(place)[0] = work
     return work
 

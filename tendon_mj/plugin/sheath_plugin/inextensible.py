@@ -316,12 +316,20 @@ _STILL = 1e-12  # of its length, by which tendon that counts as still may pass a
 @apart
 def prepare(m: Model, d: Data, work: int) -> None:
     """Set up M̂ with the dampers that are integrated implicitly."""
+    nv = m.nv
+    place = response_at(work, nv)
+    response.begin_response(m, d, place)
+    if response.is_implicit(m):
+        response.add_actuator_dampers(m, d, place, coordinates(vector_at(work, nv, ROOM)))
+        _add_tendon_dampers(m, d, work)
+    response.factor_response(m, place)
+
+
+@apart
+def _add_tendon_dampers(m: Model, d: Data, work: int) -> None:
+    """Add the dampers of the tendons to M̂, and set what they and actuators damp each with."""
     nv, head = m.nv, head_at(work)
     place = response_at(work, nv)
-    response.prepare_response(m, d, place)
-    if not response.is_implicit(m):
-        return
-    response.add_actuator_dampers(m, d, place, coordinates(vector_at(work, nv, ROOM)))
     for k in range(int(head.members)):
         member = member_of(work, nv, k)
         state = state_at(state_of(m, d, int(member.instance)))
@@ -436,7 +444,7 @@ def solve(m: Model, d: Data, work: int) -> None:
             room[i] = known[i] + friction[i] + unknown[i]
         response.go_half_way(m, response_at(work, nv), room, forces)
         weights = half_vector(work, nv, WEIGHTS)
-        for i in range(response.response_width(response_at(work, nv))):
+        for i in range(nv):
             forces[i] *= weights[i]
         for g in range(int(head.groups)):
             group = group_of(work, g)
