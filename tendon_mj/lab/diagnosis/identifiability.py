@@ -6,12 +6,17 @@ effect is noticed from the strength at which the mean square of its trace is the
 a diagnosis. Of twice that strength, and of that at which it leaves as much as no proven model
 does, the least counts at which every other effect of the catalogue, fitted in its place, leaves
 more than the detection limit: from there it is named, and below it may be taken for the others.
+
+Each effect is simulated at these few strengths. Two are compared by what was simulated of both, and
+further simulations are of those only of which that does not tell whether they are alike.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+import math
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,13 +39,12 @@ from tendon_mj.lab.diagnosis.effects import (
     by_identifier,
     candidates,
 )
-from tendon_mj.lab.diagnosis.effects.effect import Candidate
-from tendon_mj.lab.diagnosis.fitting import Fit, fit, written
+from tendon_mj.lab.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.lab.diagnosis.proof import is_narrower
 from tendon_mj.lab.diagnosis.rehearsal import rehearse
-from tendon_mj.lab.diagnosis.search import ScreeningScore, screen
 from tendon_mj.lab.diagnosis.selection import SelectionContext
 from tendon_mj.lab.diagnosis.statistics import half_widths, intervals, with_slope
+from tendon_mj.lab.diagnosis.traces import NEAR, Match, Trace, Traces
 from tendon_mj.lab.diagnosis.verdict import LARGEST_EXCESS, SMALLEST_EXCESS, chance_excess
 from tendon_mj.lab.parameter_names import parameter_of
 from tendon_mj.lab.progress import Progress, silent
@@ -50,9 +54,7 @@ from tendon_mj.lab.units import si_name, unit_fault
 from tendon_mj.typing import FloatArray
 
 _TWICE = 2.0  # times the strength from which an effect is noticed
-_FITS = 4  # to find that strength, each at the one that the one before promises
-_NEAR = 0.05  # of a strength, by which it changes when it is found
-_SWITCHED_OFF = 1e-9  # of a probe
+_FITS = 10  # at most to find that strength, each at the one that the one before promises
 _STEEPEST = 1e4  # times the limit: a larger trace, or a failed simulation, counts as this
 
 
@@ -189,61 +191,70 @@ def identify(
     return Identifiability(tuple(chosen.values()), numbers, tuple(effects), tuple(pairs))
 
 
-class _Rival(NamedTuple):
-    """An effect that may explain another one."""
-
-    problem: Problem  # with the readings of the other one
-    own: Fit  # of the uncertain numbers to these
-    score: ScreeningScore
-
-    def left(self, base: Mapping[str, float], column: str = "") -> float:
-        """Mean square that it leaves, fitted to the same readings, or to a further column too."""
-        problem = replace(self.problem, unused=self.problem.unused - {column})
-        known = self.own.calibrated, (self.score.candidate,), self.score.start
-        jacobian, seen = self.score.jacobian(self.own), self.score.seen
-        return _excess(problem, fit(problem, base, *known, jacobian=jacobian, seen=seen))
-
-
 class _Judge:
     """The rig as described, against which effects are judged by a detection limit."""
 
     def __init__(self, context: SelectionContext, limit: float) -> None:
         self.context, self.limit = context, limit
-        start = [term.inert for term in context.calibrated]
-        model = context.fit_model((), start, evaluations=1)
+        model = context.fit_model((), [term.inert for term in context.calibrated], evaluations=1)
         self.fit, self.candidates = model.fit, context.further(model)
-        self.slopes = context.slopes_at(model, self.candidates)
-        self.absent = dict[str, FloatArray]()  # effect → (m,) residual with next to nothing of it
-        self.decided = dict[frozenset[str], str]()  # two effects → what decides between them
+        self.traces = Traces(context.problem, context.base, model.fit, limit)
+        self.of = {
+            c: [Trace(c, s) for s in product(*(_shapes(t) for t in c.terms[1:]))]
+            for c in self.candidates
+        }
+        self.noticed = self._strengths()
+        self.decided = dict[frozenset[Candidate], str]()  # two effects → what decides between them
+
+    def _strengths(self) -> dict[Candidate, float]:
+        """Scaled strengths of the effects at which their mean square is the limit.
+
+        It grows as their square, but where a number comes to the end of its range.
+        """
+        scaled = {c: 1.0 if own[0].ends[1] > 0.0 else -1.0 for c, own in self.of.items()}
+        between = {c: [0.0, math.inf] for c in scaled}
+        going = {c: own[0].within(scaled[c]) for c, own in self.of.items()}
+        for _ in range(_FITS):
+            self.context.progress("find strengths", len(scaled) - len(going), len(scaled))
+            self.traces.simulate((self.of[c][0], z) for c, at in going.items() for z in (0.0, at))
+            for c, at in going.items():
+                excess = np.clip(self._excess(self.of[c][0], at), 1e-30, _STEEPEST * self.limit)
+                between[c][int(excess > self.limit)] = abs(at)
+                least, most = between[c]
+                size = abs(at) * float(np.sqrt(self.limit / excess))
+                size = size if least < size < most else math.sqrt(least * most)
+                scaled[c] = math.copysign(size, at)
+            after = {c: self.of[c][0].within(scaled[c]) for c in going}
+            going = {c: z for c, z in after.items() if abs(z - going[c]) >= NEAR * abs(z)}
+        for first, *others in self.of.values():
+            for other in others:
+                other.known[0.0] = first.known[0.0]
+        twice = {c: own[0].within(_TWICE * scaled[c]) for c, own in self.of.items()}
+        self.traces.simulate((trace, twice[c]) for c, own in self.of.items() for trace in own)
+        return scaled
+
+    def _excess(self, trace: Trace, scaled: float) -> float:
+        """Mean square of what the numbers leave of an effect."""
+        self.traces.simulate([(trace, scaled)])
+        data = trace.data(scaled)
+        return self.traces.numbers(data)[1] if np.isfinite(data).all() else math.inf
 
     def effect(self, candidate: Candidate) -> tuple[Tellable, list[Pair]]:
         """Strengths of an effect that are noticed and named, and what it is taken for."""
-        strength, target = candidate.terms[0], candidate.terms[0].targets[0]
-        low, high = sorted((strength.scaled(strength.low), strength.scaled(strength.high)))
-        at, scaled = 0.0, 1.0 if high > 0.0 else -1.0
-        for _ in range(_FITS):
-            at, last = min(max(scaled, low), high), at
-            if abs(at - last) < _NEAR * abs(at):
-                break
-            excess = np.clip(_excess(*self._fitted(candidate, at)), 1e-30, _STEEPEST * self.limit)
-            scaled = at * float(np.sqrt(self.limit / excess))
-        noticed, named = self._change(candidate, scaled) if low < scaled < high else None, None
-        told, rivals = dict[str, float](), dict[str, _Rival]()
+        target, own = candidate.terms[0].targets[0], self.of[candidate][0]
+        (low, high), scaled = own.ends, self.noticed[candidate]
+        noticed, named = self._change(own, scaled) if low < scaled < high else None, None
+        told, rivals = dict[str, float](), dict[str, str]()
         for z in (_TWICE * scaled, scaled * float(np.sqrt(LARGEST_EXCESS / self.limit))):
-            if named is None and low < z < high:  # at an end it is not determined
-                before, rivals, change = (
-                    rivals,
-                    self._rivals(candidate, z),
-                    self._change(candidate, z),
-                )
+            if named is not None or not low < z < high:  # at an end it is not determined
+                continue
+            if self._excess(own, z) < math.inf:
+                before, rivals, change = rivals, self._rivals(own, z), self._change(own, z)
                 told |= {name: change for name in before if name not in rivals}
                 named = None if rivals else change
         pairs = [Pair((candidate.label, name), below, "") for name, below in told.items()]
-        for name, rival in rivals.items():
-            labels = candidate.label, name
-            if frozenset(labels) not in self.decided:
-                self.decided[frozenset(labels)] = self._decide(candidate, rival)
-            pairs.append(Pair(labels, None, self.decided[frozenset(labels)]))
+        for name, decided_by in rivals.items():
+            pairs.append(Pair((candidate.label, name), None, decided_by))
         unit = self.context.problem.simulate.parameters[parameter_of(target)].unit
         named_by = candidate.identifier, candidate.where, target, unit
         return Tellable(*named_by, noticed, named), pairs
@@ -252,11 +263,13 @@ class _Judge:
         """The uncertain numbers, with the effect of those noticed that widens each most."""
         fitted, problem = self.fit, self.context.problem
         alone, free = intervals(problem, fitted), np.append(fitted.free, True)
-        wider, effects = dict[str, FloatArray](), {c.label: c for c in self.candidates}
-        for (label, _), slope in self.slopes.items() if fitted.terms else ():
-            if label in noticed:
-                extended = with_slope(fitted, effects[label], slope)
-                wider[label] = half_widths(problem, extended, free)
+        wider = dict[str, FloatArray]()
+        for candidate, (first, *_) in self.of.items() if fitted.terms else ():
+            if candidate.label in noticed:
+                twice = first.within(_TWICE * self.noticed[candidate])
+                slope = -first.data(twice) / twice
+                extended = with_slope(fitted, candidate, slope)
+                wider[candidate.label] = half_widths(problem, extended, free)
         for k, term in enumerate(fitted.terms):
             value, half = float(fitted.values[k]), 0.5 * float(np.ptp(alone[k]))
             other = max(wider, key=lambda label: wider[label][k], default="")
@@ -268,58 +281,75 @@ class _Judge:
             for name in term.targets:
                 yield Number(name, term.unit, value, half, determined, unless, max(half, then))
 
-    def _parameters(self, candidate: Candidate, scaled: float) -> dict[str, float]:
-        """Parameters of the rig with an effect of that scaled strength, in its first shape."""
-        strength, *shape = candidate.terms
-        own = [strength.natural(scaled), *(t.starts[0] if t.starts else t.inert for t in shape)]
-        terms, values = (*self.fit.terms, *candidate.terms), np.array([*self.fit.values, *own])
-        return written(terms, values, self.context.base)
-
-    def _change(self, candidate: Candidate, scaled: float) -> float:
+    def _change(self, trace: Trace, scaled: float) -> float:
         """Change of the first parameter of an effect by that strength [its unit]."""
-        target = candidate.terms[0].targets[0]
-        there, here = (self._parameters(candidate, z)[target] for z in (scaled, 0.0))
+        target = trace.candidate.terms[0].targets[0]
+        there, here = (self.traces.parameters(trace, z)[target] for z in (scaled, 0.0))
         return float(there - here)
 
-    def _fitted(self, candidate: Candidate, scaled: float) -> tuple[Problem, Fit]:
-        """The problem with a rig that has an effect as data, and the fit of the model to it.
+    def _rivals(self, own: Trace, scaled: float) -> dict[str, str]:
+        """Other effects that explain one of that strength, and what decides between them.
 
-        Its readings change from those with next to nothing of it: a play in the model, closed,
-        changes them already.
+        What ends at a strength that was not simulated is compared again with that.
         """
-        near, problem, label = self.fit, self.context.problem, candidate.label
-        sets = [self._parameters(candidate, z) for z in (scaled, _SWITCHED_OFF)]
-        there, *off = problem.residuals(sets[: 1 if label in self.absent else 2])
-        trace = there - self.absent.setdefault(label, off[0] if off else near.residual)
-        problem = replace(problem, by_guides=problem.by_guides - trace)
-        known = problem, self.context.base, near.calibrated, (), near.values
-        return problem, fit(*known, jacobian=near.jacobian, seen=near.residual - trace)
+        data = own.data(scaled)
+        numbers, excess = self.traces.numbers(data)
+        most = min(excess, 0.5 * (excess + self.limit))  # half of what has to be explained
+        others = [t for c, traces in self.of.items() if c != own.candidate for t in traces]
+        found = dict[Trace, Match]()
+        for _ in range(_FITS):
+            matches = self.traces.matches(data, numbers, others, most)
+            others = [trace for trace, match in matches.items() if self._is_open(match)]
+            found |= {trace: m for trace, m in matches.items() if trace not in others}
+            if not others:
+                break
+            times = scaled / self.noticed[own.candidate]
+            self.traces.simulate((t, self._further(t, matches[t], times)) for t in others)
+            for trace in others:
+                self.traces.move(matches[trace].numbers)
+        near = {trace: match for trace, match in found.items() if match.left < self.limit}
+        left = self.traces.left(data, near)
+        if not any(rest < self.limit for rest in left.values()):  # half way, by their ratio
+            close = sorted(found, key=lambda trace: -found[trace].left)
+            close = [trace for trace in close if found[trace].left ** 2 < self.limit * excess]
+            for trace in {trace.candidate: trace for trace in close}.values():
+                if trace.shape or self.traces.compensates(found[trace]):
+                    left[trace] = self.traces.refined(data, trace, found[trace])
+        alike = sorted((t for t in left if left[t] < self.limit), key=left.__getitem__)
+        best = {trace.candidate: trace for trace in reversed(alike)}
+        for other, trace in best.items():
+            pair = frozenset({own.candidate, other})
+            if pair not in self.decided:
+                self.decided[pair] = self._decide(own.candidate, data, numbers, trace)
+        return {other.label: self.decided[frozenset({own.candidate, other})] for other in best}
 
-    def _rivals(self, candidate: Candidate, scaled: float) -> dict[str, _Rival]:
-        """Other effects that explain one of that strength.
+    def _further(self, trace: Trace, match: Match, times: float) -> float:
+        """Strength at which to simulate an effect that may explain another.
 
-        If screening finds none, those that it finds to explain half are fitted.
+        Beyond all before, that many ``times`` the strength from which it is noticed, like the
+        other: from there on its trace is as large.
         """
-        problem, own = self._fitted(candidate, scaled)
-        excess, base = _excess(problem, own), self.context.base
-        share = 0.5 * max(0.0, 1.0 - self.limit / excess)
-        others = [other for other in self.candidates if other.label != candidate.label]
-        known = problem, base, own, others, silent, dict(self.slopes)
-        rivals = [_Rival(problem, own, score) for score in screen(*known, (share, share))]
-        left = [excess - rival.score.explained for rival in rivals]
-        if not any(rest < self.limit for rest in left):
-            rivals = [rival for rival in rivals if rival.score.explained >= share * excess]
-            left = [rival.left(base) for rival in rivals]
-        found = [rival for rival, rest in zip(rivals, left, strict=True) if rest < self.limit]
-        return {rival.score.candidate.label: rival for rival in reversed(found)}
+        if not math.isinf(match.doubt):
+            return match.strength if match.doubt else 0.0
+        size = max(abs(match.strength), times * abs(self.noticed[trace.candidate]))
+        return trace.within(math.copysign(size, match.strength))
 
-    def _decide(self, candidate: Candidate, rival: _Rival) -> str:
-        """What decides between an effect, to whose readings the model was fitted, and another."""
-        problem, base = rival.problem, self.context.base
-        left = {rival.left(base, column): column for column in problem.unused}
+    def _is_open(self, match: Match) -> bool:
+        """Return whether more simulations may show whether an effect explains another."""
+        moved = self.traces.moved(self.traces.beside(match.numbers), match.numbers)
+        doubt = match.doubt + (math.sqrt(moved) if moved >= self.limit else 0.0)
+        return abs(math.sqrt(match.left) - math.sqrt(self.limit)) < doubt
+
+    def _decide(self, own: Candidate, data: FloatArray, numbers: FloatArray, rival: Trace) -> str:
+        """What decides between an effect, to whose readings the numbers are fitted, and another."""
+        problem = self.context.problem
+        left = {
+            self.traces.matches(data, numbers, [rival], math.inf, column)[rival].left: column
+            for column in problem.unused
+        }
         if left and max(left) > self.limit:
             return f"measure {problem.recordings[0].written(left[max(left)])} too"
-        one, other = candidate.effect, rival.score.candidate.effect
+        one, other = own.effect, rival.candidate.effect
         record = one.next_experiment or other.next_experiment
         otherwise = f"record {record}" if record else "measure one of them and state it in [known]"
         pair = frozenset({one.identifier, other.identifier})
@@ -327,6 +357,6 @@ class _Judge:
         return sentence[:1].lower() + sentence[1:]
 
 
-def _excess(problem: Problem, fitted: Fit) -> float:
-    """Mean square that a fit to data without noise leaves."""
-    return float(np.mean(fitted.residual[problem.in_train] ** 2))
+def _shapes(term: Term) -> tuple[float, ...]:
+    """Values of a shape to begin from, and the ends of its range."""
+    return (*term.starts, term.low, term.high) if term.starts else (term.inert,)
