@@ -393,7 +393,8 @@ def with_more_guides(problem: Problem, parameters: Mapping[str, float]) -> Probl
     for pieces in _PIECES:
         split = replace(problem, simulate=problem.simulate.split(pieces))
         after = split.residuals([parameters])[0]
-        error = (after - left) * _FALLS / (1.0 - _FALLS)
+        with np.errstate(invalid="ignore"):  # of simulations that failed
+            error = (after - left) * _FALLS / (1.0 - _FALLS)
         if not np.isfinite(error).all() or not error.any():
             break
         shares = _shares(problem, error)

@@ -27,6 +27,7 @@ from tendon_mj.lab.diagnosis.data import (
     session_terms,
     spreads,
     step_error,
+    with_more_guides,
     with_step,
 )
 from tendon_mj.lab.diagnosis.effects.effect import Effect, Term
@@ -231,6 +232,9 @@ class Proof:
             _finding(effect, known, base, final_values) for effect in selection.effects
         )
         model = {**final_values, **after.sessions}
+        if context.problem.lumped is None:  # too little to be corrected, and known to intervals
+            split = with_more_guides(context.problem, parameters[1])
+            context = replace(context, problem=replace(context.problem, lumped=split.lumped))
         over = over_intervals(context.problem, base, final)
         ranges = intervals(context.problem, over, data.refits(final))
         calibrated, fitted = fitted_values(context.problem, base, over, ranges)

@@ -132,7 +132,9 @@ def diagnose(
 
     def select_and_judge(context: SelectionContext) -> Diagnosis:
         selection = select_effects(context, calibrated)
-        data, context, selection = _select_with_more_guides(own, context, selection, step)
+        data = own
+        if selection.final.excess > SMALLEST_EXCESS:  # of which lumping may be a part
+            data, context, selection = _select_with_more_guides(own, context, selection, step)
         judged = data
         if held_out:  # and training recordings with an event, which no held-out one can show
             names = {s.candidate.recording for s in selection.effects} - {r.name for r in held_out}
