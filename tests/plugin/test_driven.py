@@ -264,3 +264,30 @@ def test_friction_holds_beside_a_damper_between_two_trees_of_bodies(integrator):
         assert abs(data.qvel[0]) < 1e-12
         fastest = max(fastest, abs(data.qvel[1]))
     assert fastest > 1.0
+
+
+FREE = """<mujoco><option timestep="0.005" integrator="{}" gravity="0 0 0"/>
+  <worldbody><site name="s0" pos="-.2 0 .1"/><site name="s1" pos="0 0 .1"/>
+    <site name="wall" pos=".3 1 .4"/><body pos=".3 0 0"><freejoint/>
+      <geom size=".05" mass="1"/><site name="s2" pos=".04 .01 .02"/>
+      <site name="s3" pos="0 .05 .03"/></body></worldbody>
+  <tendon><spatial name="t"><site site="s0"/><site site="s1"/><site site="s2"/></spatial>
+    <spatial name="damped"><site site="wall"/><site site="s3"/></spatial></tendon>
+  <actuator><motor tendon="t" gear="-1"/>
+    <general tendon="damped" biastype="affine" biasprm="0 0 -300"/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicit", "implicitfast"])
+def test_friction_holds_a_free_body_beside_a_damper_in_the_first_step(integrator):
+    spec = mujoco.MjSpec.from_string(FREE.format(integrator))
+    model = add_friction(spec, "t", friction=0.3, extra_bend=3.0, inner_guides=4).compile()
+    data, jacobian = mujoco.MjData(model), np.zeros((3, model.nv))
+    mujoco.mj_forward(model, data)
+    along = data.site("s2").xpos - data.site("s1").xpos
+    along /= np.linalg.norm(along)
+    data.ctrl[0] = 20.0
+    data.qfrc_applied[:3] = 25.0 * along + (0.0, 2.0, -1.0)
+    mujoco.mj_jacSite(model, data, jacobian, None, data.site("s2").id)
+    mujoco.mj_step(model, data)
+    assert np.abs(data.qvel).max() > 1e-3
+    assert abs(along @ jacobian @ data.qvel) < 1e-15

@@ -4,8 +4,8 @@
 
 with B the damping of joints, which Euler's method and the implicit ones integrate implicitly, and,
 for the implicit ones, k the force per velocity of each actuator whose moment is r, and of each
-sheathed tendon. Of k r rᵀ only what joins a joint and one further from the world counts, as in
-MuJoCo: M̂ has the sparsity of M, and is factored as M is, M̂ = LᵀDL.
+sheathed tendon. Of k r rᵀ only what joins a degree of freedom and one further from the world
+counts, as in MuJoCo: M̂ = LᵀDL with an L that is 0 elsewhere, as that of M.
 """
 
 from __future__ import annotations
@@ -27,15 +27,6 @@ _AFFINE = mujoco.mjtBias.mjBIAS_AFFINE.value
 
 
 @compiled
-def _numbers(m: Model) -> int:
-    """Numbers of a factor of M."""
-    last = m.nv - 1
-    if last < 0:
-        return 0
-    return m.M_rowadr[last] + m.M_rownnz[last]
-
-
-@compiled
 def is_implicit(m: Model) -> bool:
     """Return whether MuJoCo integrates the velocity terms of actuators and tendons implicitly."""
     return m.opt.integrator not in (_EULER, _RK4)
@@ -43,8 +34,8 @@ def is_implicit(m: Model) -> bool:
 
 @compiled
 def response_size(m: Model) -> int:
-    """Numbers of memory for the factor of M̂, and the inverse of D."""
-    return _numbers(m) + m.nv
+    """Numbers of memory for the factor of M̂, (nv, nv), and the inverse of D."""
+    return (m.nv + 1) * m.nv
 
 
 @compiled
@@ -64,93 +55,99 @@ def damping_of(m: Model, d: Data, actuator: int) -> float:
 
 
 @compiled
-def _inverse_at(m: Model, work: int) -> FloatArray:
-    return coordinates(work + 8 * _numbers(m))
+def _row_at(m: Model, work: int, k: int) -> FloatArray:
+    """Row k of M̂, and then of L; beyond the last, the inverse of D."""
+    return coordinates(work + 8 * m.nv * k)
 
 
 @apart
 def begin_response(m: Model, d: Data, work: int) -> None:
     """Set M̂ without actuators and tendons, in the pose at hand."""
-    factor, inertia = coordinates(work), d.M
-    for k in range(_numbers(m)):
-        factor[k] = inertia[k]
-    starts, counts, h = m.M_rowadr, m.M_rownnz, m.opt.timestep
+    inertia, columns, damping, h = d.M, m.M_colind, m.dof_damping, m.opt.timestep
+    parents = m.dof_parentid
     integrator, off = m.opt.integrator, m.opt.disableflags
     damped = off & (_EULER_OFF if integrator == _EULER else _OFF) == 0 and integrator != _RK4
-    if damped:
-        damping = m.dof_damping
-        for i in range(m.nv):
-            factor[starts[i] + counts[i] - 1] += h * max(0.0, damping[i])
+    for k in range(m.nv):
+        row, start = _row_at(m, work, k), m.M_rowadr[k]
+        i = parents[k]
+        while i >= 0:
+            row[i] = 0.0
+            i = parents[i]
+        for a in range(start, start + m.M_rownnz[k]):
+            row[columns[a]] = inertia[a]
+        if damped:
+            row[k] += h * max(0.0, damping[k])
 
 
 @apart
 def add_damper(m: Model, work: int, moment: FloatArray, damping: float) -> None:
     """Add h k r rᵀ to M̂."""
-    factor, columns = coordinates(work), m.M_colind
-    for i in range(m.nv):
-        pull, start = m.opt.timestep * damping * moment[i], m.M_rowadr[i]
-        if pull != 0.0:
-            for a in range(start, start + m.M_rownnz[i]):
-                factor[a] += pull * moment[columns[a]]
+    parents = m.dof_parentid
+    for k in range(m.nv):
+        pull, row, i = m.opt.timestep * damping * moment[k], _row_at(m, work, k), k
+        while pull != 0.0 and i >= 0:
+            row[i] += pull * moment[i]
+            i = parents[i]
 
 
 @apart
 def factor_response(m: Model, work: int) -> None:
     """Factor M̂."""
-    factor, inverse = coordinates(work), _inverse_at(m, work)
-    starts, counts, columns = m.M_rowadr, m.M_rownnz, m.M_colind
-    for k in range(m.nv - 1, -1, -1):
-        start, others = starts[k], counts[k] - 1
-        inverse[k] = 1.0 / factor[start + others]
-        for a in range(others - 1, -1, -1):  # from the nearest ancestor on
-            i = columns[start + a]
-            share = factor[start + a] * inverse[k]
-            row = starts[i]
-            for b in range(a + 1):
-                factor[row + b] -= share * factor[start + b]
-        for a in range(others):
-            factor[start + a] *= inverse[k]
+    nv, parents, inverse = m.nv, m.dof_parentid, _row_at(m, work, m.nv)
+    for k in range(nv - 1, -1, -1):
+        row, i = _row_at(m, work, k), parents[k]
+        inverse[k] = 1.0 / row[k]
+        while i >= 0:
+            above, j, share = _row_at(m, work, i), i, row[i] * inverse[k]
+            while j >= 0:
+                above[j] -= share * row[j]
+                j = parents[j]
+            i = parents[i]
+        i = parents[k]
+        while i >= 0:
+            row[i] *= inverse[k]
+            i = parents[i]
 
 
 @compiled
-def _solve_upper(m: Model, factor: FloatArray, x: FloatArray) -> None:
+def _solve_upper(m: Model, work: int, x: FloatArray) -> None:
     """Replace x by L⁻ᵀ x."""
-    starts, counts = m.M_rowadr, m.M_rownnz
-    columns = m.M_colind
-    for i in range(m.nv - 1, -1, -1):
-        if x[i] != 0.0:
-            start, pull = starts[i], x[i]
-            for a in range(start, start + counts[i] - 1):
-                x[columns[a]] -= factor[a] * pull
+    parents = m.dof_parentid
+    for k in range(m.nv - 1, -1, -1):
+        if x[k] != 0.0:
+            row, i = _row_at(m, work, k), parents[k]
+            while i >= 0:
+                x[i] -= row[i] * x[k]
+                i = parents[i]
 
 
 @apart
 def set_weights(m: Model, work: int, weights: FloatArray) -> None:
     """Set w of F M̂⁻¹ G = Σ w_k y_k z_k, with y and z the forces F and G half way."""
-    inverse = _inverse_at(m, work)
-    for i in range(m.nv):
-        weights[i] = inverse[i]
+    inverse = _row_at(m, work, m.nv)
+    for k in range(m.nv):
+        weights[k] = inverse[k]
 
 
 @apart
 def go_half_way(m: Model, work: int, force: FloatArray, half: FloatArray) -> None:
     """Set ``half`` to L⁻ᵀ F for a force F."""
-    for i in range(m.nv):
-        half[i] = force[i]
-    _solve_upper(m, coordinates(work), half)
+    for k in range(m.nv):
+        half[k] = force[k]
+    _solve_upper(m, work, half)
 
 
 @apart
 def respond(m: Model, work: int, x: FloatArray) -> None:
     """Replace a force by M̂⁻¹ times it."""
-    factor, inverse = coordinates(work), _inverse_at(m, work)
-    starts, counts, columns = m.M_rowadr, m.M_rownnz, m.M_colind
-    _solve_upper(m, factor, x)
-    for i in range(m.nv):
-        x[i] *= inverse[i]
-        start = starts[i]
-        for a in range(start, start + counts[i] - 1):
-            x[i] -= factor[a] * x[columns[a]]
+    parents, inverse = m.dof_parentid, _row_at(m, work, m.nv)
+    _solve_upper(m, work, x)
+    for k in range(m.nv):
+        x[k] *= inverse[k]
+        row, i = _row_at(m, work, k), parents[k]
+        while i >= 0:
+            x[k] -= row[i] * x[i]
+            i = parents[i]
 
 
 @compiled
