@@ -98,6 +98,8 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
             pairs = {n: (values[n], there[n]) for n in moved}
             found.append(replace(_alternative(added, words, pairs), fit=other))
             values |= {n: _joined(v, there[n]) for n, v in values.items() if n in there}
+            stated[:, 0] = np.minimum(stated[:, 0], ranges[: len(stated), 0])
+            stated[:, 1] = np.maximum(stated[:, 1], ranges[: len(stated), 1])
     return _restated(result, values, found, rivals) if found else result
 
 
@@ -174,14 +176,22 @@ def _ranges(fit: Fit, reach: FloatArray) -> FloatArray:
 def _fits_elsewhere(
     context: SelectionContext, model: FittedCandidate, numbers: Sequence[int], stated: FloatArray
 ) -> Iterator[Fit]:
-    """Fits with one more effect that leave as little as a model, from the far ends of valleys."""
+    """Fits with one more effect that leave as little as a model, from the far ends of valleys.
+
+    Of effects that promise to widen an interval beyond those ``stated``, which may grow meanwhile.
+    """
     fit, used = model.fit, context.problem.in_train
     farthest: dict[str, tuple[float, _Valley]] = {}
+
+    def shift(valley: _Valley) -> float:
+        return max(_shift(stated[k], valley.ranges[k], fit.values[k]) for k in numbers)
+
     for valley in _valleys(context, model) if numbers else ():
-        shift = max(_shift(stated[k], valley.ranges[k], fit.values[k]) for k in numbers)
-        if shift > farthest.get(valley.candidate.identifier, (MATTERS,))[0]:
-            farthest[valley.candidate.identifier] = shift, valley
+        if shift(valley) > farthest.get(valley.candidate.identifier, (MATTERS,))[0]:
+            farthest[valley.candidate.identifier] = shift(valley), valley
     for _, valley in sorted(farthest.values(), key=lambda pair: -pair[0]):
+        if not shift(valley) > MATTERS:  # by now
+            continue
         other = context.fit_model(
             (*fit.effects, valley.candidate),
             valley.start,

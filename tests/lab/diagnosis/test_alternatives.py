@@ -9,11 +9,13 @@ import pytest
 
 from tendon_mj.lab.diagnosis import CATALOGUE, Diagnosis, diagnose
 from tendon_mj.lab.recordings import Recording, Uncertain
+from tendon_mj.lab.replay import Parameter
 from tendon_mj.typing import FloatArray
 from tests.lab.diagnosis.toy import Added, measured_by
 from tests.lab.recorded import recorded
 
 FRICTION, PLAY = "sheath.friction", "sheath.backlash"
+CONSTANT = "sheath.constant_friction"
 ANGLE, TENSION = "joint_rad", "input_tension_N"
 NOISE = {ANGLE: 0.002, TENSION: 0.05}
 TRUE_FRICTION, TRUE_PLAY = 0.10, 4e-4
@@ -48,6 +50,19 @@ class Slight(Rig):
     unlike, turns = 0.0, 6.0
 
 
+class Twice(Rig):
+    """A rig that constant friction turns as play does."""
+
+    def __init__(self, recordings: Sequence[Recording]) -> None:
+        super().__init__(recordings)
+        self.parameters |= {CONSTANT: Parameter(0.0, "N", "live")}
+
+    def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
+        if parameter == CONSTANT:
+            return 1e-3 * super().waveform(PLAY, column, recording)
+        return super().waveform(parameter, column, recording)
+
+
 def diagnosed(
     make: type[Rig] = Rig, play: float = TRUE_PLAY, columns: Sequence[str] = (ANGLE,)
 ) -> Diagnosis:
@@ -77,6 +92,13 @@ def test_a_number_that_an_effect_too_alike_to_name_took_over_is_not_told() -> No
     assert result.confidence == 0.5
     assert f"cannot tell {FRICTION} = 0.2" in result.sentence
     assert "load cell" in result.sentence
+
+
+def test_of_effects_that_widen_an_interval_alike_one_is_stated() -> None:
+    result = diagnosed(Twice)
+    friction = result.calibrated[FRICTION]
+    assert friction.low < TRUE_FRICTION < friction.high
+    assert len(result.alternatives) == 1
 
 
 def test_a_measured_force_tells_it() -> None:
