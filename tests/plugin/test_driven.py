@@ -251,11 +251,16 @@ TWO_TREES = """<mujoco><option timestep="0.005" integrator="{}" gravity="0 0 0"/
     <general tendon="both" biastype="affine" biasprm="0 0 -.4"/></actuator></mujoco>"""
 
 
+def beside_a_damper(text, integrator):
+    """The model of a rig with friction on its cable."""
+    spec = mujoco.MjSpec.from_string(text.format(integrator))
+    return add_friction(spec, "t", friction=0.3, extra_bend=3.0, inner_guides=4).compile()
+
+
 @pytest.mark.parametrize("integrator", ["Euler", "implicit", "implicitfast"])
 def test_friction_holds_beside_a_damper_between_two_trees_of_bodies(integrator):
     """MuJoCo integrates implicitly only what such a damper does within a tree."""
-    spec = mujoco.MjSpec.from_string(TWO_TREES.format(integrator))
-    model = add_friction(spec, "t", friction=0.3, extra_bend=3.0, inner_guides=4).compile()
+    model = beside_a_damper(TWO_TREES, integrator)
     data, fastest = mujoco.MjData(model), 0.0
     data.ctrl[0] = 20.0
     for k in range(400):
@@ -279,8 +284,7 @@ FREE = """<mujoco><option timestep="0.005" integrator="{}" gravity="0 0 0"/>
 
 @pytest.mark.parametrize("integrator", ["Euler", "implicit", "implicitfast"])
 def test_friction_holds_a_free_body_beside_a_damper_in_the_first_step(integrator):
-    spec = mujoco.MjSpec.from_string(FREE.format(integrator))
-    model = add_friction(spec, "t", friction=0.3, extra_bend=3.0, inner_guides=4).compile()
+    model = beside_a_damper(FREE, integrator)
     data, jacobian = mujoco.MjData(model), np.zeros((3, model.nv))
     mujoco.mj_forward(model, data)
     along = data.site("s2").xpos - data.site("s1").xpos

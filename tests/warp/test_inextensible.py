@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction
-from tests.plugin.test_driven import ACTUATORS, TWO_TREES, arm
+from tests.plugin.test_driven import ACTUATORS, TWO_TREES, arm, beside_a_damper
 from tests.warp.models import DRIVEN, agrees, controls, fingers, mjw, put, step, tensions, tw
 from tests.warp.test_against_plugin import agree, side_by_side
 
@@ -119,9 +119,7 @@ def test_friction_holds_where_the_moment_arm_has_grown_since_the_first_evaluatio
 
 @pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
 def test_friction_holds_beside_a_damper_between_two_trees_of_bodies(integrator):
-    spec = mujoco.MjSpec.from_string(TWO_TREES.format(integrator))
-    model = add_friction(spec, "t", friction=0.3, extra_bend=3.0, inner_guides=4).compile()
-    m, d = put(model)
+    m, d = put(beside_a_damper(TWO_TREES, integrator))
     speeds = []
     for k in range(200):
         d.ctrl.assign(np.array([[20.0, 0.0]], np.float32))

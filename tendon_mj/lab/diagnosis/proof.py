@@ -16,6 +16,7 @@ from __future__ import annotations
 import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +55,7 @@ from tendon_mj.lab.diagnosis.verdict import (
     LARGEST_EXCESS,
     SMALLEST_EXCESS,
     Evidence,
+    Verdict,
     bar,
     decide,
     detection_limit,
@@ -187,6 +189,18 @@ def _fit_sessions(problem: Problem, shared: Mapping[str, float], terms: Sequence
     return fit(replace(problem, fixed=shared), {}, terms, (), start, evaluations=_SESSION)
 
 
+class Judgement(NamedTuple):
+    """A selection less what its proof took out, with the verdict."""
+
+    context: SelectionContext
+    selection: Selection
+    data: HeldOut
+    before: Unseen  # of the calibrated model
+    after: Unseen  # of the final model
+    evidence: Evidence
+    verdict: Verdict
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Proof:
     """Data on which selections are proven, and everything that goes from there into a result."""
@@ -200,14 +214,13 @@ class Proof:
 
     def judge_selection(
         self, context: SelectionContext, selection: Selection, step: float | None
-    ) -> Diagnosis:
+    ) -> Judgement:
         """Simulate the held-out data with the models of a selection, and reach a verdict.
 
-        The decision rests on extrapolated errors, in units of noise and reproducibility together;
-        the result states those of a replay with the model's own step. Where part of the error
-        remains, an effect that explains less than that is taken out; and so is one beside others
-        whose strength ended at an end of its range. ``step`` is that of the selection, see
-        `with_step`.
+        The decision rests on extrapolated errors, in units of noise and reproducibility together.
+        Where part of the error remains, an effect that explains less than that is taken out; and so
+        is one beside others whose strength ended at an end of its range. ``step`` is that of the
+        selection, see `with_step`.
         """
         data = HeldOut(context.problem, self.own, self.held_out, step, context.base)
         before = data.simulate(selection.calibrated.fit)
@@ -225,6 +238,11 @@ class Proof:
             if len(fewer.effects) == len(selection.effects):
                 break
             selection = fewer
+        return Judgement(context, selection, data, before, after, evidence, verdict)
+
+    def state_result(self, judged: Judgement) -> Diagnosis:
+        """The result of a judgement, with intervals; errors are those of the model's own step."""
+        context, selection, data, before, after, evidence, verdict = judged
         base, final = context.base, selection.final.fit
         parameters = [fit.parameters(base) for fit in (selection.calibrated.fit, final)]
         known, final_values = self.own.simulate.parameters, {**base, **parameters[1]}

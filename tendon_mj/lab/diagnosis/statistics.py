@@ -294,14 +294,16 @@ def _least_move(
     """
     used, room = problem.in_train, fit.bounds - fit.scaled
     itself = np.arange(len(fit.terms)) == number
+    others = fit.free & ~itself
+    slopes = fit.jacobian[used][:, others]
     least, found = np.inf, (np.zeros(itself.size), np.zeros(used.size))
     for way in (-1.0, 1.0):
         move = np.where(itself, np.clip(way * distance, *room[:, number]), 0.0)
-        change, others = fit.jacobian @ move, fit.free & ~itself
-        for _ in range(_COMPENSATED if move.any() else 0):
-            left, slopes = (fit.residual + change)[used], fit.jacobian[used][:, others]
+        change = fit.jacobian @ move
+        for _ in range((_COMPENSATED if others.any() else 1) if move.any() else 0):
             if others.any():
-                move[others] += bounded_least_squares(slopes, left, (room - move)[:, others])
+                left, within = (fit.residual + change)[used], (room - move)[:, others]
+                move[others] += bounded_least_squares(slopes, left, within)
             values = natural_in_range(fit.terms, fit.scaled + move)
             there = problem.residuals([written(fit.terms, values, base)])[0]
             change = there - (fit.residual - fit.correction)

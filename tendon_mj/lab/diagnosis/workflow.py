@@ -205,15 +205,15 @@ def _judge_with_short_steps(
     context: SelectionContext, selection: Selection, proof: Proof, step: float | None
 ) -> Diagnosis:
     """Judge a selection, again in shorter steps while these may change the verdict."""
-    result = proof.judge_selection(context, selection, step)
-    while step and step > _SHORTEST and _step_matters(context, selection, result.verdict):
+    judged = proof.judge_selection(context, selection, step)
+    while step and step > _SHORTEST and _step_matters(context, selection, judged.verdict):
         step *= 0.5
         context.progress("repeat with a shorter step", 0, 1)
         problem = with_step(proof.own.without_tails(), step)
         context, selection = _fit_again(context, selection, problem)
-        result = proof.judge_selection(context, selection, step)
+        judged = proof.judge_selection(context, selection, step)
         context.progress("repeat with a shorter step", 1, 1)
-    return result
+    return proof.state_result(judged)
 
 
 def _calibrate(

@@ -17,7 +17,6 @@ from tendon_mj.plugin.abi.memory import coordinates
 from tendon_mj.plugin.sheath_plugin.groups import (
     ALONG,
     FORCES,
-    WEIGHTS,
     Group,
     Member,
     friction_of_cables,
@@ -34,7 +33,7 @@ from tendon_mj.plugin.sheath_plugin.groups import (
     rows_at,
     set_bounds,
 )
-from tendon_mj.plugin.sheath_plugin.response import go_half_way, set_weights
+from tendon_mj.plugin.sheath_plugin.response import go_half_way, weights_at
 from tendon_mj.plugin.sheath_plugin.state import state_of, unpack
 from tendon_mj.typing import FloatArray
 
@@ -83,8 +82,7 @@ _EPSILON = 2.2e-16  # of a double; of accelerations that add up to none if a gro
 def set_half_rows(m: Model, work: int, nv: int, h: float) -> None:
     """Set all rows half way, and the mobility of the groups."""
     head, response = head_at(work), response_at(work, nv)
-    weights, room = half_vector(work, nv, WEIGHTS), half_vector(work, nv, ALONG)
-    set_weights(m, response, weights)
+    weights, room = weights_at(response, nv), half_vector(work, nv, ALONG)
     for k in range(int(head.members)):
         if member_of(work, nv, k).damping != 0.0:
             go_half_way(m, response, input_row(work, nv, k), input_half(work, nv, k))
@@ -126,7 +124,7 @@ def _across(work: int, nv: int, group: Group, half: FloatArray) -> float:
 def add_half(work: int, nv: int, group: Group, half: FloatArray, factor: float) -> None:
     """Add a multiple of the row of a group, times the weights, to a force that is half way."""
     row, places = half_row(work, nv, group), half_places(work, nv, group)
-    weights = half_vector(work, nv, WEIGHTS)
+    weights = weights_at(response_at(work, nv), nv)
     for k in range(int(group.count)):
         i = places[k]
         half[i] += factor * weights[i] * row[k]

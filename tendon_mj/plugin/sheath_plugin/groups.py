@@ -114,7 +114,7 @@ head_at: Callable[[int], Head] = Record(HEAD)
 def _size_of(room: int, spots: int, sheaths: int, nv: int) -> int:
     """Numbers of a workspace: groups, their rows, sheaths, owners of segments, vectors."""
     groups = room * (_GROUP_COUNT + 3 * nv)
-    return _HEAD_COUNT + groups + sheaths * (_MEMBER_COUNT + 1 + 2 * nv) + spots + 6 * nv
+    return _HEAD_COUNT + groups + sheaths * (_MEMBER_COUNT + 1 + 2 * nv) + spots + 5 * nv
 
 
 @compiled
@@ -182,18 +182,16 @@ BASE, FRICTION, ROOM = range(3)
 
 @compiled
 def half_vector(work: int, nv: int, which: int) -> FloatArray:
-    """A vector half way: all forces and their changes along the conjugate gradient, both times
-    the weights, and the weights.
-    """
+    """All forces half way, and their changes along the conjugate gradient, times the weights."""
     return coordinates(vector_at(work, nv, ROOM + 1 + which))
 
 
-FORCES, ALONG, WEIGHTS = range(3)
+FORCES, ALONG = range(2)
 
 
 @compiled
 def _input_at(work: int, nv: int, k: int) -> int:
-    return vector_at(work, nv, ROOM + 4 + 2 * k)
+    return vector_at(work, nv, ROOM + 3 + 2 * k)
 
 
 @compiled

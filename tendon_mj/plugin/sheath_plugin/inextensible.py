@@ -47,7 +47,6 @@ from tendon_mj.plugin.sheath_plugin.groups import (
     FORCES,
     FRICTION,
     ROOM,
-    WEIGHTS,
     Group,
     Member,
     gather,
@@ -443,7 +442,7 @@ def solve(m: Model, d: Data, work: int) -> None:
         for i in range(nv):
             room[i] = known[i] + friction[i] + unknown[i]
         response.go_half_way(m, response_at(work, nv), room, forces)
-        weights = half_vector(work, nv, WEIGHTS)
+        weights = response.weights_at(response_at(work, nv), nv)
         for i in range(nv):
             forces[i] *= weights[i]
         for g in range(int(head.groups)):

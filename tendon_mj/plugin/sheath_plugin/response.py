@@ -56,8 +56,14 @@ def damping_of(m: Model, d: Data, actuator: int) -> float:
 
 @compiled
 def _row_at(m: Model, work: int, k: int) -> FloatArray:
-    """Row k of M̂, and then of L; beyond the last, the inverse of D."""
+    """Row k of M̂, and then of L."""
     return coordinates(work + 8 * m.nv * k)
+
+
+@compiled
+def weights_at(work: int, nv: int) -> FloatArray:
+    """The inverse of D: w of F M̂⁻¹ G = Σ w_k y_k z_k, with y and z the forces F and G half way."""
+    return coordinates(work + 8 * nv * nv)
 
 
 @apart
@@ -93,7 +99,7 @@ def add_damper(m: Model, work: int, moment: FloatArray, damping: float) -> None:
 @apart
 def factor_response(m: Model, work: int) -> None:
     """Factor M̂."""
-    nv, parents, inverse = m.nv, m.dof_parentid, _row_at(m, work, m.nv)
+    nv, parents, inverse = m.nv, m.dof_parentid, weights_at(work, m.nv)
     for k in range(nv - 1, -1, -1):
         row, i = _row_at(m, work, k), parents[k]
         inverse[k] = 1.0 / row[k]
@@ -122,14 +128,6 @@ def _solve_upper(m: Model, work: int, x: FloatArray) -> None:
 
 
 @apart
-def set_weights(m: Model, work: int, weights: FloatArray) -> None:
-    """Set w of F M̂⁻¹ G = Σ w_k y_k z_k, with y and z the forces F and G half way."""
-    inverse = _row_at(m, work, m.nv)
-    for k in range(m.nv):
-        weights[k] = inverse[k]
-
-
-@apart
 def go_half_way(m: Model, work: int, force: FloatArray, half: FloatArray) -> None:
     """Set ``half`` to L⁻ᵀ F for a force F."""
     for k in range(m.nv):
@@ -140,7 +138,7 @@ def go_half_way(m: Model, work: int, force: FloatArray, half: FloatArray) -> Non
 @apart
 def respond(m: Model, work: int, x: FloatArray) -> None:
     """Replace a force by M̂⁻¹ times it."""
-    parents, inverse = m.dof_parentid, _row_at(m, work, m.nv)
+    parents, inverse = m.dof_parentid, weights_at(work, m.nv)
     _solve_upper(m, work, x)
     for k in range(m.nv):
         x[k] *= inverse[k]
