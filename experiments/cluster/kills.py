@@ -20,7 +20,7 @@ import tyro
 from numpy.typing import NDArray
 
 from tendon_mj.lab.parquet_parts import ParquetParts
-from tendon_mj.lab.tasks import Workers, local_cluster, run_tasks
+from tendon_mj.lab.workers import Workers, local_cluster, run_tasks
 
 _WORKERS = 2
 _LONGEST = 0.2  # of a task [s]

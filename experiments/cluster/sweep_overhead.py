@@ -15,7 +15,7 @@ import tyro
 
 from tendon_mj import load_model
 from tendon_mj.lab.sweep import Sweep, motion_recording, run_sweep
-from tendon_mj.lab.tasks import Workers, local_cluster
+from tendon_mj.lab.workers import Workers, local_cluster
 
 _INTERVAL = 2.0  # between two looks at memory [s]
 

@@ -25,7 +25,7 @@ from experiments.hidden_effects.case import noisy_recording
 from experiments.hidden_effects.references import COLUMNS, ReferenceBench
 from tendon_mj.errors import InvalidValueError
 from tendon_mj.lab.recordings import Recording, Uncertain, write_recording
-from tendon_mj.lab.tasks import Workers, run_tasks
+from tendon_mj.lab.workers import Workers, run_tasks
 
 FIRST_DAY = datetime(2026, 3, 1)
 NOISE = 0.002  # over the range of each column [-]

@@ -16,7 +16,7 @@ import mujoco
 from tendon_mj import load_model
 from tendon_mj.errors import InvalidValueError, RecordingError, TendonError
 from tendon_mj.lab.recordings import Recording, read_recording
-from tendon_mj.lab.tasks import Workers, run_tasks, versions
+from tendon_mj.lab.workers import Workers, run_tasks, versions
 from tendon_mj.models import model_digest
 from tendon_mj.whole_file import whole_file
 

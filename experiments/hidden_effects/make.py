@@ -13,7 +13,7 @@ import tyro
 from experiments.hidden_effects.case import make_case
 from experiments.hidden_effects.case_folder import SOURCES
 from experiments.hidden_effects.plan import KINDS, CasePlan, Kind, plan_suite
-from tendon_mj.lab.tasks import Workers, run_tasks, versions
+from tendon_mj.lab.workers import Workers, run_tasks, versions
 from tendon_mj.whole_file import whole_file
 
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from experiments.hidden_effects.case_folder import SOURCES
 from experiments.next_experiment.case import Case
 from experiments.next_experiment.settle import settle
-from tendon_mj.lab.tasks import Workers, run_tasks, versions
+from tendon_mj.lab.workers import Workers, run_tasks, versions
 from tendon_mj.whole_file import whole_file
 
 

@@ -38,8 +38,8 @@ from tendon_mj.lab.sweep import (
     read_policy,
     run_sweep,
 )
-from tendon_mj.lab.tasks import Workers
 from tendon_mj.lab.units import UNKNOWN
+from tendon_mj.lab.workers import Workers
 from tendon_mj.models import load_model, model_path
 from tendon_mj.show import (
     CHANGES,

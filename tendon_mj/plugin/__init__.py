@@ -1,9 +1,14 @@
-"""The engine plugins: `sheath_plugin`, and `servo_plugin`, which uses it."""
+"""The engine plugins: `sheath_plugin`, and `force_servo_plugin`, which uses it."""
 
 from tendon_mj.plugin.abi import C as C
 from tendon_mj.plugin.abi import attribute_of as attribute_of
 from tendon_mj.plugin.abi import offset as offset
 from tendon_mj.plugin.export import export_library as export_library
+from tendon_mj.plugin.force_servo_plugin import FEEDBACKS as FEEDBACKS
+from tendon_mj.plugin.force_servo_plugin import GAINS as GAINS
+from tendon_mj.plugin.force_servo_plugin import SERVO as SERVO
+from tendon_mj.plugin.force_servo_plugin import OptionalGains as OptionalGains
+from tendon_mj.plugin.force_servo_plugin import check_gain as check_gain
 from tendon_mj.plugin.instances import ALL_OF_IT as ALL_OF_IT
 from tendon_mj.plugin.instances import UNDRAWN as UNDRAWN
 from tendon_mj.plugin.instances import Branch as Branch
@@ -19,11 +24,6 @@ from tendon_mj.plugin.instances import tension_units as tension_units
 from tendon_mj.plugin.instances import unsolved_evaluations as unsolved_evaluations
 from tendon_mj.plugin.instances import unused_parameters as unused_parameters
 from tendon_mj.plugin.loading import register as register
-from tendon_mj.plugin.servo_plugin import FEEDBACKS as FEEDBACKS
-from tendon_mj.plugin.servo_plugin import GAINS as GAINS
-from tendon_mj.plugin.servo_plugin import SERVO as SERVO
-from tendon_mj.plugin.servo_plugin import OptionalGains as OptionalGains
-from tendon_mj.plugin.servo_plugin import check_gain as check_gain
 from tendon_mj.plugin.sheath_plugin import CHOSEN_STIFFNESS as CHOSEN_STIFFNESS
 from tendon_mj.plugin.sheath_plugin import INPUT_ENDS as INPUT_ENDS
 from tendon_mj.plugin.sheath_plugin import KINDS as KINDS

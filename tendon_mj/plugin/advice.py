@@ -20,7 +20,7 @@ import numpy as np
 from tendon_mj.errors import InvalidValueError, TendonError, suggestion
 from tendon_mj.plugin.abi import Draft, attribute_of, plugin_at
 from tendon_mj.plugin.compiled_checks import LISTS, MORE
-from tendon_mj.plugin.servo_plugin import FEEDBACKS, SWITCH
+from tendon_mj.plugin.force_servo_plugin import FEEDBACKS, SWITCH
 from tendon_mj.plugin.sheath_plugin import (
     INPUT_ENDS,
     KINDS,

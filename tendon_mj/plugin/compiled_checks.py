@@ -33,9 +33,9 @@ from tendon_mj.plugin.abi.library import (
     read_number,
 )
 from tendon_mj.plugin.abi.memory import letters, word
-from tendon_mj.plugin.servo_plugin import state as sv
+from tendon_mj.plugin.force_servo_plugin import state as sv
 from tendon_mj.plugin.sheath_plugin import attributes as at
-from tendon_mj.plugin.sheath_plugin import names
+from tendon_mj.plugin.sheath_plugin import name_lookup as names
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import is_fixed
 from tendon_mj.plugin.sheath_plugin.input_force import ON_TENDON, acts_on, has_spring
 from tendon_mj.plugin.sheath_plugin.path import NOT_GIVEN, PULLEY, capacity, count_guides

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tendon_mj.errors import EngineError
 from tendon_mj.native import load
-from tendon_mj.plugin.servo_plugin import GAINS, SERVO
+from tendon_mj.plugin.force_servo_plugin import GAINS, SERVO
 from tendon_mj.plugin.sheath_plugin import ATTACHMENT, KINDS, NAME, PARAMETERS
 from tendon_mj.sheath import Parameter
 from tendon_mj.whole_file import whole_file

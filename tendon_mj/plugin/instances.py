@@ -20,7 +20,7 @@ from tendon_mj.plugin.compiled_checks import (
     OF_A_PATH,
     OF_A_REEL,
 )
-from tendon_mj.plugin.servo_plugin import SERVO
+from tendon_mj.plugin.force_servo_plugin import SERVO
 from tendon_mj.plugin.sheath_plugin import NAME, STATE, View, attachment, size_of
 from tendon_mj.plugin.sheath_plugin import view as sheath_view
 

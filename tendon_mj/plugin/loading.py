@@ -12,19 +12,11 @@ import mujoco
 from tendon_mj.errors import EngineError
 from tendon_mj.native import ENGINE, ENGINE_ARRAY, Library, load
 from tendon_mj.plugin import registration  # with all that the library has
-from tendon_mj.plugin.abi import (
-    LAYOUT,
-    SCENE,
-    C,
-    read,
-    verify,
-    verify_scene,
-    verify_state,
-)
+from tendon_mj.plugin.abi import LAYOUT, SCENE, C, read, verify, verify_scene, verify_state
 from tendon_mj.plugin.advice import write_advice
 from tendon_mj.plugin.compiled_checks import ADVICE
+from tendon_mj.plugin.force_servo_plugin import SERVO
 from tendon_mj.plugin.pickles import register_pickles
-from tendon_mj.plugin.servo_plugin import SERVO
 from tendon_mj.plugin.sheath_plugin import NAME
 
 _OLDEST = (3, 11)  # MuJoCo, the first with several outputs of an actuator

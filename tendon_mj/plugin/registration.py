@@ -43,8 +43,8 @@ from tendon_mj.plugin.abi.library import (
 )
 from tendon_mj.plugin.abi.memory import word, words
 from tendon_mj.plugin.compiled_checks import refuse_slot, refuse_slot_of_data
-from tendon_mj.plugin.servo_plugin import callbacks as _servo_callbacks  # noqa: F401, entries
-from tendon_mj.plugin.servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
+from tendon_mj.plugin.force_servo_plugin import callbacks as _servo_callbacks  # noqa: F401, entries
+from tendon_mj.plugin.force_servo_plugin.state import ATTRIBUTES as SERVO_ATTRIBUTES
 from tendon_mj.plugin.sheath_plugin import callbacks as _sheath_callbacks  # noqa: F401
 from tendon_mj.plugin.sheath_plugin import visualize as _visualize  # noqa: F401
 from tendon_mj.plugin.sheath_plugin.attributes import ATTRIBUTES, as_rows

@@ -15,9 +15,9 @@ try:
             f"{_mujoco_warp.__version__} is installed: pip install --upgrade 'tendon-mj[warp]'",
             name="mujoco_warp",
         )
-    from tendon_mj.warp.hosts import draw_parameters as draw_parameters
     from tendon_mj.warp.hosts import take_sheaths as take_sheaths
-    from tendon_mj.warp.hosts import tension as tension
+    from tendon_mj.warp.mjlab_terms import draw_parameters as draw_parameters
+    from tendon_mj.warp.mjlab_terms import tension as tension
     from tendon_mj.warp.model import get_data_into as get_data_into
     from tendon_mj.warp.model import make_data as make_data
     from tendon_mj.warp.model import put_data as put_data

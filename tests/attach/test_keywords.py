@@ -10,7 +10,7 @@ import pytest
 import tendon_mj
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.plugin import GAINS, OptionalGains
-from tendon_mj.plugin.servo_plugin.state import Gains
+from tendon_mj.plugin.force_servo_plugin.state import Gains
 from tendon_mj.sheath import LAW, Law, OptionalParameters
 from tests.attach.test_friction import finger
 from tests.refusals import refusing

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction, view_sheath
-from tendon_mj.plugin.sheath_plugin.path import arctangent
+from tendon_mj.plugin.sheath_plugin.vectors import arctangent
 from tendon_mj.theory import output_tension
 from tests.rigs import (
     BEND,

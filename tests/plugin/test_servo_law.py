@@ -6,8 +6,8 @@ import pytest
 
 from tendon_mj import Parameters, theory
 from tendon_mj.plugin import servos
-from tendon_mj.plugin.servo_plugin.law import backlash_ahead, stiffness_ahead
-from tendon_mj.plugin.servo_plugin.state import view
+from tendon_mj.plugin.force_servo_plugin.law import backlash_ahead, stiffness_ahead
+from tendon_mj.plugin.force_servo_plugin.state import view
 from tests.rigs import (
     INERTIA,
     RADIUS,

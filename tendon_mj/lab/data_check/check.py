@@ -31,7 +31,7 @@ from tendon_mj.lab.data_check.columns import (
 )
 from tendon_mj.lab.data_check.faults import DRIVE_LOST, FOLLOW, WRONG_TIMES, DataWarning
 from tendon_mj.lab.data_check.jumps import jump_warnings
-from tendon_mj.lab.data_check.names import degree_warnings, exchange_warnings
+from tendon_mj.lab.data_check.mistaken_columns import degree_warnings, exchange_warnings
 from tendon_mj.lab.data_check.times import timing_warnings
 from tendon_mj.lab.parameter_names import expand
 from tendon_mj.lab.recordings import Recording

@@ -43,6 +43,8 @@ from tendon_mj.lab.diagnosis.fitting import written as written
 from tendon_mj.lab.diagnosis.identifiability import Identifiability as Identifiability
 from tendon_mj.lab.diagnosis.identifiability import Tellable as Tellable
 from tendon_mj.lab.diagnosis.identifiability import identify as identify
+from tendon_mj.lab.diagnosis.limits import SMALLEST_EXCESS as SMALLEST_EXCESS
+from tendon_mj.lab.diagnosis.limits import STANDARD_ERRORS as STANDARD_ERRORS
 from tendon_mj.lab.diagnosis.regimes import Bin as Bin
 from tendon_mj.lab.diagnosis.regimes import Located as Located
 from tendon_mj.lab.diagnosis.rehearsal import rehearse as rehearse
@@ -61,8 +63,6 @@ from tendon_mj.lab.diagnosis.statistics import tied as tied
 from tendon_mj.lab.diagnosis.sysid import SysidResult as SysidResult
 from tendon_mj.lab.diagnosis.sysid import fit_with_sysid as fit_with_sysid
 from tendon_mj.lab.diagnosis.sysid import sysid_is_there as sysid_is_there
-from tendon_mj.lab.diagnosis.verdict import SMALLEST_EXCESS as SMALLEST_EXCESS
-from tendon_mj.lab.diagnosis.verdict import STANDARD_ERRORS as STANDARD_ERRORS
 from tendon_mj.lab.diagnosis.verdict import ErrorReduction as ErrorReduction
 from tendon_mj.lab.diagnosis.wording import MEANING as MEANING
 from tendon_mj.lab.diagnosis.wording import state_alternatives as state_alternatives

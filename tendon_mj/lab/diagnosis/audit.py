@@ -22,16 +22,10 @@ from typing import Any
 import numpy as np
 import scipy
 
+from tendon_mj.lab.diagnosis.limits import LARGEST_EXCESS, SMALLEST_EXCESS
 from tendon_mj.lab.diagnosis.result import BeforeAfter, Diagnosis
 from tendon_mj.lab.diagnosis.statistics import correlation_matrix
-from tendon_mj.lab.diagnosis.verdict import (
-    LARGEST_EXCESS,
-    SMALLEST_EXCESS,
-    ErrorReduction,
-    Evidence,
-    Verdict,
-    decide,
-)
+from tendon_mj.lab.diagnosis.verdict import ErrorReduction, Evidence, Verdict, decide
 from tendon_mj.lab.diagnosis.wording import reason
 from tendon_mj.lab.recordings import Recording, files_in, table_beside
 from tendon_mj.models import model_path

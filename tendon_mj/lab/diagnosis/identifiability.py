@@ -40,12 +40,12 @@ from tendon_mj.lab.diagnosis.effects import (
     candidates,
 )
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Term
+from tendon_mj.lab.diagnosis.limits import LARGEST_EXCESS, SMALLEST_EXCESS, chance_excess
 from tendon_mj.lab.diagnosis.proof import is_narrower
 from tendon_mj.lab.diagnosis.rehearsal import rehearse
 from tendon_mj.lab.diagnosis.selection import SelectionContext
 from tendon_mj.lab.diagnosis.statistics import half_widths, intervals, with_slope
 from tendon_mj.lab.diagnosis.traces import NEAR, Match, Trace, Traces
-from tendon_mj.lab.diagnosis.verdict import LARGEST_EXCESS, SMALLEST_EXCESS, chance_excess
 from tendon_mj.lab.parameter_names import parameter_of
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import Recording

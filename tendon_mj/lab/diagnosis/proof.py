@@ -33,6 +33,12 @@ from tendon_mj.lab.diagnosis.data import (
 )
 from tendon_mj.lab.diagnosis.effects.effect import Effect, Term
 from tendon_mj.lab.diagnosis.fitting import Fit, fit, fit_without
+from tendon_mj.lab.diagnosis.limits import (
+    LARGEST_EXCESS,
+    SMALLEST_EXCESS,
+    detection_limit,
+    discretisation_error,
+)
 from tendon_mj.lab.diagnosis.model_faults import (
     LumpedSheath,
     too_few_guides,
@@ -42,6 +48,7 @@ from tendon_mj.lab.diagnosis.model_faults import (
     warn_of_soft_friction,
 )
 from tendon_mj.lab.diagnosis.regimes import locate
+from tendon_mj.lab.diagnosis.reproducibility import bar, reproducibility
 from tendon_mj.lab.diagnosis.result import Diagnosis, Finding, Ranked, Value
 from tendon_mj.lab.diagnosis.selection import Selection, SelectionContext
 from tendon_mj.lab.diagnosis.statistics import (
@@ -51,18 +58,7 @@ from tendon_mj.lab.diagnosis.statistics import (
     intervals,
     over_intervals,
 )
-from tendon_mj.lab.diagnosis.verdict import (
-    LARGEST_EXCESS,
-    SMALLEST_EXCESS,
-    Evidence,
-    Verdict,
-    bar,
-    decide,
-    detection_limit,
-    discretisation_error,
-    measure_errors,
-    reproducibility,
-)
+from tendon_mj.lab.diagnosis.verdict import Evidence, Verdict, decide, measure_errors
 from tendon_mj.lab.diagnosis.wording import (
     ABOVE_NOISE,
     state,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.diagnosis.data import Problem
-from tendon_mj.lab.diagnosis.verdict import ABOVE_NOISE
+from tendon_mj.lab.diagnosis.limits import ABOVE_NOISE
 from tendon_mj.lab.noise import estimate_noise
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.units import column_name, column_unit, from_to

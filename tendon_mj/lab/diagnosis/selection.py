@@ -14,12 +14,14 @@ from tendon_mj.lab.diagnosis.data import Problem
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, Term
 from tendon_mj.lab.diagnosis.events import find_events
 from tendon_mj.lab.diagnosis.fitting import Fit, fit, fit_without
-from tendon_mj.lab.diagnosis.search import (
-    ScreeningScore,
-    Slopes,
-    descend,
-    screen,
+from tendon_mj.lab.diagnosis.limits import (
+    SMALLEST_EXCESS,
+    STANDARD_ERRORS,
+    detection_limit,
+    least_share,
+    unexplained_excess,
 )
+from tendon_mj.lab.diagnosis.search import ScreeningScore, Slopes, descend, screen
 from tendon_mj.lab.diagnosis.statistics import (
     FittedCandidate,
     SelectedEffect,
@@ -29,13 +31,6 @@ from tendon_mj.lab.diagnosis.statistics import (
     rate_effect,
     simplest,
     tied,
-)
-from tendon_mj.lab.diagnosis.verdict import (
-    SMALLEST_EXCESS,
-    STANDARD_ERRORS,
-    detection_limit,
-    least_share,
-    unexplained_excess,
 )
 from tendon_mj.lab.progress import Progress
 from tendon_mj.typing import FloatArray

@@ -42,7 +42,7 @@ from numpy.typing import NDArray
 from tendon_mj.lab.diagnosis.data import Problem, step_error
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
 from tendon_mj.lab.diagnosis.fitting import Fit, bounded_least_squares, natural_in_range, written
-from tendon_mj.lab.diagnosis.verdict import STANDARD_ERRORS
+from tendon_mj.lab.diagnosis.limits import STANDARD_ERRORS
 from tendon_mj.lab.replay import suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
 

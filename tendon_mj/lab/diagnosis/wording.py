@@ -9,9 +9,10 @@ from typing import Final
 
 from tendon_mj.lab.data_check import FORCES, tells_force
 from tendon_mj.lab.diagnosis.effects.effect import Candidate, ShiftTerm, Term, element
+from tendon_mj.lab.diagnosis.limits import ABOVE_NOISE as ABOVE_NOISE
+from tendon_mj.lab.diagnosis.limits import CLOSED
 from tendon_mj.lab.diagnosis.result import Alternative, Diagnosis, Finding, Value
-from tendon_mj.lab.diagnosis.verdict import ABOVE_NOISE as ABOVE_NOISE
-from tendon_mj.lab.diagnosis.verdict import CLOSED, NOISE, PART, ErrorReduction, Evidence, Verdict
+from tendon_mj.lab.diagnosis.verdict import NOISE, PART, ErrorReduction, Evidence, Verdict
 from tendon_mj.lab.parameter_names import parameter_of
 from tendon_mj.lab.replay import Parameter
 from tendon_mj.lab.units import (

@@ -45,11 +45,12 @@ from tendon_mj.lab.diagnosis.effects import (
     check_bindings,
 )
 from tendon_mj.lab.diagnosis.fitting import UNCHANGED
+from tendon_mj.lab.diagnosis.limits import SMALLEST_EXCESS, reducible_excess
 from tendon_mj.lab.diagnosis.proof import Proof
 from tendon_mj.lab.diagnosis.result import Diagnosis
 from tendon_mj.lab.diagnosis.selection import CONVERGED, Selection, SelectionContext, select_effects
 from tendon_mj.lab.diagnosis.statistics import FittedCandidate
-from tendon_mj.lab.diagnosis.verdict import SMALLEST_EXCESS, Verdict, reducible_excess
+from tendon_mj.lab.diagnosis.verdict import Verdict
 from tendon_mj.lab.parameter_names import matching
 from tendon_mj.lab.progress import Progress, silent
 from tendon_mj.lab.recordings import GivenRecording, Recording, read_given

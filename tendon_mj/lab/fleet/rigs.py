@@ -30,7 +30,7 @@ from tendon_mj.lab.recordings import (
     read_description,
     read_recording,
 )
-from tendon_mj.lab.tasks import versions
+from tendon_mj.lab.workers import versions
 from tendon_mj.models import load_model, model_digest
 
 DESCRIPTION = "description.toml"

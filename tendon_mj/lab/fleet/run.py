@@ -43,7 +43,7 @@ from tendon_mj.lab.fleet.result import (
 )
 from tendon_mj.lab.fleet.rigs import Rig, RigData
 from tendon_mj.lab.progress import Progress, silent
-from tendon_mj.lab.tasks import Workers, run_tasks
+from tendon_mj.lab.workers import Workers, run_tasks
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 

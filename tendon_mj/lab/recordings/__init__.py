@@ -1,6 +1,5 @@
 """Recordings: tables of measured columns with their descriptions."""
 
-from tendon_mj.lab.recordings.assembly import in_si as in_si
 from tendon_mj.lab.recordings.description import Measured as Measured
 from tendon_mj.lab.recordings.description import Session as Session
 from tendon_mj.lab.recordings.description import Uncertain as Uncertain
@@ -22,3 +21,4 @@ from tendon_mj.lab.recordings.recording import read_given as read_given
 from tendon_mj.lab.recordings.recording import read_recording as read_recording
 from tendon_mj.lab.recordings.recording import read_table as read_table
 from tendon_mj.lab.recordings.recording import write_recording as write_recording
+from tendon_mj.lab.recordings.table import in_si as in_si

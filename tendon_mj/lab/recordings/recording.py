@@ -12,7 +12,8 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from tendon_mj.errors import RecordingError, unknown
-from tendon_mj.lab.recordings.assembly import Table, assemble, check_table, in_si
+from tendon_mj.lab.recordings.assembly import assemble
+from tendon_mj.lab.recordings.csv_files import open_csv, write_csv
 from tendon_mj.lab.recordings.description import (
     Description,
     TableLayout,
@@ -27,8 +28,9 @@ from tendon_mj.lab.recordings.files import (
     read_text,
     table_beside,
 )
-from tendon_mj.lab.recordings.logs import read_log
-from tendon_mj.lab.recordings.table_files import open_csv, open_parquet, write_csv
+from tendon_mj.lab.recordings.message_logs import read_log
+from tendon_mj.lab.recordings.parquet_files import open_parquet
+from tendon_mj.lab.recordings.table import Table, check_table, in_si
 from tendon_mj.lab.units import TIME, si_name
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file

@@ -32,7 +32,7 @@ from tendon_mj.lab.sweep.design import (
     share_of_variance,
 )
 from tendon_mj.lab.sweep.rollouts import FAILED, UNSOLVED, Batch, Policy, Rollouts
-from tendon_mj.lab.tasks import Workers, run_tasks, versions
+from tendon_mj.lab.workers import Workers, run_tasks, versions
 from tendon_mj.plugin import sheaths
 from tendon_mj.whole_file import whole_file
 

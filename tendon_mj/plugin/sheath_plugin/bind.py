@@ -25,7 +25,7 @@ from tendon_mj.plugin.compiled_checks import check_bound
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin import input_force
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import is_fixed
-from tendon_mj.plugin.sheath_plugin.names import joint_of, tendon_of
+from tendon_mj.plugin.sheath_plugin.name_lookup import joint_of, tendon_of
 from tendon_mj.plugin.sheath_plugin.path import count_guides, mark_branches
 from tendon_mj.plugin.sheath_plugin.signature import (
     as_number,

@@ -23,16 +23,9 @@ from tendon_mj.plugin.abi.memory import (
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin import bind, evaluate, groups
 from tendon_mj.plugin.sheath_plugin.forces import add_reactions
-from tendon_mj.plugin.sheath_plugin.inextensible import (
-    keep_slips,
-    keep_unknown_forces,
-)
-from tendon_mj.plugin.sheath_plugin.input_force import (
-    follow_constraint,
-    is_pushed,
-    pulls,
-)
-from tendon_mj.plugin.sheath_plugin.names import own_name
+from tendon_mj.plugin.sheath_plugin.inextensible import keep_slips, keep_unknown_forces
+from tendon_mj.plugin.sheath_plugin.input_force import follow_constraint, is_pushed, pulls
+from tendon_mj.plugin.sheath_plugin.name_lookup import own_name
 from tendon_mj.plugin.sheath_plugin.sensors import show, show_ends
 from tendon_mj.plugin.sheath_plugin.signature import pose_signature, pose_sum
 from tendon_mj.plugin.sheath_plugin.state import (

@@ -36,7 +36,6 @@ from tendon_mj.plugin.abi.memory import doubles
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
 from tendon_mj.plugin.sheath_plugin.bind import is_bound
 from tendon_mj.plugin.sheath_plugin.input_force import uniform_force
-from tendon_mj.plugin.sheath_plugin.path import Vector
 from tendon_mj.plugin.sheath_plugin.state import (
     State,
     counted_strain,
@@ -46,6 +45,7 @@ from tendon_mj.plugin.sheath_plugin.state import (
     unpack,
 )
 from tendon_mj.plugin.sheath_plugin.strain import spool_torque
+from tendon_mj.plugin.sheath_plugin.vectors import Vector
 from tendon_mj.sheath import Segment, Segments
 from tendon_mj.typing import FloatArray
 

@@ -14,12 +14,13 @@ from __future__ import annotations
 from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.memory import coordinates
+from tendon_mj.plugin.sheath_plugin.capstan_bounds import set_bounds
+from tendon_mj.plugin.sheath_plugin.gear_losses import friction_of_cables
 from tendon_mj.plugin.sheath_plugin.groups import (
     ALONG,
     FORCES,
     Group,
     Member,
-    friction_of_cables,
     group_of,
     half_places,
     half_row,
@@ -31,7 +32,6 @@ from tendon_mj.plugin.sheath_plugin.groups import (
     member_of,
     response_at,
     rows_at,
-    set_bounds,
 )
 from tendon_mj.plugin.sheath_plugin.response import go_half_way, weights_at
 from tendon_mj.plugin.sheath_plugin.state import state_of, unpack

@@ -1,4 +1,4 @@
-"""Groups of guides of tendons without elasticity, the memory for them, and what they can bear.
+"""Groups of guides of tendons without elasticity, and the memory for them.
 
 Guides between which the tendon cannot change its length hold or slide as one. The memory of all
 sheaths of a model is one block, which the binding of the last sheath keeps: a `Head`, the groups,
@@ -7,7 +7,6 @@ their rows, the sheaths, and vectors. Numbers that say where something is are wh
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 from tendon_mj.native import Record, apart, compiled
@@ -17,7 +16,7 @@ from tendon_mj.plugin.abi.memory import coordinates, doubles, word, words
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
 from tendon_mj.plugin.sheath_plugin.response import response_size
 from tendon_mj.plugin.sheath_plugin.state import SHEATH, WORKSPACE, binding_at, binding_of
-from tendon_mj.sheath import Guide, Guides, Segments, record_type
+from tendon_mj.sheath import Guides, Segments, record_type
 from tendon_mj.typing import FloatArray, IntArray
 
 
@@ -266,114 +265,6 @@ def gather(work: int, nv: int, k: int, guides: Guides, segments: Segments) -> No
         owners[i + 1] = owner
         begins = False
     member.last = g
-
-
-@compiled
-def towards_output(guide: Guide, unit: float, slides: bool) -> tuple[float, float]:
-    """Ratio and offset of the largest tension behind a guide."""
-    ratio = guide.dynamic_ratio_back if slides else guide.static_ratio_back
-    return ratio, unit * guide.constant_friction
-
-
-@compiled
-def towards_input(guide: Guide, unit: float, slides: bool) -> tuple[float, float]:
-    """Ratio and offset of the largest tension in front of a guide."""
-    return guide.dynamic_ratio if slides else guide.static_ratio, unit * guide.constant_friction
-
-
-@compiled
-def set_bounds(group: Group, guides: Guides) -> None:
-    """Combine the bounds of a group's guides; at rest, those of static friction."""
-    upper, more, lower, less = 1.0, 0.0, 1.0, 0.0
-    static = False
-    for i in range(int(group.begin), int(group.end)):
-        guide = guides[i]
-        ratio, offset = towards_output(guide, group.divisor, group.slides > 0.0)
-        upper, more = upper * ratio, more * ratio + offset
-        ratio, offset = towards_input(guide, group.divisor, group.slides < 0.0)
-        lower, less = lower * ratio, less + offset * lower
-        static |= guide.static_ratio != guide.dynamic_ratio
-    group.upper_ratio, group.upper_offset = upper, more
-    group.lower_ratio, group.lower_offset = lower, less
-    group.fall, group.fall_offset = 1.0 / lower - 1.0, less / lower
-    group.is_static, group.is_set_for = static, group.slides
-    group.is_rough = upper > 1.0 or more > 0.0 or lower > 1.0
-    if group.pretension >= 0.0:
-        group.is_rough += group.forward != 1.0 or group.back != 1.0 or group.servo >= 0.0
-        group.least = more + group.pretension * _exponents(group, guides)
-
-
-@apart
-def _exponents(group: Group, guides: Guides) -> float:
-    """Sum of the exponents of two cables, one of which slides either way, the other back."""
-    total, slides = 0.0, group.slides != 0.0
-    for i in range(int(group.begin), int(group.end)):
-        ratio, _ = towards_output(guides[i], 1.0, slides)
-        back, _ = towards_input(guides[i], 1.0, slides)
-        total += math.log(ratio) + math.log(back)
-    return total
-
-
-@compiled
-def set_gear(group: Group, friction: float, friction_back: float) -> None:
-    """Set the efficiencies of a gear by its friction over the load behind it."""
-    group.forward = 1.0 / (1.0 + friction)
-    passed = 1.0 - (friction_back if friction_back > 0.0 else friction)
-    group.back = 1.0 / passed if passed != 0.0 else math.inf
-
-
-@compiled
-def _behind(group: Group, gear: float, side: float, tension: float, eases: float) -> float:
-    """Friction of servo, gear of one ratio and cables, at its bound above (``side`` 1) or below."""
-    bound, servo = -math.inf, max(0.0, group.servo)
-    tension += side * (1.0 - eases) * servo
-    for k in range(3):
-        ratio, offset = 1.0, group.least
-        if k == 1:
-            ratio, offset = group.upper_ratio, group.upper_offset
-        elif k == 2:
-            ratio, offset = 1.0 + group.fall, group.fall_offset
-        slope = gear * ratio - 1.0
-        friction = (slope * tension + side * offset) / max(1e-3, 1.0 + eases * slope)
-        bound = max(bound, side * friction)
-    return side * (bound + servo)
-
-
-@compiled
-def friction_of_cables(
-    group: Group, tension: float, eases: float, wanted: float
-) -> tuple[float, float]:
-    """Least and largest friction of cables that pull either way, and of their gear and servo.
-
-    A gear that locks itself holds all that would drive it. Where the motor turns to release a load
-    that it bore in the step before, it holds what is too much for that: the bounds are those around
-    the ``wanted`` friction.
-    """
-    low = _behind(group, group.forward, -1.0, tension, eases)
-    high = _behind(group, group.forward, 1.0, tension, eases)
-    if group.back == group.forward:  # no gear
-        return low, high
-    if 0.0 < group.back < math.inf:
-        low = min(low, _behind(group, group.back, -1.0, tension, eases))
-        return low, max(high, _behind(group, group.back, 1.0, tension, eases))
-    if tension == 0.0:
-        return -math.inf, math.inf
-    side = 1.0 if tension > 0.0 else -1.0
-    if side * group.before <= 0.0 and group.back < 0.0:
-        jam = _behind(group, group.back, side, tension, eases)
-        if side * wanted <= side * jam:
-            return (-math.inf, jam) if side > 0.0 else (jam, math.inf)
-    return (low, math.inf) if side > 0.0 else (-math.inf, high)
-
-
-@compiled
-def tensions_behind(group: Group, tension: float, held: float) -> tuple[float, float]:
-    """Least and largest tension behind a group under one in front of it, around a held one [N]."""
-    if group.pretension >= 0.0:
-        low, high = friction_of_cables(group, tension, 0.0, held - tension)
-        return tension + low, tension + high
-    low = max(0.0, (tension - group.lower_offset) / group.lower_ratio)
-    return low, group.upper_ratio * tension + group.upper_offset
 
 
 @compiled

@@ -40,8 +40,15 @@ from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import RK4
 from tendon_mj.plugin.abi.memory import coordinates, doubles
 from tendon_mj.plugin.sheath_plugin import group_solver, response
+from tendon_mj.plugin.sheath_plugin.capstan_bounds import (
+    set_bounds,
+    tensions_behind,
+    towards_input,
+    towards_output,
+)
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import add_fixed_row, metres
 from tendon_mj.plugin.sheath_plugin.forces import pull_segment
+from tendon_mj.plugin.sheath_plugin.gear_losses import set_gear
 from tendon_mj.plugin.sheath_plugin.groups import (
     BASE,
     FORCES,
@@ -61,11 +68,6 @@ from tendon_mj.plugin.sheath_plugin.groups import (
     owners_of,
     response_at,
     rows_at,
-    set_bounds,
-    set_gear,
-    tensions_behind,
-    towards_input,
-    towards_output,
     vector_at,
 )
 from tendon_mj.plugin.sheath_plugin.input_force import actuator_damping, tendon_damping

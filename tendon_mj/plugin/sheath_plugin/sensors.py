@@ -13,7 +13,7 @@ from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.memory import address_of, doubles
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin import bind
-from tendon_mj.plugin.sheath_plugin.names import tendon_of_sensor
+from tendon_mj.plugin.sheath_plugin.name_lookup import tendon_of_sensor
 from tendon_mj.plugin.sheath_plugin.state import (
     SENSORS,
     SHEATH,

@@ -27,11 +27,9 @@ import math
 
 from tendon_mj.native import compiled
 from tendon_mj.plugin.abi.layout import Data, Model
-from tendon_mj.plugin.sheath_plugin.path import (
-    PULLEY,
-    SHORTEST,
-    SITE,
-    SPHERE,
+from tendon_mj.plugin.sheath_plugin.path import PULLEY, SHORTEST, SITE, SPHERE
+from tendon_mj.plugin.sheath_plugin.state import State
+from tendon_mj.plugin.sheath_plugin.vectors import (
     Vector,
     angle_between,
     arctangent,
@@ -42,7 +40,6 @@ from tendon_mj.plugin.sheath_plugin.path import (
     norm,
     vector,
 )
-from tendon_mj.plugin.sheath_plugin.state import State
 from tendon_mj.sheath import Arc, Arcs, Guides, Segments
 from tendon_mj.typing import FloatArray
 

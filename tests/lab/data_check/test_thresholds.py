@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_mj.lab.data_check import DataWarning, columns, names, timing_warnings
+from tendon_mj.lab.data_check import DataWarning, columns, mistaken_columns, timing_warnings
 from tendon_mj.lab.data_check.column import Column, stands, usual_range
 from tendon_mj.lab.data_check.jumps import jump_warnings
 from tests.lab.recorded import recorded
@@ -83,7 +83,7 @@ def in_degrees(span: float) -> list[DataWarning]:
     drive = {"reel_rad": ("reel", angle)}
     made = recorded(0.01 * ROWS, drive, {"in_N": ("input_tension", None, WAVE)}, name="made")
     far = replace(made, columns={**made.columns, "in_N": 9.0 * WAVE})
-    return names.degree_warnings(made, far, lambda recording: made)
+    return mistaken_columns.degree_warnings(made, far, lambda recording: made)
 
 
 def exchanged(away: float, noise: float = 0.0) -> list[DataWarning]:
@@ -98,7 +98,7 @@ def exchanged(away: float, noise: float = 0.0) -> list[DataWarning]:
     made = recorded(0.01 * ROWS, drive, measured, name="made")
     shown = dict(zip(measured, models, strict=True))
     simulated = replace(made, columns={**made.columns, **shown})
-    return list(names.exchange_warnings(made, simulated, lambda recording: None))
+    return list(mistaken_columns.exchange_warnings(made, simulated, lambda recording: None))
 
 
 def with_correlation(correlation: float) -> Column:

@@ -12,8 +12,8 @@ import pytest
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.diagnosis import Problem, candidates, check_recordings, describe_system, diagnose
 from tendon_mj.lab.diagnosis.data import training_samples
+from tendon_mj.lab.diagnosis.limits import chance_excess
 from tendon_mj.lab.diagnosis.regimes import regimes
-from tendon_mj.lab.diagnosis.verdict import chance_excess
 from tendon_mj.lab.recordings import Recording, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulates, Simulator
 from tests.lab.diagnosis.settled_rigs import FINGER, LEVER, settled, stairs, write_rig

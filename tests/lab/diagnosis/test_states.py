@@ -26,8 +26,8 @@ from tendon_mj.lab.diagnosis.effects.binding import (
     on_sheaths,
     written_parameters,
 )
+from tendon_mj.lab.diagnosis.reproducibility import bar, reproducibility
 from tendon_mj.lab.diagnosis.statistics import cross_validate
-from tendon_mj.lab.diagnosis.verdict import bar, reproducibility
 from tendon_mj.lab.parameter_names import name_in_session, recording_of, values_for
 from tendon_mj.lab.recordings import Measured, Recording, Session, Uncertain
 from tendon_mj.lab.replay import Parameter, Simulates

@@ -20,6 +20,14 @@ from tendon_mj.lab.diagnosis import (
     intervals,
     tied,
 )
+from tendon_mj.lab.diagnosis.limits import (
+    CLOSED,
+    detection_limit,
+    discretisation_error,
+    least_share,
+    reducible_excess,
+    unexplained_excess,
+)
 from tendon_mj.lab.diagnosis.proof import is_narrower, parameters_beyond_range
 from tendon_mj.lab.diagnosis.statistics import (
     CrossValidation,
@@ -30,14 +38,6 @@ from tendon_mj.lab.diagnosis.statistics import (
     rate_effect,
     sides,
     simplest,
-)
-from tendon_mj.lab.diagnosis.verdict import (
-    CLOSED,
-    detection_limit,
-    discretisation_error,
-    least_share,
-    reducible_excess,
-    unexplained_excess,
 )
 from tendon_mj.lab.recordings import Measured, Recording
 from tests.lab.diagnosis.linear_rig import BLOCKS, LinearRig, Shape, context, effect, named

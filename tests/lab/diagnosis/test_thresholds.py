@@ -25,10 +25,12 @@ from tendon_mj.lab.diagnosis.audit import Correlations, autocorrelation
 from tendon_mj.lab.diagnosis.check import check_recordings
 from tendon_mj.lab.diagnosis.data import _reader
 from tendon_mj.lab.diagnosis.events import _Scan
+from tendon_mj.lab.diagnosis.limits import least_share
 from tendon_mj.lab.diagnosis.regimes import _cut, _reversals, locate, regimes
+from tendon_mj.lab.diagnosis.reproducibility import _repeat
 from tendon_mj.lab.diagnosis.search import screen
 from tendon_mj.lab.diagnosis.statistics import cross_validate
-from tendon_mj.lab.diagnosis.verdict import Evidence, _repeat, least_share
+from tendon_mj.lab.diagnosis.verdict import Evidence
 from tendon_mj.lab.diagnosis.wording import state
 from tendon_mj.lab.diagnosis.workflow import _rings, _step_matters
 from tendon_mj.lab.recordings import Session

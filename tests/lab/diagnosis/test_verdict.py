@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from tendon_mj.lab.diagnosis import ErrorReduction, diagnose
+from tendon_mj.lab.diagnosis.limits import LARGEST_EXCESS
 from tendon_mj.lab.diagnosis.proof import ranking
-from tendon_mj.lab.diagnosis.verdict import LARGEST_EXCESS, Evidence, Verdict, decide
+from tendon_mj.lab.diagnosis.verdict import Evidence, Verdict, decide
 from tests.lab.diagnosis.linear_rig import context, effect, select
 from tests.lab.diagnosis.toy import Toy, rig
 

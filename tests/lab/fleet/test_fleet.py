@@ -7,7 +7,7 @@ import pytest
 import tendon_mj
 from tendon_mj.cli import main
 from tendon_mj.lab.fleet import find_rigs, run_fleet
-from tendon_mj.lab.tasks import Workers
+from tendon_mj.lab.workers import Workers
 from tests.lab.fleet.small_fleet import AFTER, BEFORE, CHANGED, DAYS, write_fleet
 
 

@@ -21,7 +21,7 @@ from tendon_mj.lab.noise import (
 )
 from tendon_mj.lab.noise import range_ends as ends
 from tendon_mj.lab.noise import resolution as step
-from tendon_mj.lab.recordings.assembly import at_common_times, spread
+from tendon_mj.lab.recordings.clock import at_common_times, spread
 from tendon_mj.lab.recordings.description import Session, Source
 from tendon_mj.lab.units import NumberRange
 from tests.lab.recorded import recorded

@@ -6,7 +6,7 @@ import pytest
 
 from tendon_mj.errors import InvalidValueError, UnknownNameError
 from tendon_mj.lab.sweep import Sweep, motion_recording, read_policy, run_sweep
-from tendon_mj.lab.tasks import Workers
+from tendon_mj.lab.workers import Workers
 from tendon_mj.models import load_model
 from tests.refusals import refusing
 from tests.rigs import lever

@@ -14,7 +14,7 @@ from tendon_mj.lab.replay import Simulator, replay_error, replay_recording
 from tendon_mj.lab.sweep import Sweep, motion_recording, read_policy, run_sweep
 from tendon_mj.lab.sweep.rollouts import FAILED
 from tendon_mj.lab.sweep.sweep import batch_size, recording_digest
-from tendon_mj.lab.tasks import Workers
+from tendon_mj.lab.workers import Workers
 from tendon_mj.models import example_recording, load_model
 from tests.refusals import refusing
 from tests.rigs import lever

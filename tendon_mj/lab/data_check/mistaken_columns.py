@@ -1,4 +1,4 @@
-"""Checks of names: columns that hold degrees as radians, or one another's samples."""
+"""Checks for mistaken columns: degrees as radians, or the samples of another one."""
 
 from __future__ import annotations
 

@@ -6,11 +6,11 @@ from tendon_mj.native import LocalDoubles, apart, compiled, entry
 from tendon_mj.plugin import compiled_checks
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.memory import doubles, letters, word
-from tendon_mj.plugin.servo_plugin import state as sv
-from tendon_mj.plugin.servo_plugin.law import commit, evaluate
+from tendon_mj.plugin.force_servo_plugin import state as sv
+from tendon_mj.plugin.force_servo_plugin.law import commit, evaluate
 from tendon_mj.plugin.sheath_plugin import attributes as at
 from tendon_mj.plugin.sheath_plugin import bind
-from tendon_mj.plugin.sheath_plugin.names import joint_of, sheath_wound_by
+from tendon_mj.plugin.sheath_plugin.name_lookup import joint_of, sheath_wound_by
 from tendon_mj.plugin.sheath_plugin.signature import pair_signature
 from tendon_mj.plugin.sheath_plugin.state import SERVO, SHEATH, binding_of, state_of, state_size_of
 from tendon_mj.plugin.sheath_plugin.state import binding_at as sheath_binding_at

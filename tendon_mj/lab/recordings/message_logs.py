@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 
 from tendon_mj.errors import RecordingError, unknown
-from tendon_mj.lab.recordings.assembly import Samples, at_common_times, check_table, in_its_unit
+from tendon_mj.lab.recordings.clock import Samples, at_common_times
+from tendon_mj.lab.recordings.column_names import in_its_unit
 from tendon_mj.lab.recordings.description import Source
 from tendon_mj.lab.recordings.files import check_file, is_bag, missing_reader
+from tendon_mj.lab.recordings.table import check_table
 from tendon_mj.lab.units import TIME, TIMES, UNIT_FACTORS, claimed_unit
 from tendon_mj.typing import FloatArray
 

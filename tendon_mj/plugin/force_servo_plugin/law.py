@@ -14,7 +14,7 @@ from tendon_mj.native import compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import RK4, control, is_stage
 from tendon_mj.plugin.abi.memory import address_of
-from tendon_mj.plugin.servo_plugin.state import (
+from tendon_mj.plugin.force_servo_plugin.state import (
     TRIAL,
     Commands,
     Memory,

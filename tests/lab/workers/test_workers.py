@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from tendon_mj.errors import InvalidValueError, TendonError, WorkerError
-from tendon_mj.lab import tasks
+from tendon_mj.lab import workers
 from tendon_mj.lab.parquet_parts import ParquetParts
-from tendon_mj.lab.tasks import Workers, identity, run_tasks
-from tests.lab.tasks import functions
-from tests.lab.tasks.functions import KEYS, Kept, number
+from tendon_mj.lab.workers import Workers, identity, run_tasks
+from tests.lab.workers import functions
+from tests.lab.workers.functions import KEYS, Kept, number
 from tests.refusals import refusing
 
 ROOT = Path(__file__).parents[3]
@@ -41,10 +41,10 @@ def test_a_killed_process_ends_the_run_and_the_next_goes_on(tmp_path):
 
 def test_what_was_done_before_is_not_computed_again_and_progress_says_so():
     store, shown = Kept(done=KEYS[:10]), []
-    before = os.environ.get(tasks.THREADS)
+    before = os.environ.get(workers.THREADS)
     run(functions.threads, 3, store, on=Workers(processes=1), progress=lambda *a: shown.append(a))
     assert store.results == {"task_10": "1", "task_11": "1"}  # one thread for linear algebra
-    assert os.environ.get(tasks.THREADS) == before
+    assert os.environ.get(workers.THREADS) == before
     assert shown[0] == ("tasks", 10, 12)
     assert shown[-1] == ("tasks", 12, 12)
     run(functions.doomed, None, Kept(done=KEYS))  # begins no process
@@ -59,8 +59,8 @@ PROGRAM = """
 import os, sys
 from pathlib import Path
 from tendon_mj.lab.parquet_parts import ParquetParts
-from tendon_mj.lab.tasks import Workers, run_tasks
-from tests.lab.tasks.functions import KEYS, number, row
+from tendon_mj.lab.workers import Workers, run_tasks
+from tests.lab.workers.functions import KEYS, number, row
 if __name__ == "__main__":
     store = ParquetParts(Path(sys.argv[1], "rows"))
     run_tasks(row, sys.argv[1], KEYS, number, store, on=Workers(processes=1))
@@ -131,8 +131,8 @@ class Modelled:
 
 @pytest.mark.parametrize("name", ["python", "mujoco", "numpy", "tendon_mj"])
 def test_a_worker_with_another_version_is_refused_with_both(name, monkeypatch):
-    monkeypatch.setenv(tasks.THREADS, "1")
-    sent = tasks.Job.of(functions.scaled, 2, ("tendon_mj",))
+    monkeypatch.setenv(workers.THREADS, "1")
+    sent = workers.Job.of(functions.scaled, 2, ("tendon_mj",))
     assert sent.run("task", 3, "here") == 6
     other = replace(sent, expected={**sent.expected, name: "9.9"})
     with refusing(WorkerError, f"{name}: {identity()[name]} there, 9.9 here"):
@@ -140,13 +140,13 @@ def test_a_worker_with_another_version_is_refused_with_both(name, monkeypatch):
 
 
 def test_a_worker_with_another_model_or_more_threads_is_refused(monkeypatch):
-    monkeypatch.setenv(tasks.THREADS, "1")
+    monkeypatch.setenv(workers.THREADS, "1")
     sent = pickle.loads(
-        pickle.dumps(tasks.Job.of(functions.scaled, Modelled("abc"), ("tendon_mj",)))
+        pickle.dumps(workers.Job.of(functions.scaled, Modelled("abc"), ("tendon_mj",)))
     )
     with pytest.raises(WorkerError, match="model arm: abc, read otherwise there, abc here"):
         sent.run("task", 3, "there")
-    monkeypatch.setenv(tasks.THREADS, "8")
+    monkeypatch.setenv(workers.THREADS, "8")
     with pytest.raises(WorkerError, match=r"OMP_NUM_THREADS: 8 there, 1 here.*--nthreads 1"):
         sent.run("task", 3, "there")
 

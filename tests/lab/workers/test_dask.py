@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from tendon_mj.errors import WorkerError
-from tendon_mj.lab import tasks
-from tendon_mj.lab.tasks import Workers, identity, local_cluster, run_tasks
-from tests.lab.tasks import functions
-from tests.lab.tasks.functions import KEYS, Kept, number
+from tendon_mj.lab import workers
+from tendon_mj.lab.workers import Workers, identity, local_cluster, run_tasks
+from tests.lab.workers import functions
+from tests.lab.workers.functions import KEYS, Kept, number
 from tests.refusals import refusing
 
 pytest.importorskip("distributed", reason="the extra tendon-mj[cluster] is not installed")
@@ -48,16 +48,16 @@ def test_a_lost_worker_loses_only_its_tasks(scheduler, tmp_path):
 
 @pytest.mark.parametrize("later", [False, True])
 def test_workers_with_another_version_are_named(later, scheduler, monkeypatch):
-    real = tasks.identity
-    monkeypatch.setattr(tasks, "identity", lambda sources: {**real(sources), "mujoco": "9.9"})
+    real = workers.identity
+    monkeypatch.setattr(workers, "identity", lambda sources: {**real(sources), "mujoco": "9.9"})
     if later:  # they were not there when the run began
-        monkeypatch.setattr(tasks, "_identity_on_dask", lambda sources, dask_worker: {})
+        monkeypatch.setattr(workers, "_identity_on_dask", lambda sources, dask_worker: {})
     with pytest.raises(WorkerError, match=r"worker tcp://127\.0\.0\.1:\d+") as refused:
         run(functions.doomed, None, scheduler=scheduler)
     assert f"mujoco: {identity()['mujoco']} there, 9.9 here" in str(refused.value)
 
 
 def test_an_address_where_nobody_answers_is_refused(monkeypatch):
-    monkeypatch.setattr(tasks, "_CONNECT", 0.3)
+    monkeypatch.setattr(workers, "_CONNECT", 0.3)
     with refusing(WorkerError, "tcp://127.0.0.1:1", "dask scheduler"):
         run(functions.scaled, 1, scheduler="tcp://127.0.0.1:1")
