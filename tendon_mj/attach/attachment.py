@@ -245,7 +245,7 @@ def _unranged(survey: _Survey, rows: Sequence[Row]) -> list[str]:
         for row in rows
         if row.sheath and row.is_driven
         for actuator in survey.actuators.get(row.tendon, [])
-        if tendons.force_on_tendon(actuator, survey.spec.tendon(row.tendon)) is None
+        if tendons.force_range(actuator, survey.spec.tendon(row.tendon)) is None
     ]
 
 

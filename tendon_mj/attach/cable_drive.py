@@ -110,8 +110,9 @@ def add_cable_drive(
             no joint by a cable, or whose cable is there already; a pattern that means no other.
 
     Warns:
-        TendonWarning: of a friction above 2, of a bend above four turns, of actuators that were
-            left out, and of what limits or senses a joint's force behind the cable's back.
+        TendonWarning: of a friction above 2, of a bend above four turns, of one that no force of
+            the actuators overcomes, of actuators that were left out, and of what limits or senses
+            a joint's force behind the cable's back.
     """
     tendons.check_spec(spec)
     check_names(_LAW, parameters, "add_cable_drive")
@@ -131,6 +132,7 @@ def add_cable_drive(
     if numbers:
         gear = numbers.friction
         _put_servo(spec, drives, numbers, motor)
+    held = _held(spec, drives, law, gear)
     if motor:
         damping = numbers.damping if numbers else 0.0
         motors = [_motor(spec, drive, sizes, law, damping) for drive in drives]
@@ -141,14 +143,17 @@ def add_cable_drive(
         config = {k: v for k, v in _stated(law).items() if k in _STIFF} | gear
         cables, new = [], [_stiff_sheath(spec, drive, config) for drive in drives]
     add_sheaths(spec, new, None, None, sensors, alone=False)
-    stiff = drums_warning(spec.compile(), _drums(cables, sizes["length"]), law) if motor else ""
+    stiff = ""
+    if motor:
+        drums, by_step = _drums(cables, sizes["length"]), "axial_damping" not in parameters
+        stiff = drums_warning(spec.compile(), drums, law, damped_by_step=by_step)
     stated = {**values, "extra_bend": law.extra_bend}
     doubts = [doubt_of_unit(name, value) for name, value in stated.items()]
     left = [f"left as they are: {listed_reasons(left_out)}"] if left_out else []
     joints = [joint for sheath in new for joint in _turned(spec, sheath)]
     more = joint_warnings(spec, [sheath for sheath in new if sheath.is_driven])
     more += [_unsensed(spec, joints)] if motor else [_locking(gear)]
-    for message in filter(None, [*doubts, *left, *more, stiff, _weightless(joints)]):
+    for message in filter(None, [*doubts, held, *left, *more, stiff, _weightless(joints)]):
         warnings.warn(f"add_cable_drive: {message}", TendonWarning, stacklevel=2)
     return spec
 
@@ -190,6 +195,28 @@ def _gear(efficiency: float, back_efficiency: SupportsFloat | None) -> dict[str,
             raise InvalidValueError(f"back_efficiency = {back:g} must be finite and < 1")
         gear["gear_friction_back"] = 1.0 - back
     return {k: repr(v) for k, v in gear.items() if v}
+
+
+def _held(
+    spec: mujoco.MjSpec, drives: Sequence[CableDrive], law: Law, gear: Mapping[str, str]
+) -> str:
+    """Warning of cables whose friction under their pretension no force of their actuators ends."""
+    holds = 2.0 * law.pretension * law.friction * law.extra_bend
+    holds *= 1.0 + float(gear.get("gear_friction", "0.0"))
+    pulls = dict[str, float]()
+    for drive in drives:
+        on = spec.joint(drive.joint) if drive.joint else spec.tendon(drive.tendon)
+        actuators = [a for a in spec.actuators if a.target == on.name]
+        ranges = [tendons.force_range(actuator, on) or (-math.inf,) for actuator in actuators]
+        most = sum(max(map(abs, each)) for each in ranges) / drive.radius
+        pulls |= {actuators[0].name or on.name: most} if most < holds else {}
+    if not pulls:
+        return ""
+    return (
+        f"actuator {tendons.listed(pulls)} can pull with {min(pulls.values()):.3g} N at most, and"
+        f" two cables under a pretension of {law.pretension:g} N hold {holds:.3g} N by friction, so"
+        " that nothing moves: the radius is in m, the bend in rad"
+    )
 
 
 def _locking(gear: Mapping[str, str]) -> str:
@@ -366,7 +393,10 @@ def _design_all(
                     " twice"
                 )
             if motor and not drive.joint:
-                raise UnsuitedTendonError("turns joints by a fixed tendon, and a motor turns one")
+                raise UnsuitedTendonError(
+                    "turns joints by a fixed tendon, and a motor turns one: give it a cable of its"
+                    " own, without motor"
+                )
         except UnsuitedTendonError as error:
             if by_name:
                 raise InvalidValueError(f"actuator {name!r} {error}") from None

@@ -396,7 +396,7 @@ def _push_warnings(
 ) -> list[str]:
     """Warning of the driven tendons that an actuator can push, and of those that it cannot pull."""
     forces = {
-        s.name: [tendons.force_on_tendon(a, s.tendon) or (-math.inf, 0.0) for a in pulling[s.name]]
+        s.name: [tendons.force_range(a, s.tendon) or (-math.inf, 0.0) for a in pulling[s.name]]
         for s in driven
     }
     pushed = [name for name, ranges in forces.items() if max(high for _, high in ranges) > 0.0]

@@ -64,8 +64,12 @@ def stiffness_limits(
     return limits
 
 
-def _inertia(model: mujoco.MjModel, *, damped: bool) -> tuple[mujoco.MjData, FloatArray]:
+def _inertia(
+    model: mujoco.MjModel, *, damped: bool, step: float = 0.0
+) -> tuple[mujoco.MjData, FloatArray]:
     """M in the pose `qpos0`, or M + h B/2 if it is ``damped``, with the data of that.
+
+    h is the model's own step unless another one is given.
 
     That is the inertia of a motion that changes its sense from step to step where the integrator
     takes the damping B implicitly: (M + h B) v⁺ = M v⁻ + h f with v⁻ = −v⁺.
@@ -77,7 +81,7 @@ def _inertia(model: mujoco.MjModel, *, damped: bool) -> tuple[mujoco.MjData, Flo
     inertia, unit = np.zeros((model.nv, model.nv)), np.eye(model.nv)
     for k in range(model.nv):
         mujoco.mj_mulM(model, data, inertia[k], unit[k])
-    return data, inertia + 0.5 * model.opt.timestep * np.diag(damping)
+    return data, inertia + 0.5 * (step or model.opt.timestep) * np.diag(damping)
 
 
 def step_warning(
@@ -114,28 +118,43 @@ def _rounded_down(number: float) -> float:
     return math.floor(number / digit) * digit
 
 
-def drums_warning(model: mujoco.MjModel, drums: Sequence[tuple[str, float]], law: Law) -> str:
+def drums_warning(
+    model: mujoco.MjModel, drums: Sequence[tuple[str, float]], law: Law, *, damped_by_step: bool
+) -> str:
     """Sentence on cables on drums that a step does not carry; empty if it does.
 
     ``drums`` are joints with r²/ℓ of each drum, of radius r, on them, ℓ being the length of cable
     up to the next guide. Where that guide holds it is a spring (EA + 2c/h) r²/ℓ on the joint, with
     the axial damping c. A step carries the largest eigenvalue of all these with M up to 4/h².
+    ``damped_by_step``: whether c is in proportion to the step.
     """
-    step, springs = model.opt.timestep, np.zeros(model.nv)
+    springs = np.zeros(model.nv)
     for joint, spring in drums:
         springs[model.joint(joint).dofadr] += spring
-    modes = np.linalg.eig(np.linalg.solve(_inertia(model, damped=True)[1], np.diag(springs)))
-    fastest = int(np.argmax(modes.eigenvalues.real))
-    stiffness = law.axial_stiffness + 2.0 * law.axial_damping / step
-    share = step**2 * stiffness * float(modes.eigenvalues[fastest].real) / _STABLE
+
+    def share_of(step: float) -> tuple[float, FloatArray]:
+        """Stiffness over that which a step carries, and the motion that it is of."""
+        inertia = _inertia(model, damped=True, step=step)[1]
+        modes = np.linalg.eig(np.linalg.solve(inertia, np.diag(springs)))
+        fastest = int(np.argmax(modes.eigenvalues.real))
+        of_damping = model.opt.timestep if damped_by_step else step
+        stiffness = law.axial_stiffness + 2.0 * law.axial_damping / of_damping
+        share = step**2 * stiffness * float(modes.eigenvalues[fastest].real) / _STABLE
+        return share, np.abs(modes.eigenvectors[:, fastest])
+
+    share, motion = share_of(model.opt.timestep)
     if share <= 1.0 + _ROUNDING:
         return ""
-    dof = int(np.argmax(np.abs(modes.eigenvectors[:, fastest])))
+    step, too_stiff = model.opt.timestep, share
+    while too_stiff > 1.0 + _ROUNDING:  # in a shorter step what is damped has less inertia
+        step = _rounded_down(step / math.sqrt(too_stiff))
+        too_stiff, _ = share_of(step)
+    joint = model.joint(model.dof_jntid[int(np.argmax(motion))]).name
     return (
-        f"a time step of {step:g} s does not carry cables of {law.axial_stiffness:.4g} N on joint "
-        f"{model.joint(model.dof_jntid[dof]).name!r}, which are {share:.3g} times as stiff as they "
-        "may be and can ring from step to step: take a softer or longer cable, more armature, or "
-        f"a step of {_rounded_down(step / math.sqrt(share)):.2g} s"
+        f"a time step of {model.opt.timestep:g} s does not carry cables of"
+        f" {law.axial_stiffness:.4g} N on joint {joint!r}, which are {share:.3g} times as stiff as"
+        " they may be and can ring from step to step: take a softer or longer cable, more armature"
+        f" at the joint, or a step of {step:.2g} s"
     )
 
 

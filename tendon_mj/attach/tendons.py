@@ -271,10 +271,10 @@ def force_sensors(spec: mujoco.MjSpec, joints: Collection[str]) -> list[str]:
     return [s.name for s in spec.sensors if s.type == kind and s.objname in joints]
 
 
-def force_on_tendon(
-    actuator: mujoco.MjsActuator, tendon: mujoco.MjsTendon
+def force_range(
+    actuator: mujoco.MjsActuator, on: mujoco.MjsTendon | mujoco.MjsJoint
 ) -> tuple[float, float] | None:
-    """Least and largest force of an actuator on its tendon that its ranges allow [N].
+    """Least and largest force of an actuator on a tendon or joint that its ranges allow [N or N m].
 
     A pull is below 0, a push above. A servo without a range can do both; an actuator whose force is
     not a polynomial, such as a muscle, is taken to pull. None for a motor without a range, which
@@ -298,7 +298,7 @@ def force_on_tendon(
         force, is_stated = force.clip(*actuator.forcerange), True
     gear = float(actuator.gear[0])
     force = np.sort(gear * force) if gear else np.zeros(2)
-    if is_limited(tendon.actfrclimited, tendon.actfrcrange):
-        force = force.clip(*tendon.actfrcrange)
+    if is_limited(on.actfrclimited, on.actfrcrange):
+        force = force.clip(*on.actfrcrange)
     is_stated = is_stated or bool(force[1] <= 0.0)
     return (float(force[0]), float(force[1])) if is_stated else None

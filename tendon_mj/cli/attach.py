@@ -131,15 +131,16 @@ def _attach_cables(
     attached = attach_cable_drives(load_spec(str(source)), source, actuator, out, **cable)
     for text in attached.said:
         console.print(text)
-    exponent = cable["friction"] * cable["bend"]
-    held = 2.0 * cable["pretension"] * exponent
+    passed = math.exp(-cable["friction"] * cable["bend"])
+    held = 2.0 * cable["pretension"] * cable["friction"] * cable["bend"]
     console.print(f"wrote {attached.path}")
-    if exponent == 0.0:
-        return attached
-    console.print(
-        f"Each cable passes on {math.exp(-exponent):.3f} of its tension, and loses {held:.3g} N at"
-        f" least, {held * cable['radius']:.3g} N m at its drum."
-    )
+    share = cable["efficiency"]
+    gear = f" ({share * passed:.3f} with the gear)" if share < 1.0 else ""
+    if passed < 1.0:
+        console.print(
+            f"Each cable passes on {passed:.3f} of its tension{gear}, and loses {held:.3g} N at"
+            f" least, {held * cable['radius']:.3g} N m at its drum."
+        )
     return attached
 
 

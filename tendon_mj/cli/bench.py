@@ -32,8 +32,8 @@ def bench(
     """Measure the cost of a step with sheaths, on bench, finger and given models.
 
     Args:
-        models: MJCF files. Friction 0.1 is added to every tendon of each, and its step is compared
-            with that of the same model without friction.
+        models: MJCF files. Friction 0.1 is added to every tendon of a file without sheaths; the
+            step is compared with that of the same model without friction.
         out: Folder for result.json and the picture.
         rounds: Rounds of every measurement. A round times all models in turn.
 

@@ -82,11 +82,14 @@ def friction_sentence(model: mujoco.MjModel, frames: Frames, twin: Frames | None
                     f" {_at(here[k, j], unit)}, not {_at(free[k, j], unit)})"
                 )
     first, last = frames.cables[sheath].end_tensions[frame].tolist()
-    forces = force_unit([first, last])
-    less, more = (plain(forces.factor * force) for force in sorted((first, last)))
+    smaller, larger = sorted((first, last), key=abs)
+    arrives = max(0.0, math.copysign(1.0, larger) * smaller)
+    forces = force_unit([arrives, larger])
+    share = plain(forces.factor * arrives) if arrives else "none"
     return (
-        f"At {frames.time[frame]:.1f} s, {less} of {more} {forces.symbol} arrive at the"
-        f" {'output' if first >= last else 'input'} of {sheaths(model)[sheath].tendon}{turned}."
+        f"At {frames.time[frame]:.1f} s, {share} of {plain(forces.factor * abs(larger))}"
+        f" {forces.symbol} arrive at the {'output' if abs(first) >= abs(last) else 'input'} of"
+        f" {sheaths(model)[sheath].tendon}{turned}."
     )
 
 
@@ -95,8 +98,11 @@ def _at(place: float, unit: EngineeringUnit) -> str:
 
 
 def free_joints(model: mujoco.MjModel, kind: mujoco.mjtJoint) -> list[int]:
-    """Joints of a kind that no actuator moves directly."""
-    driven = model.actuator_trnid[model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT.value, 0]
+    """Joints of a kind that no actuator moves directly, or only by a cable that is not drawn."""
+    driven = {*model.actuator_trnid[model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT.value, 0]}
+    for tendon in (model.tendon(sheath.tendon).id for sheath in sheaths(model).values()):
+        path = slice(model.tendon_adr[tendon], model.tendon_adr[tendon] + model.tendon_num[tendon])
+        driven -= {*model.wrap_objid[path][model.wrap_type[path] == mujoco.mjtWrap.mjWRAP_JOINT]}
     return [int(k) for k in np.flatnonzero(model.jnt_type == kind.value) if k not in driven]
 
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from tendon_mj.attach import add_friction
+from tendon_mj.attach import add_friction, remove_friction
 from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning
 from tendon_mj.lab.finger import prepare_finger, tap
 from tendon_mj.lab.progress import Progress, silent
@@ -254,16 +254,19 @@ def finger_runs(finger: Finger) -> PreparedModel:
 
 
 def prepare_model(name: str, steps: int = _STEPS) -> PreparedModel:
-    """Give every tendon of an MJCF file friction, and drive it so many steps with and without."""
+    """Drive an MJCF file so many steps, with friction and without.
+
+    Every tendon of a file without sheaths is given friction; any other file runs as it is, and with
+    its sheaths removed.
+    """
     path = model_path(name)
 
-    def run(sensors: Sequence[str] | None, controls: FloatArray | None = None) -> TimedRun:
+    def run(change: Callable[[mujoco.MjSpec], object], controls: FloatArray | None) -> TimedRun:
         spec = load_spec(str(path))
         try:
-            if sensors is not None:
-                with warnings.catch_warnings():
-                    warnings.simplefilter("ignore", TendonWarning)  # of tendons that are left out
-                    add_friction(spec, "*", friction=FRICTION, sensors=sensors)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", TendonWarning)  # of tendons that are left out
+                change(spec)
             model = spec.compile()
         except ValueError as error:  # MuJoCo's, and those of a model that cannot have friction
             raise TendonError(f"{path}: {error}") from error
@@ -274,16 +277,22 @@ def prepare_model(name: str, steps: int = _STEPS) -> PreparedModel:
         with suppress_mujoco_log():
             made.from_now()()
         if made.data.warning.number.any() or not np.isfinite(made.data.qpos).all():
-            kind = "without friction" if sensors is None else f"with friction {FRICTION:g}"
+            kind = "with friction" if sheaths(model) else "without friction"
             raise TendonError(
                 f"{path}: the simulation became unstable, {kind}, within {steps} steps of "
                 f"{model.opt.timestep:g} s"
             )
         return made
 
-    plain = run(None)
-    both = (run(("input_tension", "output_tension"), plain.controls), run((), plain.controls))
-    return PreparedModel(plain, *both)
+    def add(*sensors: str) -> Callable[[mujoco.MjSpec], object]:
+        return lambda spec: add_friction(spec, "*", friction=FRICTION, sensors=sensors)
+
+    own = run(lambda spec: None, None)
+    if not sheaths(own.model):
+        both = add("input_tension", "output_tension"), add()
+        return PreparedModel(own, *(run(change, own.controls) for change in both))
+    plain = run(lambda spec: remove_friction(spec, "*"), own.controls)
+    return PreparedModel(plain, own, run(without_tension_sensors, own.controls))
 
 
 def measure_models(

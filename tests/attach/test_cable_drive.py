@@ -1,6 +1,7 @@
 """Cables between actuators and joints that a model does not draw."""
 
 import math
+import warnings
 
 import mujoco
 import numpy as np
@@ -354,3 +355,21 @@ def test_a_joint_of_a_body_that_may_fall_asleep_is_refused(policy):
     with silent() if awake else refusing((ValueError, mujoco.FatalError), "'link'", "never"):
         model = spec.compile()
         mujoco.mj_step(model, mujoco.MjData(model))
+
+
+@pytest.mark.parametrize("efficiency", [1.0, 0.8])
+@pytest.mark.parametrize("share", [0.98, 1.02])
+def test_cables_that_no_force_of_a_servo_moves_are_told(share, efficiency):
+    """Whose limit of 2 N m ends at 2Pμφ r/η."""
+    drive = CABLE | {"efficiency": efficiency}
+    drive["pretension"] = share * efficiency * 2.0 / (2.0 * EXPONENT * RADIUS)
+    spec = hand(gravity=0.0)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        model = add_cable_drive(spec, "mcp", **drive).compile()
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 1.5
+    mujoco.mj_step(model, data, 200)
+    holds = share > 1.0
+    assert (abs(data.qpos[0]) < 1e-9) == holds
+    assert any("nothing moves" in str(each.message) for each in said) == holds

@@ -1,6 +1,8 @@
 """Motors with joints of their own, which turn the joints of a model by elastic cables."""
 
 import math
+import re
+import warnings
 
 import mujoco
 import numpy as np
@@ -263,3 +265,22 @@ def test_a_muscle_keeps_its_length_range_on_a_motor():
     stock = spec.compile()
     behind = add_cable_drive(spec, "m", **MOTOR, armature=1e-3).compile()
     assert behind.actuator_lengthrange == pytest.approx(stock.actuator_lengthrange)
+
+
+@pytest.mark.parametrize("damping", [{}, {"axial_damping": 5.0}])
+def test_the_step_that_a_warning_names_carries_the_cables(damping):
+    """A joint with damping has less inertia in a shorter step."""
+    cable = MOTOR | {"armature": 5e-4, "pretension": PRETENSION, **damping}
+
+    def said(step):
+        spec = servoed(armature=1e-3)
+        spec.option.timestep, spec.joint("j").damping[0] = step, 0.5
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            add_cable_drive(spec, "m", **cable)
+        return " ".join(str(each.message) for each in caught)
+
+    named = re.search(r"or a step of ([\d.e-]+) s", said(0.02))
+    assert named is not None
+    assert "a step of" not in said(float(named[1]))
+    assert "a step of" in said(1.3 * float(named[1]))

@@ -73,6 +73,8 @@ DEFAULTS = """<default><tendon stiffness="7" damping="2" frictionloss="1"/></def
 def test_actuators_get_cables_that_the_file_does_not_draw(attach_cables):
     """Which take over nothing of its defaults."""
     cable = ("--radius", ".01", "--extra-bend", "3", "--pretension", "5")
+    _, shown, _ = attach_cables("--actuator", "*", *cable, "--efficiency", ".8")
+    assert "0.741 of its tension (0.593 with the gear), and loses 3 N at least" in shown
     status, shown, out = attach_cables("--actuator", "*", *cable)
     assert status == 0
     assert "0.741 of its tension, and loses 3 N at least, 0.03 N m" in shown

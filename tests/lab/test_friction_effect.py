@@ -7,9 +7,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from tendon_mj import add_friction
+from tendon_mj import add_cable_drive, add_friction
 from tendon_mj.errors import UnknownNameError
-from tendon_mj.lab.friction_effect import friction_sentence, most_first, sheathed_tendons
+from tendon_mj.lab.friction_effect import (
+    free_joints,
+    friction_sentence,
+    most_first,
+    sheathed_tendons,
+)
 from tendon_mj.lab.motion import frictionless, record_frames
 from tests.refusals import refusing
 
@@ -87,3 +92,30 @@ def test_a_joint_lags_by_what_is_written_if_friction_takes_half_of_its_most(shar
         still, poses=np.where(np.arange(len(poses))[:, None] == 4, poses, still.poses)
     )
     assert ("index_joint" in friction_sentence(model, still, moved)) == lags
+
+
+@pytest.mark.parametrize(
+    ("ends", "says"),
+    [
+        ((40.0, 10.0), "10 of 40 N arrive at the output"),
+        ((10.0, 40.0), "10 of 40 N arrive at the input"),
+        ((-46.1, -2.25), "2.25 of 46.1 N arrive at the output"),  # of a cable that pulls back
+        ((41.8, -0.65), "none of 41.8 N arrive at the output"),
+    ],
+)
+def test_what_arrives_is_a_share_of_the_larger_tension_whichever_way_it_pulls(ends, says):
+    model, frames, _ = fingers(index=0.4)
+    cable = frames.cables["index_sheath"]
+    tensions = np.tile(np.linspace(*ends, cable.tensions.shape[1]), (len(cable.tensions), 1))
+    cables = {"index_sheath": dataclasses.replace(cable, tensions=tensions)}
+    assert says in friction_sentence(model, dataclasses.replace(frames, cables=cables), None)
+
+
+def test_a_joint_that_a_cable_turns_which_is_not_drawn_is_not_moved_directly():
+    spec = mujoco.MjSpec.from_string(
+        """<mujoco><worldbody><body><joint name="turned"/><geom size=".1"/>
+        <body><joint name="direct"/><geom size=".1"/></body></body></worldbody>
+        <actuator><motor name="a" joint="turned"/><motor joint="direct"/></actuator></mujoco>"""
+    )
+    add_cable_drive(spec, "a", radius=0.01, bend=3.0, friction=0.1)
+    assert free_joints(spec.compile(), mujoco.mjtJoint.mjJNT_HINGE) == [0]

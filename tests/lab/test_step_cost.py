@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from tendon_mj import add_cable_drive
 from tendon_mj.errors import InvalidValueError, TendonError, UnknownNameError
 from tendon_mj.lab.finger import prepare_finger, tap
 from tendon_mj.lab.replay import full_state, rollout_sensors
@@ -98,6 +99,18 @@ def test_each_driven_tendon_gets_a_sheath_and_nothing_else_changes(arm):
     assert list(sheaths(model.sheathed.model)) == list(sheaths(model.unsensed.model))
     assert model.unsensed.model.nsensordata < model.sheathed.model.nsensordata
     np.testing.assert_array_equal(model.plain.controls, model.sheathed.controls)
+
+
+def test_a_file_with_sheaths_runs_as_it_is_and_without_them(arm):
+    spec = mujoco.MjSpec.from_file(str(arm))
+    stock = spec.compile()
+    add_cable_drive(spec, "m", radius=0.01, bend=3.0, friction=0.2, pretension=1.0)
+    arm.write_text(spec.to_xml())
+    model = prepare_model(str(arm), steps=50)
+    assert len(sheaths(model.sheathed.model)) == len(sheaths(model.unsensed.model)) == 1
+    assert not sheaths(model.plain.model)
+    assert model.unsensed.model.nsensordata < model.sheathed.model.nsensordata
+    assert (model.plain.model.nu, model.plain.model.ntendon) == (stock.nu, stock.ntendon)
 
 
 def test_the_cost_has_both_memories(arm):

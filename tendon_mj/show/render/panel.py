@@ -175,7 +175,7 @@ def _text(cell: _Cell, frame: int) -> str:
 
 def _number(value: float) -> str:
     """A reading with three digits or more: two of them have place beside two others."""
-    return f"{value:.0f}" if abs(value) >= 99.95 else f"{value:.1f}"
+    return f"{value:z.0f}" if abs(value) >= 99.95 else f"{value:z.1f}"
 
 
 def _value_rows(
