@@ -16,7 +16,7 @@ ALIKE: Final = 1.3  # ratio of two rms errors that may be the same
 NEARER: Final = 3.0  # ratio of two errors, from which on columns are exchanged
 BETTER: Final = 0.25  # of the power of an error, which a better explanation leaves at most
 VISIBLE: Final = math.sqrt(1.1**2 - 1.0)  # noises that leave a diagnosis more than 1.1 of them
-OVERSTATED: Final = 5.0  # times the noise from sample to sample; slow noise is several times it
+OVERSTATED: Final = 10.0  # times the noise from sample to sample; slow noise is several times it
 VISIBLE_STEP: Final = 2.5e-3  # of a range, where no noise is stated
 
 # samples

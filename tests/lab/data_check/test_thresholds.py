@@ -158,8 +158,8 @@ EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
     "coarse steps": (rounded, 0.002, 0.003),
     "a noise stated too large": (
         lambda times: columns.overstated_noise(column(WAVE + NOISE, noise=0.02 * times)),
-        4.0,
-        6.0,
+        8.0,
+        12.0,
     ),
     "equal samples": (hang, 8, 12),
     "equal samples of an exact reading": (
