@@ -29,6 +29,7 @@ from tendon_mj.lab.replay import suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
 
 DIFFERENCE = 1e-2  # of a probe: above the roughness of stick and slip, below curvature
+_ROUGH = 0.3  # second over first difference: smooth rigs have a few hundredths
 _AT_END = 1e-5, 1e-3  # of its range, and of its probe: a term this near to a bound is held by it
 _TOLERANCE = 3e-3  # relative change of the cost, or of the terms, at which a round ends
 _FAILED = 1e6  # residual of a failed simulation, in noise
@@ -227,6 +228,27 @@ def fit_without(problem: Problem, base: Mapping[str, float], fitted: Fit, part: 
         seen=fitted.residual - fitted.correction,
         evaluations=_REFIT,
     )
+
+
+def near_differences(
+    problem: Problem, base: Mapping[str, float], fitted: Fit
+) -> tuple[float, float]:
+    """Norms of the first and second difference of residuals over two steps as for derivatives.
+
+    Where the response is smooth the second is small. Where the simulation rings from step to step
+    rounding decides what it does: the second is √6 times what is random in one residual.
+    """
+    inward = np.where(fitted.scaled > fitted.bounds.mean(axis=0), -DIFFERENCE, DIFFERENCE)
+    points = [natural_in_range(fitted.terms, fitted.scaled + k * inward) for k in range(3)]
+    near, middle, far = problem.residuals([written(fitted.terms, x, base) for x in points])
+    used = problem.in_train & np.isfinite(near) & np.isfinite(middle) & np.isfinite(far)
+    near, middle, far = near[used], middle[used], far[used]
+    return float(np.linalg.norm(far - near)), float(np.linalg.norm(far - 2.0 * middle + near))
+
+
+def rings(near: tuple[float, float]) -> bool:
+    """Return whether rounding decides what a simulation does, by its `near_differences`."""
+    return near[1] > _ROUGH * near[0]
 
 
 @dataclass(frozen=True, eq=False)

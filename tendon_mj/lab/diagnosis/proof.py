@@ -32,8 +32,9 @@ from tendon_mj.lab.diagnosis.data import (
     with_step,
 )
 from tendon_mj.lab.diagnosis.effects.effect import Effect, Term
-from tendon_mj.lab.diagnosis.fitting import Fit, fit, fit_without
+from tendon_mj.lab.diagnosis.fitting import Fit, fit, fit_without, near_differences
 from tendon_mj.lab.diagnosis.limits import (
+    CLOSED,
     LARGEST_EXCESS,
     SMALLEST_EXCESS,
     detection_limit,
@@ -43,7 +44,9 @@ from tendon_mj.lab.diagnosis.model_faults import (
     LumpedSheath,
     too_few_guides,
     warn_of_guides,
+    warn_of_ringing,
     warn_of_servos,
+    warn_of_shared_numbers,
     warn_of_soft_flanks,
     warn_of_soft_friction,
 )
@@ -249,15 +252,18 @@ class Proof:
         if context.problem.lumped is None:  # too little to be corrected, and known to intervals
             split = with_more_guides(context.problem, parameters[1])
             context = replace(context, problem=replace(context.problem, lumped=split.lumped))
-        over = over_intervals(context.problem, base, final)
+        near = near_differences(context.problem, base, final)
+        over = over_intervals(context.problem, base, final, near)
         ranges = intervals(context.problem, over, data.refits(final))
         calibrated, fitted = fitted_values(context.problem, base, over, ranges)
         selection = replace(selection, final=replace(selection.final, fit=over))
         lumped = self._too_few_guides(model, evidence.held_out.after)
-        limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped)]
+        limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped), *warn_of_ringing(near)]
         if verdict in ("partly", "unknown"):
             limits += warn_of_soft_friction(self.own.simulate, model)
             limits += warn_of_servos(self.own)
+        if evidence.extrapolated.reducible_closed < CLOSED:
+            limits += warn_of_shared_numbers(final.calibrated, findings)
         limits += warn_of_soft_flanks(self.own.simulate, model, {**calibrated, **fitted})
         seen, first = self.own.residuals(parameters), len(final.calibrated)
         proven = verdict in ("named", "parameter", "partly")

@@ -41,7 +41,14 @@ from numpy.typing import NDArray
 
 from tendon_mj.lab.diagnosis.data import Problem, step_error
 from tendon_mj.lab.diagnosis.effects.effect import Candidate
-from tendon_mj.lab.diagnosis.fitting import Fit, bounded_least_squares, natural_in_range, written
+from tendon_mj.lab.diagnosis.fitting import (
+    Fit,
+    bounded_least_squares,
+    differences,
+    natural_in_range,
+    rings,
+    written,
+)
 from tendon_mj.lab.diagnosis.limits import STANDARD_ERRORS
 from tendon_mj.lab.replay import suppress_unsolved_warnings
 from tendon_mj.typing import FloatArray
@@ -260,20 +267,28 @@ def intervals(
 
 
 @suppress_unsolved_warnings()
-def over_intervals(problem: Problem, base: Mapping[str, float], fit: Fit) -> Fit:
+def over_intervals(
+    problem: Problem, base: Mapping[str, float], fit: Fit, near: tuple[float, float]
+) -> Fit:
     """The fit with a Jacobian J that holds over its intervals.
 
     Over a distance the response to a small step is of no use if friction sticks or a play closes,
     and values that compensate each other do so along a curve. Each number is therefore moved to
     the ends of its interval, and all others are fitted to it. Of its two moves that which changes
     the residual less is a column of S (p, k), and the change one of R (m, k). J is corrected to
-    J S = R.
+    J S = R, of which what is random in a simulation that rings, by the `near_differences`, takes
+    its part off.
     """
     numbers = np.flatnonzero(fit.free & fit.shared)
+    random = near[1] / np.sqrt(3.0)  # in a difference of two simulations
+    if rings(near):
+        fit = _over_a_probe(problem, base, fit, numbers)
     for _ in range(_WIDENED if numbers.size else 0):
         halves = half_widths(problem, fit, fit.free)
         moves = [_least_move(problem, base, fit, k, halves[k]) for k in numbers]
         steps, changes = (np.column_stack(part) for part in zip(*moves, strict=True))
+        left, sizes, right = np.linalg.svd(changes, full_matrices=False)
+        changes = (left * np.sqrt(np.maximum(sizes**2 - random**2, 0.0))) @ right
         lengths = np.maximum(np.abs(steps).max(axis=1)[numbers], np.finfo(float).tiny)
         by_length = np.linalg.pinv(steps[numbers] / lengths[:, None], _PART)
         over = fit.jacobian.copy()
@@ -283,6 +298,24 @@ def over_intervals(problem: Problem, base: Mapping[str, float], fit: Fit) -> Fit
             break  # values that compensate each other nearby do so less far off
         fit = wider
     return fit
+
+
+def _over_a_probe(
+    problem: Problem, base: Mapping[str, float], fit: Fit, numbers: NDArray[np.intp]
+) -> Fit:
+    """The fit with derivatives by some terms over a probe of each, inward."""
+    point, middle = fit.scaled, fit.bounds.mean(axis=0)
+    step, jacobian = np.zeros(point.size), fit.jacobian.copy()
+    inward = np.where(point > middle, -1.0, 1.0) * np.minimum(1.0, np.abs(middle - point))
+    step[numbers] = inward[numbers]
+
+    def parameters(moved: FloatArray) -> dict[str, float]:
+        return written(fit.terms, natural_in_range(fit.terms, moved), base)
+
+    there = differences(problem, fit.terms, parameters, point, step, fit.residual - fit.correction)
+    found = np.isfinite(there).all(axis=0) & (step != 0.0)
+    jacobian[:, found] = there[:, found]
+    return replace(fit, jacobian=jacobian)
 
 
 def _least_move(

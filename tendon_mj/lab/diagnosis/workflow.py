@@ -44,7 +44,7 @@ from tendon_mj.lab.diagnosis.effects import (
     candidates,
     check_bindings,
 )
-from tendon_mj.lab.diagnosis.fitting import UNCHANGED
+from tendon_mj.lab.diagnosis.fitting import UNCHANGED, Fit, near_differences, rings
 from tendon_mj.lab.diagnosis.limits import SMALLEST_EXCESS, reducible_excess
 from tendon_mj.lab.diagnosis.proof import Proof
 from tendon_mj.lab.diagnosis.result import Diagnosis
@@ -227,16 +227,27 @@ def _calibrate(
         context = replace(context, problem=with_step(own, step))
         calibrated = context.fit_model((), start, evaluations=CONVERGED)
         context.progress("calibrate", 1, 1)
-        if step is None or step <= _SHORTEST or not _rings(context.problem, calibrated):
+        if (
+            step is None
+            or step <= _SHORTEST
+            or not _is_too_long(step, context, calibrated.fit, own)
+        ):
             return context, calibrated, step
         step *= 0.5
 
 
-def _rings(problem: Problem, model: FittedCandidate) -> bool:
-    """Return whether halving the step changes a residual by much of its mean square."""
-    used = problem.in_train
-    left = float(np.mean(model.fit.residual[used] ** 2))
-    return not step_error(model.fit.correction[used]) <= max(1.0, _RINGING * left)
+def _is_too_long(step: float, context: SelectionContext, fit: Fit, own: Problem) -> bool:
+    """Return whether half of the step changes a residual by much of its mean square.
+
+    Or whether the simulation rings in it, with derivatives of no use, and less in half of it.
+    """
+    used = own.in_train
+    left = float(np.mean(fit.residual[used] ** 2))
+    if not step_error(fit.correction[used]) <= max(1.0, _RINGING * left):
+        return True
+    problems = context.problem, with_step(own, 0.5 * step)
+    near, shorter = (near_differences(p, context.base, fit) for p in problems)
+    return rings(near) and shorter[1] < 0.5 * near[1]
 
 
 def _step_matters(context: SelectionContext, selection: Selection, verdict: Verdict) -> bool:

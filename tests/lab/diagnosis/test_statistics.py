@@ -20,6 +20,7 @@ from tendon_mj.lab.diagnosis import (
     intervals,
     tied,
 )
+from tendon_mj.lab.diagnosis.fitting import near_differences, rings
 from tendon_mj.lab.diagnosis.limits import (
     CLOSED,
     detection_limit,
@@ -249,12 +250,17 @@ class Rough(Toy):
         return {c: s + jumps * np.sin(force / 1e-4) for c, s in smooth.items()}
 
 
+def corrected(given: Problem, fitted: Fit) -> Fit:
+    """A fit with a Jacobian over its intervals."""
+    return over_intervals(given, {}, fitted, near_differences(given, {}, fitted))
+
+
 def test_where_a_response_is_rough_intervals_are_those_of_the_smooth_one() -> None:
     def width(rig: type[Toy], *, over: bool) -> float:
         made = (recording("a", 1, {}), recording("b", 2, {}))
         given = problem_of(rig, made)
         fitted = fit(given, {}, (replace(TERM, probe=1e-3),), (), np.zeros(1))
-        used = over_intervals(given, {}, fitted) if over else fitted
+        used = corrected(given, fitted) if over else fitted
         return float(np.ptp(intervals(given, used)[0]))
 
     smooth = width(Toy, over=False)
@@ -297,13 +303,38 @@ def test_an_interval_ends_where_the_error_grows_by_chance_with_the_others_fitted
             values = {TERM.targets[0]: end, SLOPE.targets[0]: least}
             return float(np.sum(given.residuals([values])[0] ** 2))
 
-        both = fitted, over_intervals(given, {}, fitted)
+        both = fitted, corrected(given, fitted)
         return [left(float(intervals(given, one)[0, 0])) - left(x) for one in both]
 
     (expected, same), (near, over) = rises(Straight), rises(Curved)
     assert same == pytest.approx(expected, rel=0.1)
     assert near < 0.8 * expected
     assert over == pytest.approx(expected, rel=0.1)
+
+
+class Ringing(Curved):
+    """A toy that shows the product alone, in a simulation that rings: rounding moves all of it."""
+
+    room = 1e-9
+    random = 0.03  # of a sample [N]
+
+    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, np.ndarray]:
+        digits = np.random.default_rng(abs(hash(tuple(changed.values()))))
+        series = super()._one(changed, recording)
+        return {c: s + digits.normal(0.0, self.random, s.size) for c, s in series.items()}
+
+
+def test_what_a_simulation_that_rings_does_by_rounding_tells_nothing() -> None:
+    """Of 1 + x and 1 + y only the product is told, which small steps do not see."""
+    terms = [replace(term, low=-0.5, high=1.0, probe=0.1) for term in (TERM, SLOPE)]
+    given = problem_of(Ringing, (recording("a", 1, {}), recording("b", 2, {})))
+    fitted = fit(given, {}, terms, (), np.zeros(2))
+    assert rings(near_differences(given, {}, fitted))
+    near, over = (
+        np.ptp(intervals(given, one), axis=1) for one in (fitted, corrected(given, fitted))
+    )
+    assert near.max() < 0.1
+    assert over.min() > 0.9
 
 
 def interval(unmodelled: float, correction: float = 0.0) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import SimpleNamespace as Made
 from typing import Any
@@ -17,23 +17,26 @@ from tendon_mj.lab.diagnosis import (
     Term,
     Value,
     diagnose,
+    fit,
     search_step,
     session_terms,
 )
 from tendon_mj.lab.diagnosis.alternatives import _alternative
 from tendon_mj.lab.diagnosis.audit import Correlations, autocorrelation
 from tendon_mj.lab.diagnosis.check import check_recordings
-from tendon_mj.lab.diagnosis.data import _reader
+from tendon_mj.lab.diagnosis.data import _reader, with_step
 from tendon_mj.lab.diagnosis.events import _Scan
 from tendon_mj.lab.diagnosis.limits import least_share
 from tendon_mj.lab.diagnosis.regimes import _cut, _reversals, locate, regimes
 from tendon_mj.lab.diagnosis.reproducibility import _repeat
 from tendon_mj.lab.diagnosis.search import screen
+from tendon_mj.lab.diagnosis.selection import SelectionContext
 from tendon_mj.lab.diagnosis.statistics import cross_validate
 from tendon_mj.lab.diagnosis.verdict import Evidence
 from tendon_mj.lab.diagnosis.wording import state
-from tendon_mj.lab.diagnosis.workflow import _rings, _step_matters
-from tendon_mj.lab.recordings import Session
+from tendon_mj.lab.diagnosis.workflow import _is_too_long, _step_matters
+from tendon_mj.lab.progress import silent
+from tendon_mj.lab.recordings import Recording, Session
 from tests.lab.diagnosis.linear_rig import context, effect
 from tests.lab.diagnosis.test_statistics import linear
 from tests.lab.diagnosis.toy import Stepped, Toy, problem_of, recording, rig
@@ -97,10 +100,38 @@ def another(share: float) -> bool:
     return _alternative(effect("a"), "", {"a": (here, there)}).fitted
 
 
-def rings(share: float) -> bool:
-    """Return whether a model rings where half the step changes a share of its mean square."""
-    fit = Made(residual=np.full(99, 10.0), correction=np.full(99, 20.0 * share**0.5))
-    return _rings(Made(in_train=np.ones(99, bool)), Made(fit=fit))  # type: ignore[arg-type]
+FORCE = Term(("sheath.constant_friction",), "N", 0.0, -50.0, 50.0, 1.0)
+
+
+def is_too_long(rig: type[Stepped], **changed: float) -> bool:
+    """Return whether the step of a rig is too long, of which a fit has ``changed`` residuals."""
+    data = with_step(problem_of(lambda r: rig(r, error=0.0), [MADE]), 1.0)
+    made = SelectionContext(data, {}, (FORCE,), (), 0.0, 0.0, silent)
+    fitted = fit(data, {}, (FORCE,), (), np.zeros(1))
+    series = {name: np.full(fitted.residual.size, value) for name, value in changed.items()}
+    return _is_too_long(1.0, made, replace(fitted, **series), data)
+
+
+def changes(share: float) -> bool:
+    """Return whether a step is too long of which half changes a share of the mean square."""
+    return is_too_long(Stepped, residual=10.0, correction=20.0 * share**0.5)
+
+
+class Ringing(Stepped):
+    """A toy that rings in its own step, and a share as much in half of it."""
+
+    size, less = 0.05, 0.0  # [N]
+
+    def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, np.ndarray]:
+        digits = np.random.default_rng(abs(hash(tuple(changed.values()))))
+        size = self.size * (1.0 if self.step == 1.0 else self.less)
+        series = super()._one(changed, recording)
+        return {c: s + digits.normal(0.0, size, s.size) for c, s in series.items()}
+
+
+def mends(less: float, size: float = 0.05) -> bool:
+    """Return whether a step in which a model rings is too long if half of it has so much less."""
+    return is_too_long(type("Rig", (Ringing,), {"size": size, "less": 1.0 - less}))
 
 
 def far(excess: float) -> bool:
@@ -193,7 +224,9 @@ EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
     "another value": (another, 0.15, 0.25),
     "a jump of the drive": (of_a_column, 0.6, 0.8),
     "a jump elsewhere": (lambda rows: not of_a_column(rows=rows), 3, 4),
-    "ringing": (rings, 0.07, 0.13),
+    "a step that changes much": (changes, 0.07, 0.13),
+    "ringing that half of the step mends": (mends, 0.4, 0.6),
+    "ringing": (lambda size: mends(1.0, size), 1.5e-3, 4e-3),
     "a rest beyond the step": (far, 1.6, 2.4),
     "a step too long": (own_step, 0.7, 1.4),
     "noise in proportion": (proportionate, 0.7e-12, 1.4e-12),
