@@ -24,6 +24,8 @@ _CLEAR = 3.0  # steps of the column, by which values change that are repeated
 _REGULAR = 0.9  # of the runs, which have one of two lengths
 _AS_STATED = 1.05  # rounding over the stated noise, up to which that is taken to include it
 _LEVELS = 100  # steps in the range: a command may have fewer levels, and be exact
+_UNEVEN = 0.1  # share of the samples in motion
+_MOST_LEVELS = 100_000  # of an encoder: a step of more is nothing beside other errors
 _REPEATS = 0.01  # of its range: a driven column this near to another row's repeats it
 
 
@@ -55,30 +57,73 @@ def resolution(series: ArrayLike) -> float:
     return 0.0
 
 
-def least_motion(series: FloatArray) -> FloatArray:
-    """A quantised series with the least motion that is within half a step of its values.
+def encoder_step(series: ArrayLike) -> float:
+    """Step of a series as an encoder reads it, or as it was rounded; 0 of any other.
 
-    The flicker of the last bit is no motion, but friction would act against it. Mean of a play
-    operator of the step's width forward in time, which lags behind, and backward. A series without
-    flicker, or of few levels, is returned as it is.
+    Nor of one in few levels, or in very many. Exact ramps have steps too, and move on evenly, where
+    what is read goes a mark more or less from sample to sample.
     """
-    step = resolution(series)
-    if not 0.0 < _LEVELS * step <= float(np.ptp(series)):
+    values, step = np.asarray(series, float), resolution(series)
+    if not _LEVELS * step <= float(np.ptp(values)) < _MOST_LEVELS * step:
+        return 0.0
+    marks = np.rint(np.diff(values) / step)
+    moves = (marks[1:] != 0.0) | (marks[:-1] != 0.0)
+    uneven = np.abs(np.diff(marks)) == 1.0
+    return step if np.count_nonzero(uneven) > _UNEVEN * np.count_nonzero(moves) else 0.0
+
+
+def least_motion(series: FloatArray) -> FloatArray:
+    """A series as an encoder reads it, with the least motion that is within half a step of it.
+
+    Between two marks nothing tells where it was: it is linear from one to the next. The flicker of
+    the last bit is no motion, but friction would act against it. It is removed by the mean of a
+    play operator of the step's width forward in time, which lags behind, and backward. A series in
+    few levels, or in very many, is returned as it is.
+    """
+    step = encoder_step(series)
+    if not step > 0.0:
         return series
+    half, steady = 0.5 * step, series
     changes = np.rint(np.diff(series) / step)
     changes = changes[changes != 0.0]
-    if not np.any((changes[1:] == -changes[:-1]) & (np.abs(changes[1:]) == 1.0)):
-        return series
-    half = (0.5 + _OFF_GRID) * step
+    if np.any((changes[1:] == -changes[:-1]) & (np.abs(changes[1:]) == 1.0)):
+        half = (0.5 + _OFF_GRID) * step
 
-    def play(values: Iterable[float], last: float) -> list[float]:
-        return [last := min(max(last, value - half), value + half) for value in values]
+        def play(values: Iterable[float], last: float) -> list[float]:
+            return [last := min(max(last, value - half), value + half) for value in values]
 
-    values = series.tolist()
-    backward = play(reversed(values), play(values, values[0])[-1])
-    forward = play(values, backward[-1])
-    mean: FloatArray = 0.5 * (np.array(forward) + backward[::-1])
-    return mean
+        values = series.tolist()
+        backward = play(reversed(values), play(values, values[0])[-1])
+        ahead, behind = np.array(play(values, backward[-1])), np.array(backward[::-1])
+        steady = 0.5 * (ahead + behind)
+        # both stay short of where a motion turns: a value that stands still says where that is
+        turns = np.flatnonzero(np.diff(ahead == behind, prepend=False, append=False))
+        for span in map(slice, turns[::2].tolist(), turns[1::2].tolist()):
+            if np.ptp(series[span]) == 0.0:
+                steady[span] = series[span]
+    motion: FloatArray = np.clip(_between_marks(steady), series - half, series + half)
+    return motion
+
+
+def _between_marks(series: FloatArray) -> FloatArray:
+    """A series in steps, linear from one step to the next; a value that stays for long is reached.
+
+    As fast as before a step it goes on behind it, and as fast as behind the next it begins before.
+    """
+    steps = np.flatnonzero(np.diff(series))
+    times, values = steps + 0.5, 0.5 * (series[steps] + series[steps + 1])
+    begins, ends = np.append(0.0, times), np.append(times, series.size - 1.0)
+    lasts = ends - begins
+    before, after = np.append(0.0, lasts[:-1]), np.append(lasts[1:], 0.0)
+    reached = begins + 0.5 * np.minimum(before, lasts)
+    left = ends - 0.5 * np.minimum(after, lasts)
+    held = lasts > 1.0
+    level = series[np.append(steps, series.size - 1)][held]
+    x = np.concatenate([times, reached[held], left[held]])
+    y = np.concatenate([values, level, level])
+    order = np.argsort(x, kind="stable")
+    linear: FloatArray = np.interp(np.arange(series.size), x[order], y[order])
+    return linear
 
 
 def white_noise(series: FloatArray, among: BoolArray | None = None, order: int = 3) -> float:

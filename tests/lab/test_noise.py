@@ -66,11 +66,29 @@ def test_the_flicker_of_an_encoder_is_no_motion(step: float) -> None:
     assert abs(np.mean((freed - place)[steady])) < 0.05 * step
 
 
-def test_a_drive_that_does_not_flicker_is_left_as_it_is() -> None:
+def test_an_exact_drive_is_left_as_it_is() -> None:
     ramps = np.interp(TIME, [0.0, 4.0, 8.0, 10.0], [0.0, 1.0, -1.0, 0.0])
     assert least_motion(ramps) is ramps
-    rounded = np.round(ramps, 3)
-    assert least_motion(rounded) is rounded
+    finely = np.round(np.sin(TIME), 6)
+    assert least_motion(finely) is finely
+
+
+@pytest.mark.parametrize("size", [1.0, 5.0])
+@pytest.mark.parametrize("step", [0.001, 0.003, 0.009])
+def test_between_the_marks_of_an_encoder_a_motion_goes_on(step: float, size: float) -> None:
+    """Rests and turns are where they were read, and nothing is off by more than half a step."""
+    rise, fall = (
+        np.clip((TIME - begin) / last, 0.0, 1.0) for begin, last in ((2.0, 4.0), (6.0, 2.0))
+    )
+    place = size * (0.25 - 0.5 * np.cos(np.pi * rise) + 0.25 * np.cos(np.pi * fall)) + 0.2 * step
+    read = step * np.round(place / step)
+    freed = least_motion(read)
+    assert np.abs(freed - read).max() < 0.61 * step
+    assert reversals(freed) == reversals(place) == 1
+    assert (freed == read)[TIME < 1.5].all()
+    moves = (TIME > 2.1) & (TIME < 7.9)
+    rms = [float(np.sqrt(np.mean((each - place)[moves] ** 2))) for each in (freed, read)]
+    assert rms[0] < 0.75 * rms[1]
 
 
 @pytest.mark.parametrize("seed", range(10))

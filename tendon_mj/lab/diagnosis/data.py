@@ -11,6 +11,7 @@ data of a recording determine its value far better. The spread is then estimated
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -22,11 +23,12 @@ from scipy.ndimage import uniform_filter1d
 from tendon_mj.errors import InvalidValueError, RecordingError, UnknownNameError
 from tendon_mj.lab.diagnosis.effects.effect import SystemDescription, Term, element
 from tendon_mj.lab.noise import (
+    encoder_step,
+    estimate_noise,
     is_noisy,
     least_motion,
     noise_levels,
     range_ends,
-    resolution,
     white_noise,
 )
 from tendon_mj.lab.parameter_names import (
@@ -276,15 +278,19 @@ def noise_of_drives(
 def _reader(series: FloatArray) -> Callable[[np.random.Generator], FloatArray] | None:
     """What reads a driven column again: with as much noise, or at other marks of its encoder.
 
-    None of a column that is exact, or an excitation that is all noise.
+    At a sample before and after which it passes marks it may have been anywhere between two. None
+    of a column that is exact, or an excitation that is all noise.
     """
-    motion = least_motion(series)
-    if motion is not series:
-        step = resolution(series)
+    step = encoder_step(series)
+    if step > 0.0:
+        motion, passes = least_motion(series), np.abs(np.diff(series)) > 0.5 * step
+        fast = np.append(passes, True) & np.append(True, passes)
+        error = max(estimate_noise(series), step / math.sqrt(12.0))
 
         def at_other_marks(random: np.random.Generator) -> FloatArray:
             mark = random.uniform(0.0, step)
-            return step * np.rint((motion - mark) / step) + mark
+            there = least_motion(step * np.rint((motion - mark) / step) + mark)
+            return np.where(fast, motion + random.normal(0.0, error, series.size), there)
 
         return at_other_marks
     noise = white_noise(series) if is_noisy(series) else 0.0
