@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from tendon_mj.errors import UnknownNameError
+from tendon_mj.plugin import sheaths
 from tendon_mj.sheath import Law
 from tendon_mj.typing import FloatArray
 
@@ -34,7 +35,7 @@ def largest_stiffness(model: mujoco.MjModel, tendon: str) -> float:
 
     Args:
         model: compiled, in its pose `qpos0`.
-        tendon: name of a spatial tendon.
+        tendon: name of a spatial tendon, or of its sheath.
 
     Returns:
         The stiffness; ``inf`` for a tendon that moves no joint.
@@ -43,6 +44,9 @@ def largest_stiffness(model: mujoco.MjModel, tendon: str) -> float:
         UnknownNameError: no such tendon, with the nearest name.
     """
     names = [model.tendon(k).name for k in range(model.ntendon)]
+    known = sheaths(model)
+    if tendon not in names and tendon in known:
+        tendon = known[tendon].tendon
     if tendon not in names:
         raise UnknownNameError("tendon", tendon, names, "largest_stiffness")
     return stiffness_limits(model, [names.index(tendon)])[0]

@@ -62,6 +62,13 @@ def test_a_step_carries_four_times_as_much_alone_and_no_more():
     assert swing(4.4 * largest) > 100.0 * calm
 
 
+def test_a_sheath_stands_for_its_tendon():
+    spec = mujoco.MjSpec.from_string(link())
+    sheath = {"name": "rope", "friction": 0.1, "axial_stiffness": 10.0, "pretension": 1.0}
+    model = add_friction(spec, "tendon", reel="reel", **sheath).compile()
+    assert largest_stiffness(model, "rope") == largest_stiffness(model, "tendon")
+
+
 def test_a_tendon_that_moves_nothing_may_be_as_stiff_as_one_likes():
     assert largest_stiffness(compiled(link(joint="<site/>")), "tendon") == np.inf
 
