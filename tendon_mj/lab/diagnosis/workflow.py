@@ -227,11 +227,9 @@ def _calibrate(
         context = replace(context, problem=with_step(own, step))
         calibrated = context.fit_model((), start, evaluations=CONVERGED)
         context.progress("calibrate", 1, 1)
-        if (
-            step is None
-            or step <= _SHORTEST
-            or not _is_too_long(step, context, calibrated.fit, own)
-        ):
+        if step is None or step <= _SHORTEST:
+            return context, calibrated, step
+        if not _is_too_long(step, context, calibrated.fit, own):
             return context, calibrated, step
         step *= 0.5
 
@@ -245,9 +243,10 @@ def _is_too_long(step: float, context: SelectionContext, fit: Fit, own: Problem)
     left = float(np.mean(fit.residual[used] ** 2))
     if not step_error(fit.correction[used]) <= max(1.0, _RINGING * left):
         return True
-    problems = context.problem, with_step(own, 0.5 * step)
-    near, shorter = (near_differences(p, context.base, fit) for p in problems)
-    return rings(near) and shorter[1] < 0.5 * near[1]
+    near = near_differences(context.problem, context.base, fit)
+    if not rings(near):
+        return False
+    return near_differences(with_step(own, 0.5 * step), context.base, fit)[1] < 0.5 * near[1]
 
 
 def _step_matters(context: SelectionContext, selection: Selection, verdict: Verdict) -> bool:
