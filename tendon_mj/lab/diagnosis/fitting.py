@@ -132,6 +132,11 @@ class Fit:
         return slice(first, first + len(candidate.terms))
 
 
+def inward(point: FloatArray, bounds: FloatArray) -> FloatArray:
+    """(p,) sense away from the nearer of (2, p) bounds, −1 or 1."""
+    return np.where(point > bounds.mean(axis=0), -1.0, 1.0)
+
+
 def _margin(bounds: FloatArray) -> FloatArray:
     """(p,) distance from (2, p) bounds within which a scaled term is held by them."""
     margin: FloatArray = np.minimum(_AT_END[0] * (bounds[1] - bounds[0]), _AT_END[1])
@@ -238,8 +243,8 @@ def near_differences(
     Where the response is smooth the second is small. Where the simulation rings from step to step
     rounding decides what it does: the second is √6 times what is random in one residual.
     """
-    inward = np.where(fitted.scaled > fitted.bounds.mean(axis=0), -DIFFERENCE, DIFFERENCE)
-    points = [natural_in_range(fitted.terms, fitted.scaled + k * inward) for k in range(3)]
+    step = DIFFERENCE * inward(fitted.scaled, fitted.bounds)
+    points = [natural_in_range(fitted.terms, fitted.scaled + k * step) for k in range(3)]
     near, middle, far = problem.residuals([written(fitted.terms, x, base) for x in points])
     used = problem.in_train & np.isfinite(near) & np.isfinite(middle) & np.isfinite(far)
     near, middle, far = near[used], middle[used], far[used]
@@ -367,9 +372,9 @@ class _Solver:
     ) -> FloatArray:
         """(m, p) by one-sided differences, away from the nearer bound, where it is not known."""
         matrix = np.full((residual.size, point.size), np.nan) if known is None else known.copy()
-        wanted, middle = np.isnan(matrix).all(axis=0), self.bounds.mean(axis=0)
+        wanted = np.isnan(matrix).all(axis=0)
         if wanted.any():
-            step: FloatArray = DIFFERENCE * np.where(point > middle, -1.0, 1.0) * wanted
+            step = DIFFERENCE * inward(point, self.bounds) * wanted
             found = differences(self.problem, self.terms, self._parameters, point, step, residual)
             matrix[:, wanted] = found[:, wanted]
         return np.nan_to_num(matrix, copy=False, posinf=0.0, neginf=0.0)

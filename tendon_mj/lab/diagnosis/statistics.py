@@ -45,6 +45,7 @@ from tendon_mj.lab.diagnosis.fitting import (
     Fit,
     bounded_least_squares,
     differences,
+    inward,
     natural_in_range,
     rings,
     written,
@@ -304,13 +305,13 @@ def _over_a_probe(
     problem: Problem, base: Mapping[str, float], fit: Fit, numbers: NDArray[np.intp]
 ) -> Fit:
     """The fit with derivatives by some terms over a probe of each, inward."""
-    point, middle = fit.scaled, fit.bounds.mean(axis=0)
-    step, jacobian = np.zeros(point.size), fit.jacobian.copy()
-    inward = np.where(point > middle, -1.0, 1.0) * np.minimum(1.0, np.abs(middle - point))
-    step[numbers] = inward[numbers]
+    point, jacobian = fit.scaled, fit.jacobian.copy()
+    room = np.abs(fit.bounds.mean(axis=0) - point)
+    moved = np.isin(np.arange(point.size), numbers)
+    step = inward(point, fit.bounds) * np.minimum(1.0, room) * moved
 
-    def parameters(moved: FloatArray) -> dict[str, float]:
-        return written(fit.terms, natural_in_range(fit.terms, moved), base)
+    def parameters(scaled: FloatArray) -> dict[str, float]:
+        return written(fit.terms, natural_in_range(fit.terms, scaled), base)
 
     there = differences(problem, fit.terms, parameters, point, step, fit.residual - fit.correction)
     found = np.isfinite(there).all(axis=0) & (step != 0.0)

@@ -42,7 +42,7 @@ from tendon_mj.lab.diagnosis.statistics import (
 )
 from tendon_mj.lab.recordings import Measured, Recording
 from tests.lab.diagnosis.linear_rig import BLOCKS, LinearRig, Shape, context, effect, named
-from tests.lab.diagnosis.toy import Toy, problem_of, recording
+from tests.lab.diagnosis.toy import Toy, problem_of, recording, ringing
 
 TERM = Term(("sheath.constant_friction",), "N", 0.0, -50.0, 50.0, 1.0)
 SLOPE = Term(("sheath.friction_drift",), "1/s", 0.0, -50.0, 50.0, 1.0)
@@ -319,9 +319,7 @@ class Ringing(Curved):
     random = 0.03  # of a sample [N]
 
     def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, np.ndarray]:
-        digits = np.random.default_rng(abs(hash(tuple(changed.values()))))
-        series = super()._one(changed, recording)
-        return {c: s + digits.normal(0.0, self.random, s.size) for c, s in series.items()}
+        return ringing(super()._one(changed, recording), changed, self.random)
 
 
 def test_what_a_simulation_that_rings_does_by_rounding_tells_nothing() -> None:

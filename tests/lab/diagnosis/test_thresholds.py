@@ -39,7 +39,7 @@ from tendon_mj.lab.progress import silent
 from tendon_mj.lab.recordings import Recording, Session
 from tests.lab.diagnosis.linear_rig import context, effect
 from tests.lab.diagnosis.test_statistics import linear
-from tests.lab.diagnosis.toy import Stepped, Toy, problem_of, recording, rig
+from tests.lab.diagnosis.toy import Stepped, Toy, problem_of, recording, rig, ringing
 from tests.refusals import refused
 
 MADE = recording("a", 1, {})
@@ -123,10 +123,8 @@ class Ringing(Stepped):
     size, less = 0.05, 0.0  # [N]
 
     def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, np.ndarray]:
-        digits = np.random.default_rng(abs(hash(tuple(changed.values()))))
         size = self.size * (1.0 if self.step == 1.0 else self.less)
-        series = super()._one(changed, recording)
-        return {c: s + digits.normal(0.0, size, s.size) for c, s in series.items()}
+        return ringing(super()._one(changed, recording), changed, size)
 
 
 def mends(less: float, size: float = 0.05) -> bool:

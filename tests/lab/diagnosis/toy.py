@@ -129,6 +129,14 @@ class Stepped(Toy):
         return {c: s + w * error for (c, s), w in zip(series.items(), shares, strict=True)}
 
 
+def ringing(
+    series: Mapping[str, FloatArray], changed: Mapping[str, float], size: float
+) -> dict[str, FloatArray]:
+    """Series of a simulation that rings: rounding of the changed values moves samples by a size."""
+    random = np.random.default_rng(abs(hash(tuple(changed.values()))))
+    return {c: s + random.normal(0.0, size, s.size) for c, s in series.items()}
+
+
 def measured_by(
     make: MakeSimulator, blank: Recording, truth: Mapping[str, float], random: np.random.Generator
 ) -> Recording:
