@@ -264,8 +264,7 @@ def changes(
         out: Folder for result.json.
         description: TOML file that describes the columns of all recordings.
         model: Model in place of the recordings' own: a name or an MJCF file.
-        reproducibility: Share of itself by which a number comes back if nothing changed. It counts
-            if a state has one recording; several tell by their scatter.
+        reproducibility: Share of itself by which a number comes back if nothing changed.
 
     Example:
         tendon-mj changes march.csv june.csv

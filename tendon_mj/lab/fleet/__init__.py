@@ -5,10 +5,10 @@ searched for (`changes`) and fitted day by day, and its numbers compared (`resul
 one rig: `compare_states`.
 """
 
+from tendon_mj.lab.fleet.observation import REPRODUCIBILITY as REPRODUCIBILITY
 from tendon_mj.lab.fleet.result import FleetResult as FleetResult
 from tendon_mj.lab.fleet.result import RigResult as RigResult
 from tendon_mj.lab.fleet.rigs import RESULT_TABLE as RESULT_TABLE
 from tendon_mj.lab.fleet.rigs import find_rigs as find_rigs
 from tendon_mj.lab.fleet.run import run_fleet as run_fleet
-from tendon_mj.lab.fleet.states import REPRODUCIBILITY as REPRODUCIBILITY
 from tendon_mj.lab.fleet.states import compare_states as compare_states

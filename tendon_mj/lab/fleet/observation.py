@@ -26,6 +26,7 @@ import numpy as np
 from tendon_mj.errors import TendonError
 from tendon_mj.lab.diagnosis import (
     CONVERGED,
+    SMALLEST_EXCESS,
     STANDARD_ERRORS,
     Fit,
     Problem,
@@ -52,6 +53,8 @@ Label = tuple[str, str, tuple[float, ...]]  # identifier, name, shape
 
 SINGULAR = 1e-10  # relative eigenvalue below which a direction is left alone
 _PARTS = 8  # of a recording
+REPRODUCIBILITY = 0.01  # share of itself by which a number comes back from one to the next
+_ZERO = np.sqrt(SMALLEST_EXCESS)  # by which the zero of a sensor comes back [noise]
 _NOTABLE = 0.01  # of the residual of the better one, likewise
 
 
@@ -275,10 +278,10 @@ class NumberSeries:
     probe: float  # change of the parameter for a probe of the number [unit]
     values: FloatArray  # (n,) of that parameter [unit]
     errors: FloatArray  # (n,) standard errors from noise [unit]
-    # (n,) likewise, and no less than the parts of a recording say by themselves [unit]
-    errors_of_parts: FloatArray
-    # (n,) change for which zeros of the sensors that are off by their noise are taken [unit]
-    of_zeros: FloatArray
+    # (n,) values and standard errors if all fitted numbers and the sensors' zeros may differ from
+    # recording to recording by their reproducibility, to first order [unit]
+    apart: FloatArray
+    errors_apart: FloatArray
     square: FloatArray  # (n,) mean square residual of each recording [noise²]
     range: FloatArray  # (2,) within which the parameter is fitted [unit]
     others: dict[str, float]  # parameter → value, of those fitted to all recordings with it
@@ -289,16 +292,17 @@ def fit_series(
     model: mujoco.MjModel,
     start: Sequence[float],
     suspects: Mapping[Number, Sequence[float]],
+    reproducibility: float = REPRODUCIBILITY,
 ) -> list[NumberSeries]:
     """Fit each of some numbers day by day; the one that explains most first.
 
     ``start``: values of all terms, see `Observation`; ``suspects``: number → its first-order change
-    on each day, (n,) [probes].
+    on each day, (n,) [probes]; ``reproducibility``: share of itself by which a number comes back.
     """
     rig = calibrate(recordings, model, start)
     names = [recording.name for recording in recordings]
     fitted = [
-        _series(rig, watched, suspects[watched.number], names)
+        _series(rig, watched, suspects[watched.number], names, reproducibility)
         for watched in rig.watched
         if watched.number in suspects
     ]
@@ -306,7 +310,11 @@ def fit_series(
 
 
 def _series(
-    rig: Calibrated, watched: Watched, changes: Sequence[float], names: Sequence[str]
+    rig: Calibrated,
+    watched: Watched,
+    changes: Sequence[float],
+    names: Sequence[str],
+    reproducibility: float,
 ) -> NumberSeries:
     term, count = watched.term, len(names)
     own = [
@@ -327,38 +335,81 @@ def _series(
     square = mean_squares(fitted.residual, rig.problem)
     slopes = fitted.jacobian[:, -count:]
     information = np.einsum("mk,mk->k", slopes, slopes)
-    parts = np.array([_sum_of_parts(slopes[:, k] * fitted.residual) for k in range(count)])
-    of, sums = zip(*((k, slopes[rows, k].sum()) for k, _, rows in rig.problem.signals), strict=True)
     written = {**rig.base, **fitted.parameters(rig.base)}
     numbers, parameter = fitted.values[-count:], term.targets[0]
     middle = float(np.mean(numbers))
     probe = abs(_parameter(term, middle + term.probe, written) - _parameter(term, middle, written))
     with np.errstate(divide="ignore"):
         errors = probe * np.sqrt(np.maximum(square, 1.0) / information)
-        of_parts = np.maximum(errors, probe * parts / information)
-        of_zeros = probe * np.sqrt(np.bincount(of, np.square(sums))) / information
+    values = np.array([_parameter(term, float(x), written) for x in numbers])
+    probes = np.array([t.probe for t in fitted.terms])
+    spread = np.array([t.spread for t in fitted.terms])
+    comes_back = np.where(spread > 0.0, spread, reproducibility * np.abs(fitted.values)) / probes
+    comes_back[len(kept) : len(kept) + len(watched.shape)] = 0.0  # the same on all days
+    ends = [_parameter(term, end, written) for end in (term.low, term.high)]
+    apart = np.array([_apart(rig, fitted, k, k - count, comes_back) for k in range(count)])
     return NumberSeries(
         number=watched.number,
         parameter=parameter,
         unit=rig.problem.simulate.parameters[parameter].unit,
         probe=probe,
-        values=np.array([_parameter(term, float(x), written) for x in numbers]),
+        values=values,
         errors=errors,
-        errors_of_parts=of_parts,
-        of_zeros=of_zeros,
+        apart=values + probe * apart[:, 0],
+        errors_apart=np.minimum(probe * apart[:, 1], np.ptp(ends)),
         square=square,
-        range=np.sort([_parameter(term, end, written) for end in (term.low, term.high)]),
+        range=np.sort(ends),
         others={t: written[t] for other, _ in kept if not other.spread for t in other.targets},
     )
 
 
-def _sum_of_parts(products: FloatArray) -> float:
-    """Root of the sum of squares of what the parts of a recording have of a gradient.
+def _apart(
+    rig: Calibrated, fitted: Fit, k: int, number: int, comes_back: FloatArray
+) -> tuple[float, float]:
+    """Shift of recording k's ``number`` and its standard error if the rest may differ too [probes].
 
-    Over the information it is the standard error that these parts give, whatever is in them.
+    With the derivatives s of its residuals r by that number, and S by what may differ, each over
+    its deviation σ in ``comes_back`` (p,) [probes] or the zero of a sensor, the shift is δ of
+
+        min |r + s δ + S n|² + |n|²   over δ and n,
+
+    to first order. Noise is no less than what the parts of the recording say, as what a model lacks
+    is none. A number that changes nothing has a shift of 0, and an infinite error.
     """
-    parts = np.array_split(products[products != 0.0], _PARTS)
-    return float(np.sqrt(sum(part.sum() ** 2 for part in parts) * _PARTS / (_PARTS - 1)))
+    rows = rig.problem.recording_of == k
+    columns = [mine for of, _, mine in rig.problem.signals if of == k]
+    zeros = np.zeros((len(rows), len(columns)))
+    for c, mine in enumerate(columns):
+        zeros[mine, c] = _ZERO
+    differ = np.hstack([fitted.jacobian * comes_back, zeros])[rows]
+    count = differ.shape[1]
+    others = np.vstack([differ, np.eye(count)])
+    expected = np.zeros(count)
+    expected[: len(comes_back)] = fitted.weights * fitted.scaled
+
+    def without(x: FloatArray) -> FloatArray:
+        return np.asarray(x - others @ np.linalg.lstsq(others, x, rcond=None)[0], float)
+
+    slope = np.append(fitted.jacobian[rows, number], np.zeros(count))
+    free = without(slope)
+    information = float(free @ slope)
+    if not information > 0.0:
+        return 0.0, np.inf
+    residual = np.append(fitted.residual[rows], expected)
+    shift = -float(free @ residual) / information
+    left = without(residual + shift * slope)[:-count]
+    by_noise = max(float(left @ left) / left.size, 1.0) * float(free[:-count] @ free[:-count])
+    variance = max(by_noise, _of_parts(free[:-count] * left)) + float(free[-count:] @ free[-count:])
+    return shift, np.sqrt(variance) / information
+
+
+def _of_parts(products: FloatArray) -> float:
+    """Sum of squares of what the parts of a recording have of a gradient.
+
+    Over the information squared it is the variance that these parts give, whatever is in them.
+    """
+    parts = np.array_split(products, _PARTS)
+    return float(sum(part.sum() ** 2 for part in parts)) * _PARTS / (_PARTS - 1)
 
 
 def _parameter(term: Term, number: float, values: Mapping[str, float]) -> float:

@@ -2,17 +2,16 @@
 
 Every number that may change is watched as on a rig of a fleet (`observation`): the uncertain
 parameters, and the effects of the catalogue. Those of which a change between the states explains
-most, to first order, are fitted to each recording by itself, everything else to all of them. With x
-and s of each recording a state has
+most, to first order, are fitted to each recording by itself, everything else to all of them. Of the
+values x of a state, as they are if everything else may differ by its reproducibility too, and their
+standard errors s,
 
-    x̄ = Σ x/s² / Σ 1/s²,   s̄² = 1 / Σ 1/s² + Σ (x − x̄)² / (n (n−1)),
+    x̄ = Σ x/s² / Σ 1/s²,   s̄² = max(1 / Σ 1/s², Σ (x − x̄)² / (n (n−1))).
 
-with √((r x)² + q²) in the place of the second sum's root if there is one recording. q is the change
-for which zeros of the sensors would be taken that are off by √`SMALLEST_EXCESS` of their noise; no
-share of a number that is 0 says how well it comes back. The change is significant where
-|x̄_new − x̄_old| is 5 times √(s̄_old² + s̄_new²) or more. An s is at least what the parts of its
-recording say by themselves, since what a model lacks is no noise. Numbers explain the recordings as
-well as each other where they leave the same but for the limit of a diagnosis.
+Reproducibility is a share of each fitted number, and √`SMALLEST_EXCESS` of its noise for the zero
+of a sensor. So no number changes by what several that come back explain together. The change is
+significant where |x̄_new − x̄_old| is 5 times √(s̄_old² + s̄_new²) or more. Numbers explain the
+recordings as well as each other where they leave the same but for the limit of a diagnosis.
 """
 
 from __future__ import annotations
@@ -26,13 +25,17 @@ import numpy as np
 from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.lab.diagnosis import SMALLEST_EXCESS
 from tendon_mj.lab.fleet.changes import SIGNIFICANT, explained, most_promising
-from tendon_mj.lab.fleet.observation import NumberSeries, fit_series, observe, usable
+from tendon_mj.lab.fleet.observation import (
+    REPRODUCIBILITY,
+    NumberSeries,
+    fit_series,
+    observe,
+    usable,
+)
 from tendon_mj.lab.fleet.result import ILL, entries, in_one_unit, label, or_as_well
 from tendon_mj.lab.fleet.rigs import RigData
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.typing import BoolArray
-
-REPRODUCIBILITY = 0.01  # share of itself by which a number comes back, unless several tell
 
 
 @dataclass(frozen=True)
@@ -110,8 +113,7 @@ def compare_states(
         old: recordings of the rig as it was.
         new: of the rig as it is.
         model: of both.
-        reproducibility: r, share of itself by which a number comes back if nothing changed; it
-            counts for a state of one recording, since several tell by their scatter.
+        reproducibility: share of itself by which a number comes back if nothing changed.
 
     Raises:
         InvalidValueError: a reproducibility that is negative or not finite.
@@ -140,7 +142,7 @@ def compare_states(
 
     def fitted(numbers: set[int]) -> list[NumberSeries]:
         suspected = {observation.numbers[k]: changes[k] * is_new for k in numbers}
-        return fit_series(named, model, observation.terms.tolist(), suspected)
+        return fit_series(named, model, observation.terms.tolist(), suspected, reproducibility)
 
     suspects = {*most_promising(observation, gains), *range(observation.shared)}
     series = fitted(suspects)
@@ -153,7 +155,7 @@ def compare_states(
     most = best + SMALLEST_EXCESS * max(1.0, best)
     alike = [one for one in series if float(one.square.mean()) <= most]
     first = min(alike, key=lambda one: bool(one.number.identifier))  # else the first
-    before, after, error = _ends(first, is_new, reproducibility)
+    before, after, error = _ends(first, is_new)
     significance = abs(after - before) / error
     found = significance >= SIGNIFICANT
     return StatesCompared(
@@ -164,7 +166,7 @@ def compare_states(
         after=after,
         significance=significance,
         least={
-            (one.parameter, one.unit): SIGNIFICANT * _ends(one, is_new, reproducibility)[-1]
+            (one.parameter, one.unit): SIGNIFICANT * _ends(one, is_new)[-1]
             for one in series
             if not one.number.identifier
         },
@@ -173,20 +175,15 @@ def compare_states(
     )
 
 
-def _ends(
-    series: NumberSeries, is_new: BoolArray, reproducibility: float
-) -> tuple[float, float, float]:
+def _ends(series: NumberSeries, is_new: BoolArray) -> tuple[float, float, float]:
     """Means of a number over both states, and the standard error of their difference."""
-    old, new = (_mean(series, state, reproducibility) for state in (~is_new, is_new))
+    old, new = (_mean(series, state) for state in (~is_new, is_new))
     return old[0], new[0], float(np.hypot(old[1], new[1]))
 
 
-def _mean(series: NumberSeries, state: BoolArray, reproducibility: float) -> tuple[float, float]:
+def _mean(series: NumberSeries, state: BoolArray) -> tuple[float, float]:
     """Mean of a number over the recordings of a state, and its standard error."""
-    values, weights = series.values[state], 1.0 / series.errors_of_parts[state] ** 2
+    values, weights = series.apart[state], 1.0 / series.errors_apart[state] ** 2
     mean, count = float(np.average(values, weights=weights)), values.size
-    of_zeros = np.sqrt(SMALLEST_EXCESS) * series.of_zeros[state]
-    scatter = np.hypot(reproducibility * mean, of_zeros[0])
-    if count > 1:
-        scatter = np.sqrt(np.sum((values - mean) ** 2) / (count * (count - 1)))
-    return mean, float(np.hypot(1.0 / np.sqrt(weights.sum()), scatter))
+    scatter = np.sum((values - mean) ** 2) / (count * (count - 1)) if count > 1 else 0.0
+    return mean, float(np.sqrt(max(1.0 / weights.sum(), scatter)))

@@ -13,6 +13,8 @@ import pytest
 from tendon_mj.cli import main
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.fleet import compare_states
+from tendon_mj.lab.fleet.changes import SIGNIFICANT
+from tendon_mj.lab.fleet.observation import fit_series, observe
 from tendon_mj.lab.recordings import read_recording
 from tendon_mj.lab.replay import Simulator, load_recorded
 from tests.lab.fleet.small_fleet import AFTER, BEFORE, CHANGED, FIRST, NOISE, SINCE, write_fleet
@@ -84,6 +86,23 @@ def test_a_zero_comes_back_to_within_the_noise_of_its_sensor(
     states = compare_states([rig[0]], [moved], load_recorded(moved))
     assert states.changed == changed
     assert states.series.parameter == "output_tension.offset" or not changed
+
+
+def test_what_another_number_may_explain_that_comes_back_is_no_change(fleet: Path) -> None:
+    """Friction comes back to within 1.5 %; fitted alone, its constant part changes by far more."""
+    old = read_recording(day(fleet, "hand_1", 0), fleet / "description.toml")
+    friction, random, both = old.uncertain["sheath.friction"].value, np.random.default_rng(7), []
+    for name, factor in (("old", 1.0), ("new", 1.015)):
+        ((answer,),) = Simulator([old], threads=1)([{"sheath.friction": factor * friction}])
+        noisy = {c: x + random.normal(0.0, NOISE, x.size) for c, x in answer.items()}
+        both.append(replace(old, name=name, columns={**old.columns, **noisy}))
+    model = load_recorded(old)
+    seen = observe(both, model)
+    constant = {n: [0.0, 0.0] for n in seen.numbers if n.identifier == "constant_friction"}
+    for reproducibility, changed in ((0.01, False), (0.0, True)):
+        (series,) = fit_series(both, model, seen.terms.tolist(), constant, reproducibility)
+        error = float(np.hypot(*series.errors_apart))
+        assert (abs(np.diff(series.apart)[0]) > SIGNIFICANT * error) == changed
 
 
 def test_play_is_named_although_little_of_it_shows_to_first_order(fleet: Path) -> None:
