@@ -161,7 +161,7 @@ def make_case(folder: Path, seed: int, *, load_cell: bool) -> dict[str, Any]:
 
 def _found(diagnosis: Diagnosis) -> dict[str, Any]:
     numbers = {**diagnosis.calibrated, **diagnosis.parameters}
-    plays = [v for k, v in numbers.items() if k.endswith((".backlash", "_play.range_width"))]
+    plays = [v for k, v in numbers.items() if k.endswith((".backlash", ".output_play"))]
     friction = numbers["agonist_sheath.friction"]
     return {
         "friction_found": [friction.value, friction.low, friction.high],

@@ -31,7 +31,7 @@ EFFECTS = {
     "gear": ("gear_friction", "joint_gear_sheath"),
     "motor_constant": ("sensor_gain", "motor_torque"),
     "armature": ("armature", "joint_motor"),
-    "play": ("drum_play", "joint_motor_drum_play"),
+    "play": ("drum_play", "joint_motor"),
     "sheath": ("friction", "joint_cable_back_sheath, joint_cable_sheath"),
     "nothing": None,
 }

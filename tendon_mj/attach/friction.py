@@ -18,8 +18,8 @@ from tendon_mj.attach.spool import Spool, add_spools, remove_spools
 from tendon_mj.attach.tendon_bend import idlers
 from tendon_mj.attach.tendons import asks_for_several, check_spec, choose_tendons, is_cable, listed
 from tendon_mj.errors import InvalidValueError, TendonWarning, UnknownNameError
-from tendon_mj.plugin import INPUT_ENDS, NAME, SERVO, SPRINGS
-from tendon_mj.sheath import LAW, Law, OptionalParameters, doubt_of_unit
+from tendon_mj.plugin import INPUT_ENDS, NAME, PARAMETERS, SERVO, SPRINGS
+from tendon_mj.sheath import LAW, Law, OptionalParameters, check_in_range, doubt_of_unit
 
 # EA and T_0, which then follow from the model, and parameters that are off
 _MAY_BE_NONE = {
@@ -43,8 +43,10 @@ def add_friction(
     reel: str | None = None,
     reel_joint: str | None = None,
     reel_radius: float | None = None,
+    reel_play: float = 0.0,
     output_joint: str | None = None,
     output_radius: float | None = None,
+    output_play: float = 0.0,
     spool: Spool | None = None,
     spring: Literal["cable", "input"] = "cable",
     sensors: Sequence[str] = ("input_tension", "output_tension"),
@@ -76,7 +78,8 @@ def add_friction(
         reel: name of an actuator to add that winds tendon in at the input, control in metres.
             Without one, a sensor named like the sheath is added, which shows T_in and T_out.
         reel_joint, reel_radius: joint [rad] or slide that winds tendon in, and radius [m].
-        output_joint, output_radius: the same at the output end.
+        reel_play: play between that joint and the drum, of all cables that it winds [rad or m].
+        output_joint, output_radius, output_play: the same at the output end.
         spool: that the actuators of a tendon are to turn instead of pulling it: a body
             ``<tendon>_spool`` on a hinge of that name, at the input end and on its body. At rest
             their force is T_in + T_in²/2EA. ``axial_stiffness`` is required; T_0 is 0 by default,
@@ -110,8 +113,8 @@ def add_friction(
         ends = {"reel": reel, "reel_joint": reel_joint, "output_joint": output_joint}
         _refuse_for_several(spec, tendon, name, ends)
     _check_reel(spec, reel, reel_joint, spool)
-    drums = _end_attributes(spec, "reel", reel_joint, reel_radius)
-    drums |= _end_attributes(spec, "output", output_joint, output_radius)
+    drums = _end_attributes(spec, "reel", reel_joint, reel_radius, reel_play)
+    drums |= _end_attributes(spec, "output", output_joint, output_radius, output_play)
     is_wound_in = any(given is not None for given in (reel_joint, reel, spool))
     numbers: dict[str, Any] = {"axial_stiffness": axial_stiffness, "pretension": pretension}
     numbers |= {"friction": friction, **parameters}
@@ -171,9 +174,17 @@ def _check_reel(
 
 
 def _end_attributes(
-    spec: mujoco.MjSpec, end: str, joint: str | None, radius: SupportsFloat | None
+    spec: mujoco.MjSpec,
+    end: str,
+    joint: str | None,
+    radius: SupportsFloat | None,
+    play: SupportsFloat,
 ) -> dict[str, str]:
     """Attributes of the joint that winds a tendon in or out at one end; none without one."""
+    width = checked_number(f"{end}_play", play)
+    check_in_range(PARAMETERS, f"{end}_play", width)
+    if width and joint is None:
+        raise InvalidValueError(f"{end}_play and {end}_joint go together, one of them is missing")
     if joint is None and radius is None:
         return {}
     if joint is None or radius is None:
@@ -184,7 +195,8 @@ def _end_attributes(
     arm = checked_number(f"{end}_radius", radius)
     if not math.isfinite(arm) or arm == 0.0:
         raise InvalidValueError(f"{end}_radius = {arm:g} [m] must be finite and not 0")
-    return {f"{end}_joint": joint, f"{end}_radius": repr(arm)}
+    wound = {f"{end}_joint": joint, f"{end}_radius": repr(arm)}
+    return wound | ({f"{end}_play": repr(width)} if width else {})
 
 
 def _law(

@@ -96,9 +96,13 @@ _UNSCALED = _rows(
 _SHEATH_NAMES, _SERVO_NAMES = at.as_rows(at.ATTRIBUTES), at.as_rows(sv.ATTRIBUTES)
 _FEEDBACKS, _SWITCH = at.as_rows(sv.FEEDBACKS), at.as_rows(sv.SWITCH)
 _PLUGINS = at.as_rows(("tendon_mj.sheath", "tendon_mj.servo"))
-_STATIC, _FRICTION, _REEL_RADIUS, _OUTPUT_RADIUS, _RADIUS = (
-    at.ATTRIBUTES.index(name)
-    for name in ("static_friction", "friction", "reel_radius", "output_radius", "radius")
+_STATIC, _FRICTION, _RADIUS = (
+    at.ATTRIBUTES.index(name) for name in ("static_friction", "friction", "radius")
+)
+_REEL_RADIUS, _REEL_PLAY, _OUTPUT_RADIUS, _OUTPUT_PLAY = (
+    at.ATTRIBUTES.index(f"{end}_{name}")
+    for end in ("reel", "output")
+    for name in ("radius", "play")
 )
 # of a cable that is not drawn alone
 OF_A_DRUM: Final = ("radius", "gear_friction", "gear_friction_back", *parameters_of(ServoFriction))
@@ -479,8 +483,8 @@ def sheath_state(m: Model, out: int, instance: int) -> int:
         texts = _row(_LAW_OUTSIDE, k), _row(_LAW_EXTREME, k), _row(_LAW_MISSING, k)
         _check_number(m, out, instance, at.FIRST_PARAMETER + k, _LAW_RANGES[k], texts)
     _check_scales(m, out, instance)
-    _check_spool(m, out, instance, at.REEL_JOINT, _REEL_RADIUS)
-    _check_spool(m, out, instance, at.OUTPUT_JOINT, _OUTPUT_RADIUS)
+    _check_spool(m, out, instance, at.REEL_JOINT, _REEL_RADIUS, _REEL_PLAY)
+    _check_spool(m, out, instance, at.OUTPUT_JOINT, _OUTPUT_RADIUS, _OUTPUT_PLAY)
     _check_word(m, out, instance, at.INPUT_END, at.END_NAMES, ENDS)
     _check_word(m, out, instance, at.SPRING, at.SPRING_NAMES, SPRINGS)
     numbers = _check_size(m, out, instance)
@@ -534,8 +538,10 @@ def _check_scales(m: Model, out: int, instance: int) -> None:
 
 
 @apart
-def _check_spool(m: Model, out: int, instance: int, joint: int, radius: int) -> None:
-    """Refuse a joint of a spool without a radius, or the other way round."""
+def _check_spool(m: Model, out: int, instance: int, joint: int, radius: int, play: int) -> None:
+    """Refuse a joint of a spool without a radius, a radius or play without a joint."""
+    if at.number(m, instance, play) > 0.0 and not at.is_given(m, instance, joint):
+        _say(m, out, instance, play, _together(), _row(_SHEATH_NAMES, joint))
     has_joint, has_radius = at.is_given(m, instance, joint), at.is_given(m, instance, radius)
     if has_joint != has_radius:
         _say(m, out, instance, joint, _together(), _row(_SHEATH_NAMES, radius))

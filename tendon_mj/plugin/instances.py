@@ -21,7 +21,7 @@ from tendon_mj.plugin.compiled_checks import (
     OF_A_REEL,
 )
 from tendon_mj.plugin.force_servo_plugin import SERVO
-from tendon_mj.plugin.sheath_plugin import NAME, STATE, View, attachment, size_of
+from tendon_mj.plugin.sheath_plugin import NAME, PARAMETERS, STATE, View, attachment, size_of
 from tendon_mj.plugin.sheath_plugin import view as sheath_view
 
 # group of tendons that stand for cables without a path, and of their sites: viewers hide it
@@ -103,9 +103,10 @@ def unused_parameters(model: mujoco.MjModel, instance: int) -> dict[str, str]:
     bound = attachment(model._address, instance)
     name = repr(_tendon_name(model, bound.tendon))
     unused = {
-        f"{end}_radius": f"has no meaning without {end}_joint"
+        parameter: f"has no meaning without {end}_joint"
         for end, joint in (("reel", bound.reel_joint), ("output", bound.output_joint))
-        if joint < 0.0
+        for parameter in PARAMETERS
+        if joint < 0.0 and parameter.startswith(f"{end}_")
     }
     if bound.fixed:
         return unused | dict.fromkeys((*OF_A_PATH, "creep_time"), NOT_DRAWN.format(name))

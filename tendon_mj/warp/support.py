@@ -183,6 +183,9 @@ def _check_sheath(model: mujoco.MjModel, where: str, sheath: Simulated) -> None:
         value = float(state["law"][effect])
         if value != 0.0:
             _refuse(f"{where}{effect} = {value:g} [{LAW[effect].unit}]", "set it to 0")
+    for play in ("reel_play", "output_play"):
+        if state[play] > 0.0:
+            _refuse(f"{where}{play} = {state[play]:g}", "set it to 0")
     if state["pulleys"] and not state["inextensible"]:
         _refuse(f"{where}an elastic tendon that branches at a pulley", "state no elasticity")
     for kind, acts in (("stiffness", "own_spring"), ("stiffness", "driven"), ("damping", "driven")):

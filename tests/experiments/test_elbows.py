@@ -52,8 +52,8 @@ def test_a_replay_with_the_true_numbers_leaves_little_but_the_noise(
             parameters[f"{cable}.{name}"] = truth[name]
         if truth["hidden"] == "drum":
             parameters[f"{cable}.backlash"] = truth["drum_play"]
-    if truth["hidden"] == "output":
-        parameters["elbow_play.range_width"] = truth["output_play"]
+        if truth["hidden"] == "output":
+            parameters[f"{cable}.output_play"] = truth["output_play"]
     replayed = replay_recording(recording, parameters=parameters)
     for column, measured in recording.measured.items():
         read = recording.columns[column]

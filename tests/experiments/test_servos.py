@@ -61,8 +61,7 @@ def test_a_replay_with_the_true_numbers_leaves_little_but_the_noise(
     }
     for cable in ("joint_cable_sheath", "joint_cable_back_sheath"):
         values |= {f"{cable}.{name}": truth[name] for name in ("friction", "pretension")}
-    if truth["play"]:
-        values["joint_motor_drum_play.range_width"] = truth["play"] / truth["radius"]
+        values[f"{cable}.reel_play"] = truth["play"] / truth["radius"]
     replayed = replay_recording(recording, parameters=values)
     for column, measured in recording.measured.items():
         read = recording.columns[column]

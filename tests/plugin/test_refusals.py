@@ -90,6 +90,7 @@ CASES = [
     ({"reel_joint": "knuckle"}, "reel_joint and reel_radius"),
     ({"reel_radius": "0.01"}, "reel_joint and reel_radius"),
     ({"output_joint": "knuckle"}, "output_joint and output_radius"),
+    ({"output_play": "0.1"}, "output_play and output_joint"),
     ({"reel_joint": "knukle", "reel_radius": "0.01"}, "reel_joint: ", "'knukle'"),
     ({"reel_joint": "socket", "reel_radius": "0.01"}, "reel_joint 'socket'", "hinge or slide"),
     ({"output_joint": "loose", "output_radius": "1"}, "output_joint 'loose'", "hinge or slide"),

@@ -17,7 +17,6 @@ from tendon_mj.lab.replay.parameters import has_soft_friction as has_soft_fricti
 from tendon_mj.lab.replay.parameters import stiff_friction as stiff_friction
 from tendon_mj.lab.replay.patch import patch_model as patch_model
 from tendon_mj.lab.replay.patch import read_intervals as read_intervals
-from tendon_mj.lab.replay.play import load_recorded as load_recorded
 from tendon_mj.lab.replay.readout import Readout as Readout
 from tendon_mj.lab.replay.readout import plain_commands as plain_commands
 from tendon_mj.lab.replay.schedule import Schedule as Schedule
@@ -29,6 +28,7 @@ from tendon_mj.lab.replay.simulation import Simulates as Simulates
 from tendon_mj.lab.replay.simulation import Simulator as Simulator
 from tendon_mj.lab.replay.simulation import as_recording as as_recording
 from tendon_mj.lab.replay.simulation import full_state as full_state
+from tendon_mj.lab.replay.simulation import load_recorded as load_recorded
 from tendon_mj.lab.replay.simulation import replay_error as replay_error
 from tendon_mj.lab.replay.simulation import replay_recording as replay_recording
 from tendon_mj.lab.replay.simulation import rollout_named_sensors as rollout_named_sensors

@@ -21,7 +21,9 @@ Over its ``slip_duration`` from its ``slip_time`` on, a control becomes more by 
 where the cable slips on its drum.
 
 A joint without `frictionloss` has no softness of it that anybody chose: where MuJoCo's own stands,
-with which a joint at rest creeps, it gets a stiff one.
+with which a joint at rest creeps, it gets a stiff one. Nor has a pulley without play a flank on
+which its joint rests: that is the one on which gravity and springs load it where angles are zeroed,
+in the reference pose.
 """
 
 from __future__ import annotations
@@ -58,8 +60,9 @@ _HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.
 _ON_JOINT = _TRN.mjTRN_JOINT.value, _TRN.mjTRN_JOINTINPARENT.value
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
 RANGE_WIDTH: Final = "range_width"
-DRUM: Final = "_drum"  # of a joint with play that turns it, after that joint's name
 RANGE_ENDS: Final = ("range_low", "range_high")
+PLAYS: Final = {"reel_play": "reel_joint", "output_play": "output_joint"}
+OUTPUT_REST: Final = "output_rest"
 EXTRA_BEND: Final = "extra_bend"
 DRAWN_BEND: Final = "drawn_bend"
 CORRECTION: Final = ".drawn_bend.correction"  # custom text of a model: Σ φ_i to drawn_bend [rad]
@@ -204,6 +207,7 @@ class Adjustable:
         for name, numbers in stored.items():
             self.readings[geared[name], -len(GEARED) :] = numbers
         self._entries: dict[str, tuple[Parameter, tuple[_Place, ...]]] = {}
+        self._winding_joints = self._rest_on_flanks()
         _stiffen_friction(model)
         self._add_joints()
         self._add_limits()
@@ -222,7 +226,8 @@ class Adjustable:
 
     def parameters(self) -> dict[str, Parameter]:
         """Every parameter as it is now."""
-        live = {n: _live(n, value) for n, value in {**self.live, **self.bends.values()}.items()}
+        values = {**self.live, **self.bends.values()}
+        live = {name: self._live(name, value) for name, value in values.items()}
         others = {
             name: parameter._replace(value=_value(places))
             for name, (parameter, places) in self._entries.items()
@@ -299,6 +304,32 @@ class Adjustable:
             for k, (parameter, low) in enumerate(_COMMANDS.items()):
                 of_column = ("-", unit, "s")[k], (self.joint_commands, (joint, k), 1.0)
                 self._add(f"{name}.{parameter}", "joint", *of_column, low=low)
+
+    def _rest_on_flanks(self) -> dict[str, int]:
+        """Play of a sheath → the joint that has it, which rests on its flank."""
+        joints, model = dict[str, int](), self.model
+        for name, sheath in sheaths(model).items():
+            state = sheath_arrays(model, self.data.plugin_state, name, sheath.state).state
+            for play, joint in PLAYS.items():
+                if int(state[joint]) >= 0:
+                    joints[f"{name}.{play}"] = int(state[joint])
+            output = joints.get(f"{name}.output_play", -1)
+            if output >= 0 and state["output_play"] == state[OUTPUT_REST] == 0.0:
+                self.live[f"{name}.{OUTPUT_REST}"] = _loaded_sense(model, output)
+        return joints
+
+    def _live(self, name: str, value: float) -> Parameter:
+        """A parameter of a sheath or servo."""
+        parameter = name.rsplit(".", 1)[1]
+        if parameter == DRAWN_BEND:
+            return Parameter(value, "rad", "live", 0.0)
+        known = (PARAMETERS | GAINS)[parameter]
+        low = 0.0 if parameter in PARAMETERS and not known.range.admits(-1.0) else -math.inf
+        if name not in self._winding_joints:
+            return Parameter(value, known.unit, "live", low)
+        joint = self._winding_joints[name]
+        unit = JOINT["springref"][_slides(self.model, joint)]
+        return Parameter(value, unit, "live", low, joints=(self.model.joint(joint).name,))
 
     def _add_limits(self) -> None:
         m = self.model
@@ -396,7 +427,7 @@ def has_soft_friction(model: mujoco.MjModel, joint: str) -> bool:
 
 
 def stiff_friction(model: mujoco.MjModel) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """`solref` and `solimp` of dry friction that sticks, and of limits that hardly give way."""
+    """`solref` and `solimp` of dry friction that sticks."""
     return (2.0 * model.opt.timestep, 1.0), _STIFF_SOLIMP  # MuJoCo's least time constant
 
 
@@ -406,6 +437,19 @@ def _stiffen_friction(model: mujoco.MjModel) -> None:
     none = model.dof_frictionloss == 0.0
     model.dof_solref[none & np.all(model.dof_solref == _SOFT_SOLREF, axis=1)] = solref
     model.dof_solimp[none & np.all(model.dof_solimp == _SOFT_SOLIMP, axis=1)] = solimp
+
+
+def _loaded_sense(model: mujoco.MjModel, joint: int) -> float:
+    """Sense in which gravity and springs load a joint in the reference pose, or 0."""
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    mujoco.mj_rne(model, data, 0, bias := np.zeros(model.nv))
+    place = model.jnt_qposadr[joint]
+    stretched = float(model.qpos_spring[place] - model.qpos0[place])
+    # of MuJoCo 4, a polynomial
+    stiffness = float(model.jnt_stiffness.reshape(model.njnt, -1)[joint, 0])
+    load = stiffness * stretched - float(bias[model.jnt_dofadr[joint]])
+    return float(np.sign(load)) if abs(load) > ROUNDING else 0.0
 
 
 def _slides(model: mujoco.MjModel, joint: int) -> bool:
@@ -455,16 +499,11 @@ def _winding(model: mujoco.MjModel, actuator: int, state: NDArray[np.void]) -> f
     if actuator == int(state["reel_actuator"]):
         return float(np.sign(gear))
     reel = int(state["reel_joint"])
-    if min(joint, reel) >= 0 and (joint == reel or _is_drum_of(model, joint, reel)):
+    if joint >= 0 and joint == reel:
         return float(np.sign(gear * state["reel_radius"]))
     pulls = model.actuator_trntype[actuator] == _TRN.mjTRN_TENDON.value
     on_it = pulls and model.actuator_trnid[actuator, 0] == int(state["tendon"])
     return -float(np.sign(gear)) if on_it and model.actuator_plugin[actuator] < 0 else 0.0
-
-
-def _is_drum_of(model: mujoco.MjModel, joint: int, drum: int) -> bool:
-    """Return whether a joint turns another as its drum, with play."""
-    return bool(model.joint(drum).name == model.joint(joint).name + DRUM)
 
 
 def _shown_tendon(model: mujoco.MjModel, sensor: int) -> int:
@@ -474,15 +513,6 @@ def _shown_tendon(model: mujoco.MjModel, sensor: int) -> int:
     instance = int(model.sensor_plugin[sensor])
     written = C.mj_getPluginConfig(model._address, instance, b"tendon") or b""
     return int(mujoco.mj_name2id(model, _OBJ.mjOBJ_TENDON, written.decode()))
-
-
-def _live(name: str, value: float) -> Parameter:
-    """A parameter of a sheath or servo."""
-    parameter = name.rsplit(".", 1)[1]
-    if parameter == DRAWN_BEND:
-        return Parameter(value, "rad", "live", 0.0)
-    low = 0.0 if parameter in LAW and not LAW[parameter].range.admits(-1.0) else -math.inf
-    return Parameter(value, (PARAMETERS | GAINS)[parameter].unit, "live", low)
 
 
 def _value(places: tuple[_Place, ...]) -> float:

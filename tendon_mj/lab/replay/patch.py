@@ -39,13 +39,13 @@ from tendon_mj.lab.replay.parameters import (
     EXTRA_BEND,
     GEAR,
     GEARED,
+    OUTPUT_REST,
     RANGE_ENDS,
     RANGE_WIDTH,
     SLIP,
     Adjustable,
     is_muscle,
 )
-from tendon_mj.lab.replay.play import add_plays, load_with_plays
 from tendon_mj.lab.replay.readout import JOINT_COMMAND, USER_NUMBERS, custom_numbers
 from tendon_mj.models import load_model, load_spec, model_path
 from tendon_mj.typing import FloatArray
@@ -129,8 +129,7 @@ class _Patch:
     def __init__(self, source: Path, parameters: Mapping[str, float]) -> None:
         self.source, self.parameters = source, parameters
         self.text, self.spec = Mjcf(source), load_spec(str(source))
-        add_plays(self.text, self.spec, load_model(str(source)), parameters)
-        self.adjustable = Adjustable(load_with_plays(str(source), parameters))
+        self.adjustable = Adjustable(load_model(str(source)))
         self.adjustable.set(parameters)
         self.model = self.adjustable.model
         self.known = self.adjustable.parameters()
@@ -195,6 +194,8 @@ class _Patch:
         self.text.element("joint", element).set("range", in_text)
 
     def _write_live(self, element: str, parameter: str, value: float) -> None:
+        if parameter == "output_play" and f"{element}.{OUTPUT_REST}" not in self.parameters:
+            self._write_live(element, OUTPUT_REST, self.adjustable.live[f"{element}.{OUTPUT_REST}"])
         if parameter == DRAWN_BEND:
             correction = self.adjustable.bends.corrections[element]
             self.write_custom(element + CORRECTION, number_text(correction))

@@ -9,11 +9,9 @@ import warnings
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
-from functools import partial
-from itertools import chain, pairwise
-from pathlib import Path
+from itertools import pairwise
 from types import MappingProxyType
 from typing import Final, NamedTuple, Protocol
 
@@ -35,7 +33,6 @@ from tendon_mj.lab.parameter_names import parameter_of, recording_of, values_for
 from tendon_mj.lab.recordings import Measured, Recording, is_same_model
 from tendon_mj.lab.replay.finer_guides import split_guides
 from tendon_mj.lab.replay.parameters import Adjustable, Parameter, joint_of
-from tendon_mj.lab.replay.play import MakeModel, load_recorded, plays
 from tendon_mj.lab.replay.schedule import Rests, Schedule, described_values, stated_values
 from tendon_mj.lab.units import ROUNDING, UNKNOWN, column_unit, rate
 from tendon_mj.models import load_model, load_spec
@@ -178,6 +175,11 @@ def _first_failure(
     return f"at a time that a second run did not find; {timestep}"
 
 
+def load_recorded(recording: Recording) -> mujoco.MjModel:
+    """The model of a recording."""
+    return load_model(recording.model, beside=recording.beside)
+
+
 def replay_recording(
     recording: Recording,
     model: mujoco.MjModel | None = None,
@@ -222,7 +224,7 @@ def replay_recording(
     """
     given = model is not None
     if model is None:
-        model = load_recorded(recording, parameters or {})
+        model = load_recorded(recording)
     adjustable = Adjustable(copy.copy(model))
     schedule = Schedule(recording, adjustable.model, settle)
     stated = stated_values(recording, model, adjustable.parameters(), described, given=given)
@@ -487,16 +489,9 @@ class Simulator:
         self.recordings = tuple(recordings)
         if threads is not None and threads < 1:
             raise InvalidValueError(f"threads = {threads} must be ≥ 1")
-        self._make: MakeModel = load_model
+        self._pieces = 1  # of each guide
         self.model = copy.copy(model) if model is not None else self._load_model()
         _skip_contacts(self.model)
-        # plays that the model lacks, where its text is at hand; and the model with some of them
-        self._plays: dict[str, Parameter] = {}
-        self._with_plays: dict[frozenset[str], mujoco.MjModel] = {}
-        if model is None and (lacking := plays(self.model)):
-            with suppress(TendonError):  # of joints that `attach` or `replicate` makes
-                self._model_with(frozenset(lacking))
-                self._plays = lacking
         self._given = model is not None
         self._schedules = [Schedule(r, self.model, settle, timestep) for r in self.recordings]
         self._settle = settle
@@ -580,7 +575,7 @@ class Simulator:
         if self._given:
             return self
         other = copy.copy(self)
-        other._make, other._with_plays = partial(_load_split, pieces), {}
+        other._pieces = pieces
         try:
             other.model = other._load_model()
         except ValueError:
@@ -633,30 +628,20 @@ class Simulator:
             )
         return answers
 
-    def _load_model(self, lacking: Iterable[str] = ()) -> mujoco.MjModel:
+    def _load_model(self) -> mujoco.MjModel:
         names = list(dict.fromkeys(recording.model for recording in self.recordings))
         if not names or not all(is_same_model(names[0], other) for other in names):
             raise RecordingError(
                 f"recordings of one model are needed, got {len(self.recordings)} recordings of"
                 f" {', '.join(map(repr, names)) or 'none'}"
             )
-        tables = (t for r in self.recordings for t in (r.known, r.uncertain, r.session))
-        return load_recorded(
-            self.recordings[0], (*chain.from_iterable(tables), *lacking), self._make
-        )
-
-    def _model_with(self, lacking: frozenset[str]) -> mujoco.MjModel:
-        """The model with plays that it lacks."""
-        if not lacking:
-            return self.model
-        if lacking not in self._with_plays:
-            made = self._load_model(lacking)
-            made.opt.disableflags = self.model.opt.disableflags
-            self._with_plays[lacking] = made
-        return self._with_plays[lacking]
+        first = self.recordings[0]
+        if self._pieces == 1:
+            return load_recorded(first)
+        return split_guides(load_spec(first.model, beside=first.beside), self._pieces)
 
     def _described_parameters(self) -> dict[str, Parameter]:
-        parameters = self._plays | Adjustable(copy.copy(self.model)).parameters()
+        parameters = Adjustable(copy.copy(self.model)).parameters()
         for recording, values in reversed([*zip(self.recordings, self._described, strict=True)]):
             try:
                 Adjustable(copy.copy(self.model)).set(values)
@@ -675,23 +660,10 @@ class Simulator:
         return parameters
 
     def adjusted(self, values: Values) -> Adjustable:
-        """The model with these values, which has the plays that are not 0; a copy."""
-        given = self._given_plays(values)
-        adjustable = Adjustable(copy.copy(self._model_with(given)))
-        adjustable.set({n: v for n, v in values.items() if n in given or n not in self._plays})
+        """A copy of the model with these values."""
+        adjustable = Adjustable(copy.copy(self.model))
+        adjustable.set(values)
         return adjustable
-
-    def _schedule(self, job: _Job) -> Schedule:
-        """Schedule of a simulation, of which a pulley takes no longer steps than the model's."""
-        schedule, own = self._schedules[job.recording], self.model.opt.timestep
-        if schedule.clock.timestep <= own or not self._given_plays(job.acting):
-            return schedule
-        shorter = Schedule(schedule.recording, self.model, self._settle, own)
-        return shorter.up_to(schedule.samples)
-
-    def _given_plays(self, values: Values) -> frozenset[str]:
-        """Those of the plays that the model lacks that are not 0."""
-        return frozenset(name for name in self._plays if values.get(name))
 
     def _jobs(self, parameter_sets: Sequence[Values]) -> list[_Job]:
         """Distinct simulations that answer all sets, the longest first."""
@@ -711,7 +683,6 @@ class Simulator:
                 acts = {n: v for n, v in values.items() if n not in reads}
                 job = groups.setdefault((k, frozenset(acts.items())), _Job(k, acts, []))
                 job.readouts.append((row, reads))
-                self._model_with(self._given_plays(acts))  # before threads
         return sorted(groups.values(), key=lambda job: -self._schedules[job.recording].steps)
 
     def _run_all(self, jobs: list[_Job]) -> Iterator[tuple[list[Series], set[str]]]:
@@ -728,7 +699,7 @@ class Simulator:
     def _run(self, job: _Job) -> tuple[list[Series], set[str]]:
         """Series of every readout, and the sheaths with unsolved flows."""
         adjustable = self.adjusted(job.acting)
-        schedule = self._schedule(job)
+        schedule = self._schedules[job.recording]
         schedule.prepare(adjustable)
         model, data = adjustable.model, adjustable.data
         if self._strict:
@@ -746,11 +717,6 @@ class Simulator:
             adjustable.set(reads)
             series.append(schedule.read_out(adjustable, readings))
         return series, stuck
-
-
-def _load_split(pieces: int, name: str, *, beside: Path | None = None) -> mujoco.MjModel:
-    """`load_model` with each guide in ``pieces``."""
-    return split_guides(load_spec(name, beside=beside), pieces)
 
 
 def _skip_contacts(model: mujoco.MjModel) -> None:

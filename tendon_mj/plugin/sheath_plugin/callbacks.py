@@ -21,7 +21,7 @@ from tendon_mj.plugin.abi.memory import (
     word,
 )
 from tendon_mj.plugin.sheath_plugin import attributes as at
-from tendon_mj.plugin.sheath_plugin import bind, evaluate, groups
+from tendon_mj.plugin.sheath_plugin import bind, evaluate, groups, trial
 from tendon_mj.plugin.sheath_plugin.forces import add_reactions
 from tendon_mj.plugin.sheath_plugin.inextensible import keep_slips, keep_unknown_forces
 from tendon_mj.plugin.sheath_plugin.input_force import follow_constraint, is_pushed, pulls
@@ -266,7 +266,7 @@ def advance(m: Model, d: Data, instance: int) -> None:
             if _is_actuated(m) and _is_listed(m, binding):  # else its pose may be that of a copy
                 keep_slips(m, d, word(binding + WORKSPACE))
     if state.has_trial != 0.0 and is_ours:
-        evaluate.commit(address)
+        trial.commit(address)
         _warn_of_push(m, d, instance)
         follow_constraint(m, d, state)
 
@@ -344,7 +344,7 @@ def compute(m: Model, d: Data, instance: int, capability: int) -> None:
 def _evaluate(m: Model, d: Data, instance: int) -> None:
     """Evaluate a sheath, and with the last one all that are driven."""
     if bind.ensure_bound(m, d, instance):
-        evaluate.evaluate(m, d, state_of(m, d, instance))
+        evaluate.evaluate(m, d, instance)
         _warn_once(m, d, instance)
 
 

@@ -41,13 +41,12 @@ _RIGIDITY = 0.25  # of the flank: (ωh)² of the drive on it; explicit steps are
 
 
 @compiled
-def wound_by(m: Model, d: Data, joint: float, radius: float) -> float:
-    """Tendon that a spool on a joint has wound in since `qpos0` [m]; 0 without a joint."""
+def turned(m: Model, d: Data, joint: float) -> float:
+    """How far a joint has turned since `qpos0` [its unit]; 0 without a joint."""
     if joint < 0.0:
         return 0.0
     adr = m.jnt_qposadr[int(joint)]
-    angle = d.qpos[adr] - m.qpos0[adr]
-    return radius * angle
+    return float(d.qpos[adr] - m.qpos0[adr])
 
 
 @compiled
@@ -105,8 +104,8 @@ def lay_wound(m: Model, d: Data, state: State, segments: Segments) -> None:
         rest = m.tendon_lengthspring[int(state.tendon), 1]
         free += rest - state.spring_length
         state.spring_length = rest
-    state.wound_in = unstretched(state, wound_by(m, d, state.reel_joint, state.reel_radius))
-    state.wound_out = unstretched(state, wound_by(m, d, state.output_joint, state.output_radius))
+    state.wound_in = unstretched(state, state.reel_radius * turned(m, d, state.reel_joint))
+    state.wound_out = unstretched(state, state.output_radius * turned(m, d, state.output_joint))
     free -= state.wound_in + state.wound_out
     total = sum(segments["length"])
     strain = total / free - 1.0 - creep

@@ -41,6 +41,15 @@ _DRIVE = {
         "r", "m", "radius at which `reel_joint` winds, its sign the sense", ANY
     ),
     "output_radius": Parameter("r", "m", "radius at which `output_joint` winds", ANY),
+    "reel_play": Parameter(
+        "b", "rad or m", "play between `reel_joint` and the drum of all its cables", Range()
+    ),
+    "output_play": Parameter(
+        "b", "rad or m", "play between `output_joint` and the pulley of all its cables", Range()
+    ),
+    "output_rest": Parameter(
+        "s", "-", "sense, 1 or -1, in which that joint is loaded at `qpos0`; 0: not loaded", ANY
+    ),
     "radius": Parameter("r", "m", "cable that a fixed tendon winds per unit of its length", ANY),
     "gear_friction": Parameter(
         "c",
@@ -71,6 +80,9 @@ class Live:
     law: LiveLaw
     reel_radius: float  # [m]
     output_radius: float  # [m]
+    reel_play: float  # [the joint's unit]
+    output_play: float  # [the joint's unit]
+    output_rest: float  # [-]
     radius: float  # [m]
     gear_friction: float  # [-]
     gear_friction_back: float  # [-]
@@ -158,6 +170,8 @@ class State(Bound, Live):
     trial_spring_length: float  # [m]
     trial_time: float  # [s]
     trial_elapsed: float  # time that the step on trial takes [s]
+    drum: float  # how far the drum has turned since qpos0 in the last evaluation [joint's unit]
+    pulley: float  # likewise [joint's unit]
     reel_torque: float  # by which the last evaluation turned the reel's joint back [N m]
     servo_bound: float  # largest friction inside a servo in the last evaluation [N]
     ratio_law: LiveLaw  # law for which the guides' ratios were computed
@@ -218,7 +232,7 @@ def clear_step(address: int, state_size: int) -> None:
     state.slips_kept = 0.0
     state.has_trial = state.trial_wound_in = state.trial_wound_out = 0.0
     state.trial_time = state.trial_elapsed = state.reel_torque = state.input_force = 0.0
-    state.servo_bound = 0.0
+    state.servo_bound = state.drum = state.pulley = 0.0
     state.applied = state.constraint_force = state.previous_constraint = state.finished = 0.0
     state.ratio_law.axial_stiffness = 0.0  # the ratios are those of no law
 
@@ -283,6 +297,13 @@ def keep_ratio_law(address: int) -> bool:
 def is_wound(state: Bound) -> bool:
     """Return whether a reel or a joint winds the tendon."""
     return state.reel_joint >= 0.0 or state.output_joint >= 0.0 or state.reel_actuator >= 0.0
+
+
+@compiled
+def has_play(state: State) -> bool:
+    """Return whether the cable winds on a drum or pulley that has play."""
+    at_reel = state.reel_joint >= 0.0 and state.reel_play > 0.0
+    return at_reel or (state.output_joint >= 0.0 and state.output_play > 0.0)
 
 
 @compiled

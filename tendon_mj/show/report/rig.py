@@ -41,7 +41,7 @@ def rig_figure(shown: BeforeAfter) -> Figure | None:
     start, end = recording.time[[0, -1]]
     recorder = FrameRecorder(min(_FPS, _FRAMES / float(end - start)))
     try:
-        model = load_recorded(recording, values)
+        model = load_recorded(recording)
         with warnings.catch_warnings():  # the simulations that count warned already
             warnings.simplefilter("ignore", RuntimeWarning)
             replay_recording(

@@ -38,7 +38,7 @@ def measured(path, effects, drive_noise=0.0, seed=0):
 @pytest.mark.parametrize(
     ("effect", "values"),
     [
-        ("output_play", {"arm_play.range_width": 0.03}),
+        ("output_play", {"one_sheath.output_play": 0.03, "two_sheath.output_play": 0.03}),
         ("backlash", {"one_sheath.backlash": 9e-4, "two_sheath.backlash": 9e-4}),
     ],
 )

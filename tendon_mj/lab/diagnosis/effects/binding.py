@@ -205,7 +205,7 @@ def written_parameters(binding: Binding) -> set[str]:
         return {specification.parameter for specification in binding.specifications}
     if not isinstance(binding, partial):
         return set()
-    parts = [part for argument in binding.args if isinstance(argument, tuple) for part in argument]
+    parts = [p for a in binding.args for p in (a if isinstance(a, tuple) else (a,))]
     names = {part.parameter for part in parts if isinstance(part, ParameterSpecification)}
     return names.union(*(written_parameters(part) for part in parts))
 
@@ -227,15 +227,30 @@ def armatures(system: SystemDescription, _: str) -> list[str]:
     return [joint for joint in system.free_joints if joint not in own & system.slides]
 
 
-def plays(system: SystemDescription, parameter: str) -> list[str]:
-    """Tendons and joints whose limits are the flanks of a play behind cables, by their names."""
-    at_drums = drum_plays(system, parameter)
-    return [n for n in system.elements(parameter) if n.endswith("_play") and n not in at_drums]
+def on_pulleys(specification: ParameterSpecification) -> Binding:
+    """A candidate for each joint on whose drum or pulley sheaths wind in both senses.
+
+    They all get the same value. What cables turn in one sense alone rests on one flank of its play.
+    """
+    return partial(_pulleys, specification)
 
 
-def drum_plays(system: SystemDescription, parameter: str) -> list[str]:
-    """Those whose limits are the flanks of a play between a motor and the drum of its cables."""
-    return [name for name in system.elements(parameter) if name.endswith("_drum_play")]
+def _pulleys(specification: ParameterSpecification, system: SystemDescription) -> Bound:
+    end, wound = specification.parameter.split("_")[0], dict[str, list[str]]()
+    for sheath in system.elements(specification.parameter):
+        for joint in system.joints.get(f"{sheath}.{specification.parameter}", ()):
+            wound.setdefault(joint, []).append(sheath)
+    return [
+        (joint, terms)
+        for joint, sheaths in wound.items()
+        if len({system.values[f"{sheath}.{end}_radius"] > 0.0 for sheath in sheaths}) == 2
+        for _, terms in _bind((specification,), tuple(sheaths), system)
+    ]
+
+
+def drawn_plays(system: SystemDescription, parameter: str) -> list[str]:
+    """Tendons and joints whose limits are the flanks of a play, by their names."""
+    return [name for name in system.elements(parameter) if name.endswith("_play")]
 
 
 def gears(system: SystemDescription, parameter: str) -> list[str]:

@@ -8,17 +8,17 @@ from tendon_mj.lab.diagnosis.effects.binding import ParameterSpecification as Sp
 from tendon_mj.lab.diagnosis.effects.binding import (
     armatures,
     bodies,
+    drawn_plays,
     drives,
     drives_on_joints,
-    drum_plays,
     gears,
     motors,
     on,
     on_gravity,
     on_inputs,
     on_joints,
+    on_pulleys,
     on_sensors,
-    plays,
     springs,
     together,
 )
@@ -38,7 +38,8 @@ _STRAIGHTENED: Final = (
     "Record the same moves with the sheath straighter: its friction shrinks, the gear's does not."
 )
 
-_FLANKS: Final = Spec(RANGE_WIDTH, "rad or m", 0.0, 0.5, 5e-4, larger=(5e-3, 2e-2, 8e-2))
+_WIDTH: Final = "rad or m", 0.0, 0.5, 5e-4  # of a play: its unit, range and probe
+_WIDER: Final = (5e-3, 2e-2, 8e-2)
 
 JOINT_EFFECTS: Final = (
     Effect(
@@ -84,7 +85,10 @@ JOINT_EFFECTS: Final = (
                 "Hold the drive and move the joint by hand: play behind the cable moves no drum."
             )
         },
-        binding=on(plays, _FLANKS),
+        binding=together(
+            on_pulleys(Spec("output_play", *_WIDTH, larger=_WIDER)),
+            on(drawn_plays, Spec(RANGE_WIDTH, *_WIDTH, larger=_WIDER)),
+        ),
     ),
     Effect(
         identifier="drum_play",
@@ -99,7 +103,7 @@ JOINT_EFFECTS: Final = (
                 "Hold the motor and move the joint by hand: play at the motor moves its drum."
             )
         },
-        binding=on(drum_plays, _FLANKS),
+        binding=on_pulleys(Spec("reel_play", *_WIDTH, larger=_WIDER)),
     ),
     Effect(
         identifier="joint_stiffness",
