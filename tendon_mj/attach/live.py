@@ -19,7 +19,7 @@ from tendon_mj.errors import (
     UnknownNameError,
     UnusedKeyError,
 )
-from tendon_mj.sheath import check_in_range
+from tendon_mj.sheath import LAW, check_in_range
 from tendon_mj.typing import FloatArray
 
 _FULL_STATE, _ALL_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS, mujoco.mjtState.mjSTATE_INTEGRATION
@@ -71,7 +71,7 @@ class _States:
             raise InvalidValueError(f"{name}: {value!r} is not a number, nor an array") from None
         owner, kind = name.rsplit(".", 1)
         for number in np.unique(values):
-            if kind in plugin.PARAMETERS:
+            if kind in LAW or (kind in plugin.PARAMETERS and number != 0.0):  # 0: not given
                 check_in_range(plugin.PARAMETERS, kind, float(number), name)
             elif kind in plugin.GAINS:
                 plugin.check_gain(kind, float(number), owner)
