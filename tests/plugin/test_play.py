@@ -47,10 +47,13 @@ def run(model, data, seconds, goal=lambda t: 0.0, seen=lambda: None):
     return np.array(rows, float)
 
 
+def state_of(model, data, sheath="one_sheath"):
+    return sheath_arrays(model, data.plugin_state, sheath, sheaths(model)[sheath].state).state
+
+
 def pulley_of(model, data):
     """Angle of the pulley in the last step [rad]."""
-    sheath = sheaths(model)["one_sheath"]
-    return sheath_arrays(model, data.plugin_state, "one_sheath", sheath.state).state["pulley"]
+    return state_of(model, data)["pulley"]
 
 
 def ends(model, data):
@@ -108,6 +111,21 @@ def test_a_play_of_nothing_is_none():
     assert turned[1] == pytest.approx(turned[0], abs=1e-7)
 
 
+@pytest.mark.parametrize("effect", [{}, {"viscous_friction": 200.0}, {"tendon_mass": 0.01}])
+def test_right_before_guides_too_a_motor_is_free_within_the_play_of_its_drum(effect):
+    """The tendon between has no length there, and no angle of the drum may balance its cables."""
+    model, data = arm(output_play=0.04, reel_play=0.03, **effect)
+    free = []
+    for _ in range(1000):
+        turned, rate = data.qpos[0], data.qvel[0]
+        data.ctrl[0] = 0.8 * np.sin(6.0 * data.time)
+        mujoco.mj_step(model, data)
+        if abs(state_of(model, data)["drum"] - turned) < 0.5 * 0.03 * (1.0 - 1e-9):
+            free.append(data.qfrc_passive[0] + 0.02 * rate)
+    assert len(free) > 20
+    assert np.abs(free).max() < 1e-12
+
+
 @pytest.mark.parametrize("play", ["output_play", "reel_play"])
 def test_a_load_that_changes_sides_goes_through_the_play(play):
     """Slowly, the arm lags behind its motor by as much more as the play is wide."""
@@ -158,6 +176,32 @@ def test_the_order_of_the_cables_is_of_no_effect(plays, near):
         run(model, data, 1.0, lambda t: np.sin(6 * t))
         found.append(data.qpos.copy())
     assert found[0] == pytest.approx(found[1], abs=near)
+
+
+def test_a_pulley_rests_as_its_cables_say_in_the_mean():
+    found = []
+    for order in ((0, 1), (1, 0)):
+        model, data = arm(g=0.0, friction=0.0, order=order, output_play=0.1)
+        view_sheath(model, data, "one").output_rest = 1.0
+        data.qfrc_applied[1] = 0.5
+        run(model, data, 3.0)
+        found.append(data.qpos[1].copy())
+    assert found[0] == pytest.approx(found[1], abs=1e-9)
+
+
+def test_each_cable_of_a_pulley_that_is_not_solved_is_warned_of():
+    spec = mujoco.MjSpec.from_string(ARM.format(g=0, damping=0.5))
+    for cable, side in (("one", 1.0), ("two", -1.0)):
+        ends = {"output_joint": "arm", "output_radius": side * RADIUS, "output_play": 0.1}
+        law = {"friction": 0.2, "axial_stiffness": 2e3, "pretension": 30.0, "extra_bend": 1.0}
+        add_friction(spec, cable, reel=f"{cable}_reel", **law, **ends)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.actuator("one_reel").ctrl = 10.0
+    mujoco.mj_forward(model, data)
+    for sheath, unsolved in unsolved_evaluations(model, data).items():
+        assert state_of(model, data, sheath)["warned"] == unsolved
+    assert unsolved_evaluations(model, data)["one_sheath"] == 1
 
 
 def test_a_copy_and_a_state_go_on_to_the_bit():

@@ -346,7 +346,6 @@ def _series(
     spread = np.array([t.spread for t in fitted.terms])
     comes_back = np.where(spread > 0.0, spread, reproducibility * np.abs(fitted.values)) / probes
     comes_back[len(kept) : len(kept) + len(watched.shape)] = 0.0  # the same on all days
-    ends = [_parameter(term, end, written) for end in (term.low, term.high)]
     apart = np.array([_apart(rig, fitted, k, k - count, comes_back) for k in range(count)])
     return NumberSeries(
         number=watched.number,
@@ -356,9 +355,9 @@ def _series(
         values=values,
         errors=errors,
         apart=values + probe * apart[:, 0],
-        errors_apart=np.minimum(probe * apart[:, 1], np.ptp(ends)),
+        errors_apart=probe * apart[:, 1],
         square=square,
-        range=np.sort(ends),
+        range=np.sort([_parameter(term, end, written) for end in (term.low, term.high)]),
         others={t: written[t] for other, _ in kept if not other.spread for t in other.targets},
     )
 

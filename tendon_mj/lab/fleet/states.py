@@ -157,6 +157,8 @@ def compare_states(
     first = min(alike, key=lambda one: bool(one.number.identifier))  # else the first
     before, after, error = _ends(first, is_new)
     significance = abs(after - before) / error
+    within = [float(np.clip(x, *first.range)) for x in (before, after)]
+    before, after = within if len({*within}) == 2 else (before, after)
     found = significance >= SIGNIFICANT
     return StatesCompared(
         series=first,
@@ -166,9 +168,10 @@ def compare_states(
         after=after,
         significance=significance,
         least={
-            (one.parameter, one.unit): SIGNIFICANT * _ends(one, is_new)[-1]
+            (one.parameter, one.unit): least
             for one in series
             if not one.number.identifier
+            and (least := SIGNIFICANT * _ends(one, is_new)[-1]) < np.ptp(one.range)
         },
         misfit=misfit,
         left=float(np.sqrt(first.square.mean())) if found else misfit,
@@ -182,8 +185,13 @@ def _ends(series: NumberSeries, is_new: BoolArray) -> tuple[float, float, float]
 
 
 def _mean(series: NumberSeries, state: BoolArray) -> tuple[float, float]:
-    """Mean of a number over the recordings of a state, and its standard error."""
+    """Mean of a number over the recordings of a state, and its standard error.
+
+    A number that changes nothing in any of them has an infinite one.
+    """
     values, weights = series.apart[state], 1.0 / series.errors_apart[state] ** 2
+    if not weights.any():
+        return float(values.mean()), np.inf
     mean, count = float(np.average(values, weights=weights)), values.size
     scatter = np.sum((values - mean) ** 2) / (count * (count - 1)) if count > 1 else 0.0
     return mean, float(np.sqrt(max(1.0 / weights.sum(), scatter)))

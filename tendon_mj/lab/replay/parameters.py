@@ -307,14 +307,21 @@ class Adjustable:
 
     def _rest_on_flanks(self) -> dict[str, int]:
         """Play of a sheath → the joint that has it, which rests on its flank."""
-        joints, model = dict[str, int](), self.model
-        for name, sheath in sheaths(model).items():
-            state = sheath_arrays(model, self.data.plugin_state, name, sheath.state).state
-            for play, joint in PLAYS.items():
-                if int(state[joint]) >= 0:
-                    joints[f"{name}.{play}"] = int(state[joint])
+        model = self.model
+        states = {
+            name: sheath_arrays(model, self.data.plugin_state, name, sheath.state).state
+            for name, sheath in sheaths(model).items()
+        }
+        joints = {
+            f"{name}.{play}": int(state[joint])
+            for name, state in states.items()
+            for play, joint in PLAYS.items()
+            if int(state[joint]) >= 0
+        }
+        stated = {int(s["output_joint"]) for s in states.values() if s["output_play"] > 0.0}
+        for name in states:
             output = joints.get(f"{name}.output_play", -1)
-            if output >= 0 and state["output_play"] == state[OUTPUT_REST] == 0.0:
+            if output >= 0 and output not in stated:
                 self.live[f"{name}.{OUTPUT_REST}"] = _loaded_sense(model, output)
         return joints
 
@@ -442,13 +449,9 @@ def _stiffen_friction(model: mujoco.MjModel) -> None:
 def _loaded_sense(model: mujoco.MjModel, joint: int) -> float:
     """Sense in which gravity and springs load a joint in the reference pose, or 0."""
     data = mujoco.MjData(model)
-    mujoco.mj_fwdPosition(model, data)
-    mujoco.mj_rne(model, data, 0, bias := np.zeros(model.nv))
-    place = model.jnt_qposadr[joint]
-    stretched = float(model.qpos_spring[place] - model.qpos0[place])
-    # of MuJoCo 4, a polynomial
-    stiffness = float(model.jnt_stiffness.reshape(model.njnt, -1)[joint, 0])
-    load = stiffness * stretched - float(bias[model.jnt_dofadr[joint]])
+    mujoco.mj_forward(model, data)
+    dof = model.jnt_dofadr[joint]
+    load = float(data.qfrc_spring[dof] + data.qfrc_gravcomp[dof] - data.qfrc_bias[dof])
     return float(np.sign(load)) if abs(load) > ROUNDING else 0.0
 
 

@@ -33,6 +33,7 @@ from tendon_mj.plugin.sheath_plugin.state import (
     WORKSPACE,
     binding_at,
     binding_of,
+    has_play,
     state_at,
     state_of,
     state_size_of,
@@ -345,7 +346,12 @@ def _evaluate(m: Model, d: Data, instance: int) -> None:
     """Evaluate a sheath, and with the last one all that are driven."""
     if bind.ensure_bound(m, d, instance):
         evaluate.evaluate(m, d, instance)
-        _warn_once(m, d, instance)
+        first = instance
+        if has_play(state_at(state_of(m, d, instance))):  # which solves others before it, too
+            first = 0
+        for other in range(first, instance + 1):
+            if other == instance or at.is_sheath(m, other, instance):
+                _warn_once(m, d, other)
 
 
 @compiled

@@ -134,7 +134,7 @@ def _added(ea: float, counted: float, segment: Segment) -> float:
 
 
 @compiled
-def _add_torque(m: Model, d: Data, joint: float, torque: float) -> None:
+def add_torque(m: Model, d: Data, joint: float, torque: float) -> None:
     """Add the torque that the tendon exerts on a spool's joint; nothing without a joint."""
     if joint >= 0.0:
         d.qfrc_passive[m.jnt_dofadr[int(joint)]] += torque
@@ -151,9 +151,9 @@ def apply_forces(m: Model, d: Data, state: State, segments: Segments, force: Flo
             pull_segment(m, d, state, segments[j], tension, force)
     if state.driven != 0.0:
         return
-    _add_torque(m, d, state.reel_joint, -state.reel_torque)
+    add_torque(m, d, state.reel_joint, -state.reel_torque)
     torque = spool_torque(state, segments, last, state.output_radius)
-    _add_torque(m, d, state.output_joint, -torque)
+    add_torque(m, d, state.output_joint, -torque)
 
 
 _FORCE = mujoco.mjtSensor.mjSENS_FORCE.value

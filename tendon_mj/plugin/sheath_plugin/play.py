@@ -3,11 +3,12 @@
     q − b (1 − s)/2 ≤ p ≤ q + b (1 + s)/2,   Σ_i M_i(p) = 0 between the flanks
 
 A drum or pulley p has no mass: it turns to where the torques M_i of its cables balance, or to the
-flank of its joint q that bears them. What they do not balance acts on the joint. Each M_i grows
-with p, for guides that hold or slide from the last step on, so that there is one such place; the
-Illinois method finds it. Drums and pulleys that share cables are turned one after the other until
-none moves. The play b of a pulley is the largest that one of its cables states, and s = ±1 says on
-which flank the joint is where p = q: that of a load in the reference pose.
+flank of its joint q that bears them. On a flank what they do not balance acts on the joint, and
+between the flanks nothing does. Each M_i grows with p, for guides that hold or slide from the last
+step on, so that there is one such place; the Illinois method finds it. Drums and pulleys that share
+cables are turned one after the other until none moves. The play b of a pulley is the largest that
+one of its cables states, and s, the mean of theirs, says on which flank the joint is where p = q:
+that of a load in the reference pose.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from tendon_mj.plugin.abi.memory import words
 from tendon_mj.plugin.sheath_plugin import drive
 from tendon_mj.plugin.sheath_plugin.attributes import is_sheath
 from tendon_mj.plugin.sheath_plugin.bind import ensure_bound, is_bound
+from tendon_mj.plugin.sheath_plugin.forces import add_torque
 from tendon_mj.plugin.sheath_plugin.state import State, has_play, state_at, state_of, unpack
 from tendon_mj.plugin.sheath_plugin.strain import spool_torque, unstretched
 from tendon_mj.plugin.sheath_plugin.wound import evaluate_wound, is_ready, solve_wound
@@ -50,6 +52,7 @@ def evaluate_with_play(m: Model, d: Data, instance: int) -> None:
     _balance(m, d, addresses, count)
     for k in range(count):
         evaluate_wound(m, d, addresses[k])
+    _free_joints(m, d, addresses, count)
     free(block)
 
 
@@ -87,10 +90,20 @@ def _first_on(addresses: Any, count: int, joint: float, at_reel: bool) -> int:
 
 
 @compiled
-def _torque(
+def _torque(address: int, at_reel: bool) -> float:
+    """Torque by which a cable turns its drum, or pulley, back."""
+    state = state_at(address)
+    if at_reel:
+        return state.reel_torque
+    segments, guides, _ = unpack(address)
+    return spool_torque(state, segments, len(guides), state.output_radius)
+
+
+@compiled
+def _torque_at(
     m: Model, d: Data, addresses: Any, count: int, joint: float, at_reel: bool, angle: float
 ) -> tuple[float, float]:
-    """Torque by which the cables turn a drum or pulley back from an angle, and of all their sizes.
+    """Torque of all cables on a drum or pulley at an angle, and the sum of the sizes of each.
 
     The sheaths are left as they are solved there.
     """
@@ -106,13 +119,50 @@ def _torque(
         unsolved = state.unsolved
         solve_wound(m, d, addresses[k])
         state.unsolved = unsolved
-        segments, guides, _ = unpack(addresses[k])
-        torque = state.reel_torque
-        if not at_reel:
-            torque = spool_torque(state, segments, len(guides), state.output_radius)
+        torque = _torque(addresses[k], at_reel)
         net += torque
         size += abs(torque)
     return net, size
+
+
+@compiled
+def _flanks(
+    m: Model, d: Data, addresses: Any, count: int, joint: float, at_reel: bool
+) -> tuple[float, float]:
+    """Between which angles a joint lets its drum or pulley turn."""
+    play = rest = sheaths = 0.0
+    for k in range(count):
+        state = state_at(addresses[k])
+        own = _play_of(state, joint, at_reel)
+        if own > 0.0:
+            play = max(play, own)
+            rest += 0.0 if at_reel else state.output_rest
+            sheaths += 1.0
+    rest = min(max(rest / sheaths, -1.0), 1.0)
+    angle = drive.turned(m, d, joint)
+    return angle - 0.5 * play * (1.0 - rest), angle + 0.5 * play * (1.0 + rest)
+
+
+@compiled
+def _free_joints(m: Model, d: Data, addresses: Any, count: int) -> None:
+    """Take off each joint between its flanks what its cables have left of their balance.
+
+    That is rounding, but for drums right before guides: where the tendon between has no length the
+    torques change by a step, and no angle balances them.
+    """
+    for k in range(count):
+        state = state_at(addresses[k])
+        for at_reel in (True, False):
+            joint = state.reel_joint if at_reel else state.output_joint
+            if _first_on(addresses, count, joint, at_reel) != k:
+                continue
+            low, high = _flanks(m, d, addresses, count, joint, at_reel)
+            if not low < (state.drum if at_reel else state.pulley) < high:
+                continue
+            for other in range(count):
+                its = state_at(addresses[other])
+                if its.applied != 0.0 and _play_of(its, joint, at_reel) > 0.0:
+                    add_torque(m, d, joint, _torque(addresses[other], at_reel))
 
 
 @compiled
@@ -130,20 +180,16 @@ def _turn(m: Model, d: Data, addresses: Any, count: int, first: int, at_reel: bo
     state = state_at(addresses[first])
     joint = state.reel_joint if at_reel else state.output_joint
     before = state.drum if at_reel else state.pulley
-    play = 0.0
-    for k in range(count):
-        play = max(play, _play_of(state_at(addresses[k]), joint, at_reel))
-    rest = 0.0 if at_reel else state.output_rest
     angle = drive.turned(m, d, joint)
-    low, high = angle - 0.5 * play * (1.0 - rest), angle + 0.5 * play * (1.0 + rest)
+    low, high = _flanks(m, d, addresses, count, joint, at_reel)
     # from where it was last, as a rule on the same flank
     one = before if before != angle else _last_angle(state, at_reel, angle)
     one = min(max(one, low), high)
-    net, size = _torque(m, d, addresses, count, joint, at_reel, one)
+    net, size = _torque_at(m, d, addresses, count, joint, at_reel, one)
     other = low if net > 0.0 else high
     if one == other or not abs(net) > _BALANCED * size:
         return abs(one - before)
-    beyond, size = _torque(m, d, addresses, count, joint, at_reel, other)
+    beyond, size = _torque_at(m, d, addresses, count, joint, at_reel, other)
     if not net * beyond < 0.0:
         return abs(other - before)
     for _ in range(_TRIALS):
@@ -152,7 +198,7 @@ def _turn(m: Model, d: Data, addresses: Any, count: int, first: int, at_reel: bo
             between = other - beyond * (other - one) / (beyond - net)
         if between in (one, other):
             break
-        found, size = _torque(m, d, addresses, count, joint, at_reel, between)
+        found, size = _torque_at(m, d, addresses, count, joint, at_reel, between)
         if found * beyond < 0.0:
             one, net = other, beyond
         else:

@@ -48,7 +48,7 @@ _DRIVE = {
         "b", "rad or m", "play between `output_joint` and the pulley of all its cables", Range()
     ),
     "output_rest": Parameter(
-        "s", "-", "sense, 1 or -1, in which that joint is loaded at `qpos0`; 0: not loaded", ANY
+        "s", "-", "sense, -1 to 1, in which that joint is loaded at `qpos0`; 0: not loaded", ANY
     ),
     "radius": Parameter("r", "m", "cable that a fixed tendon winds per unit of its length", ANY),
     "gear_friction": Parameter(

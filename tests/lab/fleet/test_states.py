@@ -15,7 +15,7 @@ from tendon_mj.errors import RecordingError
 from tendon_mj.lab.fleet import compare_states
 from tendon_mj.lab.fleet.changes import SIGNIFICANT
 from tendon_mj.lab.fleet.observation import fit_series, observe
-from tendon_mj.lab.recordings import read_recording
+from tendon_mj.lab.recordings import Uncertain, read_recording
 from tendon_mj.lab.replay import Simulator, load_recorded
 from tests.lab.fleet.small_fleet import AFTER, BEFORE, CHANGED, FIRST, NOISE, SINCE, write_fleet
 
@@ -103,6 +103,20 @@ def test_what_another_number_may_explain_that_comes_back_is_no_change(fleet: Pat
         (series,) = fit_series(both, model, seen.terms.tolist(), constant, reproducibility)
         error = float(np.hypot(*series.errors_apart))
         assert (abs(np.diff(series.apart)[0]) > SIGNIFICANT * error) == changed
+
+
+def test_a_number_that_hardly_shows_is_none_that_changed(fleet: Path) -> None:
+    """Its values come out far beyond its range, and with as large an error."""
+    rig = [read_recording(day(fleet, "hand_1", 0), fleet / "description.toml")] * 2
+    little = {**rig[0].uncertain, "sheath.axial_damping": Uncertain(0.0, 0.0, 0.01)}
+    random, both = np.random.default_rng(1), []
+    for one in rig:
+        moved = {c: x + random.normal(0.0, NOISE, x.size) for c, x in one.columns.items()}
+        columns = {**one.columns, **{c: moved[c] for c in one.measured}}
+        both.append(replace(one, columns=columns, uncertain=little))
+    states = compare_states([both[0]], [both[1]], load_recorded(both[0]))
+    assert not states.changed, states.sentence
+    assert "axial_damping" not in str(states.least), "a change of it within its range would not be"
 
 
 def test_play_is_named_although_little_of_it_shows_to_first_order(fleet: Path) -> None:

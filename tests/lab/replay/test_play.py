@@ -78,6 +78,19 @@ def test_a_joint_that_is_loaded_where_angles_are_zeroed_begins_on_its_flank(tmp_
     assert abs(shown.columns["arm_rad"] - replay_recording(made).columns["arm_rad"]).max() < 1e-3
 
 
+def test_a_joint_whose_weight_is_compensated_rests_in_the_middle(tmp_path):
+    path = arm(tmp_path)
+    text = path.read_text().replace('springref="0"', "")
+    for body, rest in (("<body", -1.0), ('<body gravcomp="1"', 0.0)):
+        path.write_text(
+            text.replace("-9.81 0", "0 0")
+            .replace('gravity="0', 'gravity="-9')
+            .replace("<body", body)
+        )
+        values = Adjustable(load_model(str(path))).parameters()
+        assert values["one_sheath.output_rest"].value == rest
+
+
 def test_play_is_of_the_joint_s_unit_and_the_longest_step_sees_it(tmp_path):
     made = motion(arm(tmp_path))
     own = Simulator([made], threads=1)
