@@ -7,6 +7,7 @@ from tendon_mj import Parameters, add_cable_drive, add_friction
 from tendon_mj.errors import InvalidValueError, NoPluginsError
 from tests import rigs
 from tests.plugin.test_driven import arm
+from tests.plugin.test_play import arm as pulleys
 from tests.refusals import refusing
 from tests.warp.models import fingers, fingers_xml, mjw, tw
 
@@ -71,6 +72,8 @@ REFUSED = {
     "sheath 'reel': creep = 0.1 ": lambda: reel(creep=0.1, creep_time=1.0),
     "sheath 'reel': direction_asymmetry": lambda: reel(direction_asymmetry=0.1),
     "sheath 'reel': axial_damping": lambda: reel(axial_damping=1.0),
+    "sheath 'one_sheath': output_play = 0.1": lambda: pulleys(output_play=0.1)[0],
+    "sheath 'one_sheath': reel_play = 0.1": lambda: pulleys(reel_play=0.1)[0],
     "sheath 's': an elastic tendon that branches at a pulley": lambda: arm(
         MOTOR, 0.1, path=PULLEY, axial_stiffness=1e4
     ),
