@@ -222,19 +222,17 @@ def _without_sessions(
 ) -> tuple[FloatArray, FloatArray]:
     """A and b of the recording of these rows, with its session terms fitted to it alone."""
     own = np.array([term.spread > 0.0 for term in fitted.terms], bool)
-    matrix, residual, sessions = matrix[rows], fitted.residual[rows], fitted.jacobian[:, own][rows]
-    normal, gradient = matrix.T @ matrix, matrix.T @ residual
-    mine = np.abs(sessions).max(axis=0, initial=0.0) > 0.0
-    if mine.any():
-        prior, slopes = fitted.weights[own][mine], sessions[:, mine]
-        deviation = prior * fitted.scaled[own][mine]
-        inner = slopes.T @ slopes + np.diag(prior**2)
-        cross = matrix.T @ slopes
-        solved = np.linalg.solve(
-            inner, np.column_stack([cross.T, slopes.T @ residual + prior * deviation])
-        )
-        normal, gradient = normal - cross @ solved[:, :-1], gradient - cross @ solved[:, -1]
-    return normal, gradient
+    own &= np.abs(fitted.jacobian[rows]).max(axis=0, initial=0.0) > 0.0
+    prior = fitted.weights[own]
+    others = np.vstack([fitted.jacobian[np.ix_(rows, own)], np.diag(prior)])
+    residual = np.append(fitted.residual[rows], prior * fitted.scaled[own])
+    free = _beside(others, np.vstack([matrix[rows], np.zeros((prior.size, matrix.shape[1]))]))
+    return free.T @ free, free.T @ residual
+
+
+def _beside(others: FloatArray, x: FloatArray) -> FloatArray:
+    """What is left of (m, …) x with (m, p) ``others`` fitted to it."""
+    return np.asarray(x - others @ np.linalg.lstsq(others, x, rcond=None)[0], float)
 
 
 def _errors(normal: FloatArray, square: FloatArray) -> FloatArray:
@@ -385,18 +383,14 @@ def _apart(
     others = np.vstack([differ, np.eye(count)])
     expected = np.zeros(count)
     expected[: len(comes_back)] = fitted.weights * fitted.scaled
-
-    def without(x: FloatArray) -> FloatArray:
-        return np.asarray(x - others @ np.linalg.lstsq(others, x, rcond=None)[0], float)
-
     slope = np.append(fitted.jacobian[rows, number], np.zeros(count))
-    free = without(slope)
+    free = _beside(others, slope)
     information = float(free @ slope)
     if not information > 0.0:
         return 0.0, np.inf
     residual = np.append(fitted.residual[rows], expected)
     shift = -float(free @ residual) / information
-    left = without(residual + shift * slope)[:-count]
+    left = _beside(others, residual + shift * slope)[:-count]
     by_noise = max(float(left @ left) / left.size, 1.0) * float(free[:-count] @ free[:-count])
     variance = max(by_noise, _of_parts(free[:-count] * left)) + float(free[-count:] @ free[-count:])
     return shift, np.sqrt(variance) / information

@@ -61,7 +61,7 @@ _ON_JOINT = _TRN.mjTRN_JOINT.value, _TRN.mjTRN_JOINTINPARENT.value
 _Place = tuple[NDArray[np.float64], int | tuple[int, int], float]  # array, index, factor
 RANGE_WIDTH: Final = "range_width"
 RANGE_ENDS: Final = ("range_low", "range_high")
-PLAYS: Final = {"reel_play": "reel_joint", "output_play": "output_joint"}
+_PLAYS = {"reel_play": "reel_joint", "output_play": "output_joint"}
 OUTPUT_REST: Final = "output_rest"
 EXTRA_BEND: Final = "extra_bend"
 DRAWN_BEND: Final = "drawn_bend"
@@ -315,7 +315,7 @@ class Adjustable:
         joints = {
             f"{name}.{play}": int(state[joint])
             for name, state in states.items()
-            for play, joint in PLAYS.items()
+            for play, joint in _PLAYS.items()
             if int(state[joint]) >= 0
         }
         stated = {int(s["output_joint"]) for s in states.values() if s["output_play"] > 0.0}

@@ -346,12 +346,11 @@ def _evaluate(m: Model, d: Data, instance: int) -> None:
     """Evaluate a sheath, and with the last one all that are driven."""
     if bind.ensure_bound(m, d, instance):
         evaluate.evaluate(m, d, instance)
-        first = instance
-        if has_play(state_at(state_of(m, d, instance))):  # which solves others before it, too
-            first = 0
-        for other in range(first, instance + 1):
-            if other == instance or at.is_sheath(m, other, instance):
-                _warn_once(m, d, other)
+        _warn_once(m, d, instance)
+        if has_play(state_at(state_of(m, d, instance))):  # then others before it are solved, too
+            for other in range(instance):
+                if at.is_sheath(m, other, instance):
+                    _warn_once(m, d, other)
 
 
 @compiled

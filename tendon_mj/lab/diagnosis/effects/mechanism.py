@@ -38,8 +38,11 @@ _STRAIGHTENED: Final = (
     "Record the same moves with the sheath straighter: its friction shrinks, the gear's does not."
 )
 
-_WIDTH: Final = "rad or m", 0.0, 0.5, 5e-4  # of a play: its unit, range and probe
-_WIDER: Final = (5e-3, 2e-2, 8e-2)
+
+def _width(parameter: str) -> Spec:
+    """Width of a play."""
+    return Spec(parameter, "rad or m", 0.0, 0.5, 5e-4, larger=(5e-3, 2e-2, 8e-2))
+
 
 JOINT_EFFECTS: Final = (
     Effect(
@@ -86,8 +89,8 @@ JOINT_EFFECTS: Final = (
             )
         },
         binding=together(
-            on_pulleys(Spec("output_play", *_WIDTH, larger=_WIDER)),
-            on(drawn_plays, Spec(RANGE_WIDTH, *_WIDTH, larger=_WIDER)),
+            on_pulleys(_width("output_play")),
+            on(drawn_plays, _width(RANGE_WIDTH)),
         ),
     ),
     Effect(
@@ -103,7 +106,7 @@ JOINT_EFFECTS: Final = (
                 "Hold the motor and move the joint by hand: play at the motor moves its drum."
             )
         },
-        binding=on_pulleys(Spec("reel_play", *_WIDTH, larger=_WIDER)),
+        binding=on_pulleys(_width("reel_play")),
     ),
     Effect(
         identifier="joint_stiffness",
