@@ -120,7 +120,7 @@ def test_so_it_does_with_any_effect_and_any_drive(path, law):
     specs = [arm(path, end, **law) for end in ("first", "last")]
     if "reel" in law:
         for spec in specs:
-            spec.actuator("reel_actuator").ctrlrange = [-0.005, 0.02]
+            spec.actuators[-1].ctrlrange = [-0.005, 0.02]  # MuJoCo 3.11 finds none by a new name
     check_alike([spec.compile() for spec in specs], rel=SUMS)
 
 

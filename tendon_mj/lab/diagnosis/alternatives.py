@@ -7,6 +7,9 @@ then move while the residual stays. If that matters, the effect is added at the 
 trace holds near the fit only, and all values are fitted again. If that model leaves no more, the
 number's interval includes its own.
 
+A number that several elements share in ``[uncertain]`` may differ between them, which looks like an
+effect on some of these elements. In place of such effects each element gets a number of its own.
+
 Only effects of the rig that the model lacks are added. Effects that change a coefficient of
 friction, as static friction does, define that number. Numbers that the model has, and the
 calibration of the sensors, are taken as stated: a number that may be wrong is called uncertain.
@@ -14,19 +17,19 @@ calibration of the sensors, are taken as stated: a number that may be wrong is c
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from tendon_mj.lab.diagnosis.data import Problem
-from tendon_mj.lab.diagnosis.effects.effect import Candidate
+from tendon_mj.lab.diagnosis.effects.effect import Candidate, element
 from tendon_mj.lab.diagnosis.fitting import Fit, bounded_least_squares, natural_in_range
 from tendon_mj.lab.diagnosis.proof import fitted_values, is_narrower
 from tendon_mj.lab.diagnosis.result import Alternative, Diagnosis, Value
 from tendon_mj.lab.diagnosis.search import starts
-from tendon_mj.lab.diagnosis.selection import Selection, SelectionContext
+from tendon_mj.lab.diagnosis.selection import CONVERGED, Selection, SelectionContext
 from tendon_mj.lab.diagnosis.statistics import (
     FittedCandidate,
     at_rest_on_bounds,
@@ -58,12 +61,18 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
 
     A finding that may be absent in an alternative has its effect as a rival. The verdict is
     "undetermined" if nothing was found, or each finding has such a new rival. A number of which the
-    data tell nothing, see `is_narrower`, is an alternative to itself.
+    data tell nothing, see `is_narrower`, is an alternative to itself. "Unknown" stays, with numbers
+    of each element as the way out.
     """
-    if result.search is None or result.verdict == "unknown":
+    if result.search is None:
         return result
     context, selection = result.search
     model, problem, base = selection.final, context.problem, context.base
+    each = _number_of_each(context, model)
+    if result.verdict == "unknown":
+        told = [f"No more is left with {each[0]}."] if each else []
+        sentence = " ".join([result.sentence, *told])
+        return replace(result, sentence=sentence, warnings=(*result.warnings, *told))
     fit, values = model.fit, {**result.calibrated, **result.parameters}
     stated = np.where(
         fit.free[:, None], intervals(problem, fit, moving=fit.free), fit.values[:, None]
@@ -74,6 +83,14 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
     far = {name: _far_end(values[name], values[name]) for name in names}
     found = [Alternative("", "the other numbers fitted anew", far)] if far else []
     found += _at_ends(problem, fit, values)
+    replaced = frozenset[str]()
+    if each:
+        words, own = each
+        there, _ = fitted_values(problem, base, own, intervals(problem, own))
+        shared = [name for t in fit.calibrated if len(t.targets) > 1 for name in t.targets]
+        found.append(Alternative("", words, {n: there[n].value for n in shared}, fitted=True))
+        values |= {n: _joined(values[n], there[n]) for n in shared}
+        replaced = frozenset(e.terms[0].targets[0] for e in fit.effects if e not in own.effects)
     rivals: dict[str, list[str]] = {finding.parameter: [] for finding in result.findings}
     for other in (*_tied(selection), *_fits_elsewhere(context, model, numbers, stated)):
         (added,) = (effect for effect in other.effects if effect not in fit.effects)
@@ -100,7 +117,31 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
             values |= {n: _joined(v, there[n]) for n, v in values.items() if n in there}
             stated[:, 0] = np.minimum(stated[:, 0], ranges[: len(stated), 0])
             stated[:, 1] = np.maximum(stated[:, 1], ranges[: len(stated), 1])
-    return _restated(result, values, found, rivals) if found else result
+    return _restated(result, values, found, rivals, replaced) if found else result
+
+
+def _number_of_each(context: SelectionContext, model: FittedCandidate) -> tuple[str, Fit] | None:
+    """The model with numbers of each element in place of shared ones, and what they are in words.
+
+    Without the effects on some of these elements alone; None if there are none, or it leaves more.
+    """
+    fitted, used = model.fit, context.problem.in_train
+    shared = [term for term in fitted.calibrated if len(term.targets) > 1]
+    groups = [frozenset(map(element, term.targets)) for term in shared]
+    kept = [e for e in fitted.effects if not any({*map(element, e.targets)} < g for g in groups)]
+    if len(kept) == len(fitted.effects):
+        return None
+    counts = [len(term.targets) for term in fitted.calibrated]
+    start = [*np.repeat(fitted.values[: len(counts)], counts)]
+    start += [value for e in kept for value in fitted.values[fitted.terms_of(e)]]
+    terms = tuple(replace(t, targets=(name,)) for t in fitted.calibrated for name in t.targets)
+    context = replace(context, calibrated=terms)
+    own = context.fit_model(kept, start, near=fitted, evaluations=CONVERGED).fit
+    if np.mean(own.residual[used] ** 2) - np.mean(fitted.residual[used] ** 2) > tie_width(model):
+        return None
+    kinds = ", ".join(dict.fromkeys(t.targets[0].rpartition(".")[2] for t in shared))
+    elements = " and ".join(sorted(frozenset[str]().union(*groups)))
+    return f"{kinds} of its own on each of {elements} (each = true in [uncertain])", own
 
 
 def _numbers(fit: Fit) -> list[int]:
@@ -255,17 +296,23 @@ def _restated(
     values: Mapping[str, Value],
     found: Sequence[Alternative],
     rivals: Mapping[str, Sequence[str]],
+    replaced: Collection[str],
 ) -> Diagnosis:
-    """The result with wider intervals, and with the alternatives in its verdict and words."""
+    """The result with wider intervals, and with the alternatives in its verdict and words.
+
+    ``replaced`` are parameters of the findings that an alternative does without.
+    """
     findings = []
     for finding in result.findings:
         all_rivals = tuple(dict.fromkeys((*finding.rivals, *rivals[finding.parameter])))
-        new = len(all_rivals) - len(finding.rivals)
+        new = len(all_rivals) - len(finding.rivals) + (finding.parameter in replaced)
         confidence = finding.confidence / (1.0 + new * finding.confidence)
         findings.append(replace(finding, rivals=all_rivals, confidence=confidence))
     found = sorted(found, key=lambda alternative: not alternative.fitted)
     told, sentence = state_alternatives(result, found), result.sentence.removeprefix(NOTHING)
-    kept = any(f.rivals == old.rivals for f, old in zip(findings, result.findings, strict=True))
+    kept = any(
+        new.confidence == old.confidence for new, old in zip(findings, result.findings, strict=True)
+    )
     return replace(
         result,
         verdict=result.verdict if kept else "undetermined",

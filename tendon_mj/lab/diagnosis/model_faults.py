@@ -18,9 +18,8 @@ import numpy as np
 from tendon_mj.attach import numbers, view_sheath
 from tendon_mj.lab.data_check import play_warnings
 from tendon_mj.lab.diagnosis.data import Problem
-from tendon_mj.lab.diagnosis.effects.effect import Term, element
 from tendon_mj.lab.diagnosis.fitting import rings
-from tendon_mj.lab.diagnosis.result import Finding, Value
+from tendon_mj.lab.diagnosis.result import Value
 from tendon_mj.lab.parameter_names import expand, values_for
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import (
@@ -115,22 +114,6 @@ def warn_of_ringing(near: tuple[float, float]) -> list[str]:
         "The model rings from step to step, so that rounding decides what it does, and its numbers"
         " may be off by more than their intervals: take a shorter timestep, or damp its cables by"
         " axial_damping."
-    ]
-
-
-def warn_of_shared_numbers(terms: Sequence[Term], findings: Sequence[Finding]) -> list[str]:
-    """Warn of numbers that elements share, if a finding is on some of these alone."""
-    places = [{*finding.where.split(", ")} for finding in findings]
-    shared: dict[tuple[str, ...], list[str]] = {}
-    for term in terms:
-        elements = tuple(map(element, term.targets))
-        if any(place < {*elements} for place in places):
-            shared.setdefault(elements, []).append(term.targets[0].rpartition(".")[2])
-    return [
-        f"{', '.join(names)} {'are' if len(names) > 1 else 'is'} alike on {' and '.join(elements)}"
-        " in [uncertain], and a difference may look like what was found on one of them: if there"
-        " may be one, write each = true."
-        for elements, names in shared.items()
     ]
 
 

@@ -34,7 +34,6 @@ from tendon_mj.lab.diagnosis.data import (
 from tendon_mj.lab.diagnosis.effects.effect import Effect, Term
 from tendon_mj.lab.diagnosis.fitting import Fit, fit, fit_without, near_differences
 from tendon_mj.lab.diagnosis.limits import (
-    CLOSED,
     LARGEST_EXCESS,
     SMALLEST_EXCESS,
     detection_limit,
@@ -46,7 +45,6 @@ from tendon_mj.lab.diagnosis.model_faults import (
     warn_of_guides,
     warn_of_ringing,
     warn_of_servos,
-    warn_of_shared_numbers,
     warn_of_soft_flanks,
     warn_of_soft_friction,
 )
@@ -262,8 +260,6 @@ class Proof:
         if verdict in ("partly", "unknown"):
             limits += warn_of_soft_friction(self.own.simulate, model)
             limits += warn_of_servos(self.own)
-        if evidence.extrapolated.reducible_closed < CLOSED:
-            limits += warn_of_shared_numbers(final.calibrated, findings)
         limits += warn_of_soft_flanks(self.own.simulate, model, {**calibrated, **fitted})
         seen, first = self.own.residuals(parameters), len(final.calibrated)
         proven = verdict in ("named", "parameter", "partly")

@@ -174,3 +174,57 @@ def test_an_alternative_may_have_a_part_of_a_finding_only() -> None:
     result = diagnose(made[:3], made[3:], TwoDrums, catalogue=play)
     both = [result.parameters[f"{sheath}.backlash"].value for sheath in ("one", "two")]
     assert sum(both) == pytest.approx(2.0 * TRUE_PLAY, rel=0.05)
+
+
+class TwoFrictions(Added):
+    """A rig of two sheaths, whose frictions and one play turn the joint each in its way."""
+
+    alike = 1.0  # share of the play that is as the friction of its sheath
+
+    def __init__(self, recordings: Sequence[Recording]) -> None:
+        values = {"one.friction": 0.15, "two.friction": 0.15, "one.backlash": 0.0}
+        super().__init__(recordings, values)
+
+    def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
+        place = recording.columns["input_displacement_m"] / 1e-3
+        if parameter == "two.friction":
+            return np.cos(2.0 * place)
+        first = np.sin(3.0 * place)
+        if parameter == "one.friction":
+            return first
+        return 250.0 * (self.alike * first + (1.0 - self.alike) * np.sin(5.0 * place))
+
+
+class TwoFrictionsApart(TwoFrictions):
+    """The same, where the play turns the joint as no friction does."""
+
+    alike = 0.0
+
+
+@pytest.mark.parametrize(
+    ("make", "truth", "verdict"),
+    [
+        (TwoFrictions, {"one.friction": 0.2, "two.friction": 0.1}, "undetermined"),
+        (TwoFrictions, {"one.friction": 0.15, "one.backlash": TRUE_PLAY}, "undetermined"),
+        (TwoFrictionsApart, {"one.friction": 0.15, "one.backlash": TRUE_PLAY}, "named"),
+    ],
+)
+def test_an_effect_on_one_sheath_is_not_named_where_its_own_number_explains_as_much(
+    make: type[TwoFrictions], truth: dict[str, float], verdict: str
+) -> None:
+    random, made = np.random.default_rng(3), []
+    shared = {"*.friction": Uncertain(0.15, 0.03, 0.4)}
+    for k in range(4):
+        time = np.arange(0.0, 6.0, 0.01)
+        place = 1e-3 * np.sin(2.0 * np.pi * (0.3 + 0.05 * k) * time + k)
+        columns = {"input_displacement_m": ("reel", place)}
+        measured = {ANGLE: ("joint", NOISE[ANGLE])}
+        blank = recorded(time, columns, measured, name=f"r{k}", uncertain=shared)
+        made.append(measured_by(make, blank, truth, random))
+    result = diagnose(made[:3], made[3:], make, catalogue=[CATALOGUE["backlash"]])
+    assert (result.verdict, result.effects) == (verdict, ["backlash"])
+    friction = result.calibrated["one.friction"]
+    for value in (0.15, truth["one.friction"]) if verdict == "undetermined" else (0.15,):
+        assert friction.low <= value <= friction.high
+    assert ("on each of one and two" in result.sentence) == (verdict == "undetermined")
+    assert result.confidence == pytest.approx(0.5 if verdict == "undetermined" else 1.0, abs=0.05)

@@ -12,9 +12,7 @@ from experiments.one_capstan import PLAY, build, noisy, record
 from tendon_mj import replay_recording
 from tendon_mj.lab.diagnosis import (
     CATALOGUE,
-    Finding,
     Problem,
-    Term,
     all_samples,
     diagnose,
     fit_with_sysid,
@@ -25,7 +23,6 @@ from tendon_mj.lab.diagnosis.model_faults import (
     too_few_guides,
     warn_of_guides,
     warn_of_servos,
-    warn_of_shared_numbers,
     warn_of_soft_friction,
 )
 from tendon_mj.lab.recordings import Recording, Uncertain
@@ -214,20 +211,3 @@ def test_few_guides_do_not_decide_a_verdict(tmp_path):
     assert friction.low < 0.19 < friction.high
     assert result.evidence.extrapolated.before < 1.2
     assert "has only 9 guides may leave up to" in result.sentence
-
-
-@pytest.mark.parametrize(
-    ("where", "shared", "told"),
-    [("a", ("a", "b"), True), ("a, b", ("a", "b"), False), ("a", ("a",), False)],
-)
-def test_numbers_that_sheaths_share_are_told_beside_an_effect_on_one_of_them(where, shared, told):
-    """A friction that differs between two looked like one that differs between two directions."""
-    terms = [
-        Term(tuple(f"{sheath}.{name}" for sheath in shared), "-", 0.1, 0.0, 1.0, 0.1)
-        for name in ("friction", "pretension")
-    ]
-    found = Finding("direction_asymmetry", "friction that differs", "", where, "missing", 0.9, ())
-    sentences = warn_of_shared_numbers(terms, [found])
-    assert [s.startswith("friction, pretension are alike on a and b") for s in sentences] == [
-        True
-    ] * told
