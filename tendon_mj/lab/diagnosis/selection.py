@@ -157,8 +157,10 @@ class SelectionContext:
         ]
 
     def slopes_at(self, model: FittedCandidate, candidates: Sequence[Candidate]) -> Slopes:
-        """Slopes of candidates at a fit, whatever is known of them from others."""
+        """Slopes of candidates at a fit, but of those that left no trace at others."""
         slopes: Slopes = {}
+        traced = {label for _, known in self.slopes for label, _ in known}
+        candidates = [c for c in candidates if not traced or c.label in traced]
         screen(self.problem, self.base, model.fit, candidates, self.progress, slopes, ())
         return slopes
 

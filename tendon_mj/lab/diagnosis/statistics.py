@@ -62,7 +62,8 @@ _FAR = 4.0  # left-out χ² over that in the fit, beyond which the others are fi
 _MATTERS = 0.1  # of the χ² of all parts, that it must be worth
 _MOST_REFITTED = 3  # parts
 _WIDENED = 2  # times that a width follows the one before
-_COMPENSATED = 3  # simulations of a move, each with the others fitted to the one before
+_COMPENSATED = 3  # simulations of a move, each with the others fitted to the one before, at most
+_CLOSE = 0.02  # of a change or a width, by which it need not come nearer
 _CORRELATION = 0.2  # ρ, of unmodelled structure with a column of J
 
 
@@ -286,7 +287,7 @@ def over_intervals(
         fit = _over_a_probe(problem, base, fit, numbers)
     for _ in range(_WIDENED if numbers.size else 0):
         halves = half_widths(problem, fit, fit.free)
-        moves = [_least_move(problem, base, fit, k, halves[k]) for k in numbers]
+        moves = _least_moves(problem, base, fit, numbers, halves[numbers])
         steps, changes = (np.column_stack(part) for part in zip(*moves, strict=True))
         left, sizes, right = np.linalg.svd(changes, full_matrices=False)
         changes = (left * np.sqrt(np.maximum(sizes**2 - random**2, 0.0))) @ right
@@ -295,9 +296,12 @@ def over_intervals(
         over = fit.jacobian.copy()
         over[:, numbers] += (changes - fit.jacobian @ steps) @ by_length / lengths
         wider = replace(fit, jacobian=np.where(fit.jacobian == 0.0, 0.0, over))
-        if not half_widths(problem, wider, fit.free).sum() > halves.sum():
+        grown, before = half_widths(problem, wider, fit.free).sum(), halves.sum()
+        if not grown > before:
             break  # values that compensate each other nearby do so less far off
         fit = wider
+        if grown < (1.0 + _CLOSE) * before:
+            break
     return fit
 
 
@@ -319,34 +323,53 @@ def _over_a_probe(
     return replace(fit, jacobian=jacobian)
 
 
-def _least_move(
-    problem: Problem, base: Mapping[str, float], fit: Fit, number: np.intp, distance: float
-) -> tuple[FloatArray, FloatArray]:
-    """Move (p,) by which a number goes that far to either side, and the change (m,) by it.
+def _least_moves(
+    problem: Problem,
+    base: Mapping[str, float],
+    fit: Fit,
+    numbers: NDArray[np.intp],
+    distances: FloatArray,
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Moves (p,) by which each number goes that far to either side, and the changes (m,) by them.
 
-    Where a simulation fails, the move and the change are those to its other side, or 0.
+    Where a simulation fails, the move and the change are those to its other side, or 0. All others
+    are fitted until that promises to lessen no change by more than its share `_CLOSE`.
     """
     used, room = problem.in_train, fit.bounds - fit.scaled
-    itself = np.arange(len(fit.terms)) == number
-    others = fit.free & ~itself
-    slopes = fit.jacobian[used][:, others]
-    least, found = np.inf, (np.zeros(itself.size), np.zeros(used.size))
-    for way in (-1.0, 1.0):
-        move = np.where(itself, np.clip(way * distance, *room[:, number]), 0.0)
-        change = fit.jacobian @ move
-        for _ in range((_COMPENSATED if others.any() else 1) if move.any() else 0):
-            if others.any():
-                left, within = (fit.residual + change)[used], (room - move)[:, others]
-                move[others] += bounded_least_squares(slopes, left, within)
-            values = natural_in_range(fit.terms, fit.scaled + move)
-            there = problem.residuals([written(fit.terms, values, base)])[0]
-            change = there - (fit.residual - fit.correction)
+    least = dict.fromkeys(numbers, np.inf)
+    found = {k: (np.zeros(fit.scaled.size), np.zeros(used.size)) for k in numbers}
+    moves = {}
+    for k, distance in zip(numbers, distances, strict=True):
+        for way in (-1.0, 1.0):
+            move = np.zeros(fit.scaled.size)
+            move[k] = np.clip(way * distance, *room[:, k])
+            if move[k] != 0.0:
+                moves[k, way] = move
+    changes = {key: fit.jacobian @ move for key, move in moves.items()}
+    for again in range(_COMPENSATED):
+        for key, move in list(moves.items()):
+            others = fit.free & (np.arange(move.size) != key[0])
+            slopes, change = fit.jacobian[used][:, others], changes[key][used]
+            left, within = fit.residual[used] + change, (room - move)[:, others]
+            step = bounded_least_squares(slopes, left, within) if others.any() else np.zeros(0)
+            less = np.sum((change + slopes @ step) ** 2) < (1.0 - _CLOSE) * np.sum(change**2)
+            if again and not less:
+                del moves[key]
+            else:
+                move[others] += step
+        values = [natural_in_range(fit.terms, fit.scaled + move) for move in moves.values()]
+        if not moves:
+            break
+        there = problem.residuals([written(fit.terms, v, base) for v in values])
+        for (key, move), simulated in zip(list(moves.items()), there, strict=True):
+            changes[key] = change = simulated - (fit.residual - fit.correction)
             if not np.isfinite(change).all():
-                break
-            slope = np.mean(change[used] ** 2) / move[number] ** 2
-            if slope < least:
-                least, found = slope, (move.copy(), change)
-    return found
+                del moves[key]
+                continue
+            slope = float(np.mean(change[used] ** 2) / move[key[0]] ** 2)
+            if slope < least[key[0]]:
+                least[key[0]], found[key[0]] = slope, (move.copy(), change)
+    return list(found.values())
 
 
 def correlation_matrix(problem: Problem, fit: Fit, chosen: NDArray[np.bool_]) -> FloatArray:
