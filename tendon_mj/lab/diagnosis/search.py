@@ -107,17 +107,22 @@ def screen(
 ) -> list[ScreeningScore]:
     """Score candidates that change the residual of a fit, best first, once for each start.
 
-    Slopes that are ``known`` from another fit predict in place of the first pass; others are added.
+    Slopes that are ``known`` from another fit predict in place of the first pass; others are added,
+    0 of what leaves no trace, which is not simulated again.
     ``kept`` are shares of the best reduction of χ², to be in the second and in the third pass;
     empty: there is the first pass alone.
     """
     scores = [score for candidate in candidates for score in starts(fitted, candidate)]
     screening = _Screening(problem, base, fitted, progress)
-    predicted = [screening.predict(s, known[s.key]) for s in scores if s.key in known]
+    predicted = [
+        screening.predict(s, known[s.key]) for s in scores if s.key in known and known[s.key].any()
+    ]
     new = [score for score in scores if score.key not in known]
     seen = screening.run(new, _PASSES[0])
     seen += screening.enlarge_probes(new, seen)
-    known |= {s.key: s.slope(fitted) for s, _ in seen if not s.candidate.effect.event}
+    lasting = [score for score in new if not score.candidate.effect.event]
+    slopes = {score.key: score.slope(fitted) for score, _ in seen}
+    known |= {s.key: slopes.get(s.key, np.zeros(fitted.residual.size)) for s in lasting}
     achieved = [score for score, _ in seen]
     for share, label in zip(kept, _PASSES[1:], strict=False):
         predicted = _ranked(

@@ -158,11 +158,13 @@ class SelectionContext:
 
     def slopes_at(self, model: FittedCandidate, candidates: Sequence[Candidate]) -> Slopes:
         """Slopes of candidates at a fit, but of those that left no trace at others."""
+        found = [slope for _, known in self.slopes for slope in known.items()]
+        traced = {label for (label, _), slope in found if slope.any()}
+        traceless = {label for (label, _), _ in found} - traced
+        candidates = [c for c in candidates if c.label not in traceless]
         slopes: Slopes = {}
-        traced = {label for _, known in self.slopes for label, _ in known}
-        candidates = [c for c in candidates if not traced or c.label in traced]
         screen(self.problem, self.base, model.fit, candidates, self.progress, slopes, ())
-        return slopes
+        return {key: slope for key, slope in slopes.items() if slope.any()}
 
     def _events(self, model: FittedCandidate, least: float) -> list[Candidate]:
         """Events that explain enough of a model's misfit, and ``least`` of the reduced χ²."""

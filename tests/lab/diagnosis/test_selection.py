@@ -144,6 +144,28 @@ def test_slopes_are_not_taken_from_a_model_that_responded_otherwise(
     assert {e.candidate for e in chosen.effects} == {A, positive}
 
 
+def test_what_leaves_no_trace_is_tried_at_the_first_model_only() -> None:
+    shapes = {"a": {"a": 1.0}, "b": {"b": 1.0}, "c": {"c": 1.0}, "w": {}}
+    rig = context(shapes, {"a": 5.0, "b": 3.0}, [A, B, W])
+    tried = []
+
+    class Counting(LinearRig):
+        def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, FloatArray]:
+            tried.append("w" in changed)
+            return super()._one(changed, recording)
+
+    problem = replace(rig.problem, simulate=Counting(rig.problem.recordings, shapes))
+    rig = replace(rig, problem=problem, calibrated=C.terms)
+    start = rig.fit_model((), (0.5,), evaluations=CONVERGED)
+    rig.extend(start)
+    tries = sum(tried)
+    assert tries > 0
+    chosen = select_effects(replace(rig, initial_excess=start.excess), start)
+    assert {e.candidate for e in chosen.effects} == {A, B}
+    assert rig.slopes_at(chosen.final, [W]) == {}
+    assert sum(tried) == tries
+
+
 def test_fits_respond_alike_where_terms_of_both_do() -> None:
     rig = context({name: {name: 1.0} for name in "abc"}, {"a": 5.0, "b": 3.0}, [])
     one, both, other = (rig.fit_model(e, [1.0] * len(e)).fit for e in ([A], [A, B], [C]))

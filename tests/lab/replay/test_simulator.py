@@ -143,6 +143,20 @@ def test_a_simulation_that_fails_is_nan_and_the_others_are_not(monkeypatch, tmp_
     assert not list(tmp_path.iterdir())  # MuJoCo's log
 
 
+@pytest.mark.parametrize("strict", [False, True])
+def test_steps_are_not_timed_until_the_simulations_end(strict):
+    simulator, calls = Simulator(RECORDINGS, strict=strict), []
+    mujoco.set_mjcb_time(lambda: float(len(calls.append("") or calls)))
+    try:
+        simulator([{}])
+        assert not calls
+        model = build_bench(Bench()).compile()
+        mujoco.mj_step(model, mujoco.MjData(model))
+        assert calls
+    finally:
+        mujoco.set_mjcb_time(None)
+
+
 def test_a_strict_simulator_says_what_failed_when(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     with refusing(TendonError, "'made up'", "'joint'"):
