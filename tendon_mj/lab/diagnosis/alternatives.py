@@ -39,10 +39,16 @@ from tendon_mj.lab.diagnosis.statistics import (
     tie_width,
     with_slope,
 )
-from tendon_mj.lab.diagnosis.wording import NOTHING, state_alternatives, state_finding
+from tendon_mj.lab.diagnosis.wording import (
+    NOTHING,
+    UNDECIDED,
+    state_alternatives,
+    state_finding,
+)
 from tendon_mj.typing import FloatArray
 
 MATTERS: Final = 0.2  # of a number, by which an end of its interval moves
+_EACH = "write each = true for them in [uncertain]"
 _FARTHEST = 1e3  # probes from which an effect is fitted that the data do not determine at all
 _EVALUATIONS = 12
 
@@ -70,7 +76,7 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
     model, problem, base = selection.final, context.problem, context.base
     each = _number_of_each(context, model)
     if result.verdict == "unknown":
-        told = [f"No more is left with {each[0]}."] if each else []
+        told = [f"No more is left with {each[0]}: {_EACH}."] if each else []
         sentence = " ".join([result.sentence, *told])
         return replace(result, sentence=sentence, warnings=(*result.warnings, *told))
     fit, values = model.fit, {**result.calibrated, **result.parameters}
@@ -88,7 +94,12 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
         words, own = each
         there, _ = fitted_values(problem, base, own, intervals(problem, own))
         shared = [name for t in fit.calibrated if len(t.targets) > 1 for name in t.targets]
-        found.append(Alternative("", words, {n: there[n].value for n in shared}, fitted=True))
+        moved = [n for n in shared if _differ(values[n], there[n])] or shared
+        found.append(
+            Alternative(
+                "", words, {n: there[n].value for n in moved}, fitted=True, decided_by=_EACH
+            )
+        )
         values |= {n: _joined(values[n], there[n]) for n in shared}
         replaced = frozenset(e.terms[0].targets[0] for e in fit.effects if e not in own.effects)
     rivals: dict[str, list[str]] = {finding.parameter: [] for finding in result.findings}
@@ -141,7 +152,7 @@ def _number_of_each(context: SelectionContext, model: FittedCandidate) -> tuple[
         return None
     kinds = ", ".join(dict.fromkeys(t.targets[0].rpartition(".")[2] for t in shared))
     elements = " and ".join(sorted(frozenset[str]().union(*groups)))
-    return f"{kinds} of its own on each of {elements} (each = true in [uncertain])", own
+    return f"{kinds} of its own on each of {elements}", own
 
 
 def _numbers(fit: Fit) -> list[int]:
@@ -190,13 +201,15 @@ def _alternative(
 
     ``words`` state the effect as it fits best, ``pairs`` are values of the model and of this one.
     """
-    if any(
-        abs(there.value - here.value) > MATTERS * abs(here.value) for here, there in pairs.values()
-    ):
+    if any(_differ(here, there) for here, there in pairs.values()):
         best = {name: there.value for name, (_, there) in pairs.items()}
         return Alternative(added.identifier, words, best, fitted=True)
     far = {name: _far_end(here, there) for name, (here, there) in pairs.items()}
     return Alternative(added.identifier, f"{added.effect.name} ({added.where})", far)
+
+
+def _differ(here: Value, there: Value) -> bool:
+    return abs(there.value - here.value) > MATTERS * abs(here.value)
 
 
 def _far_end(here: Value, there: Value) -> float:
@@ -313,10 +326,14 @@ def _restated(
     kept = any(
         new.confidence == old.confidence for new, old in zip(findings, result.findings, strict=True)
     )
+    if kept or not findings:
+        rest = f"{sentence[:1].upper()}{sentence[1:]}"
+    else:
+        rest = f"{UNDECIDED}{sentence[:1].lower()}{sentence[1:]}"
     return replace(
         result,
         verdict=result.verdict if kept else "undetermined",
-        sentence=f"{told} {sentence[:1].upper()}{sentence[1:]}",
+        sentence=f"{told} {rest}",
         findings=tuple(findings),
         calibrated={name: values[name] for name in result.calibrated},
         parameters={name: values[name] for name in result.parameters},

@@ -78,6 +78,7 @@ class Alternative:
     statement: str  # the effect or that number, in words
     values: Mapping[str, float]  # parameters that it moves → their values there
     fitted: bool = False  # whether these fit best; else they are the ends of their intervals
+    decided_by: str = ""  # what decides, but for the effect's next experiment
     fit: Fit | None = field(default=None, repr=False)  # of that effect; not in `Diagnosis.result`
 
     def result(self) -> dict[str, Any]:

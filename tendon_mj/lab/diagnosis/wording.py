@@ -34,6 +34,7 @@ MEANING: Final[dict[Verdict, str]] = {
     "unknown": "The error is not explained, and nothing is proven.",
 }
 NOTHING: Final = "Nothing is missing: "
+UNDECIDED: Final = "Found, and not decided: "
 _SLIPS = (
     " Where a tendon sticks and slips it may also be its values that were not found, or the steps"
     " that are too long."
@@ -271,27 +272,30 @@ def state_alternatives(result: Diagnosis, alternatives: Sequence[Alternative]) -
     moved = Counter(name for other in alternatives for name in other.values)
     most = max(moved, key=lambda name: moved[name])
     alike = [n for n in moved if stated[n].value == stated[most].value]
-    there = [
-        f"{quantity(other.values[most], stated[most].unit)} with {other.statement}"
-        for other in alternatives
-        if most in other.values
-    ]
+    there = [*filter(None, (_elsewhere(other, alike, stated) for other in alternatives))]
     here = f"{', '.join(alike)} = {quantity(stated[most].value, stated[most].unit)}"
     others = [name for name in moved if name not in alike]
     text = f"These signals cannot tell {here} from {', or from '.join(there[:_SHOWN])}"
     text += f"; nor do they tell {', '.join(others)}" if others else ""
-    records = dict.fromkeys(
-        result.catalogue[other.identifier].next_experiment
-        for other in alternatives
-        if other.identifier
-    )
+    ways = list(dict.fromkeys(other.decided_by for other in alternatives if other.decided_by))
+    effects = [result.catalogue[other.identifier] for other in alternatives if other.identifier]
+    records = [e.next_experiment for e in effects if e.next_experiment]
     if not any(tells_force(r.measured) for r in result.recordings):
-        decide = f"A measured force would decide: {FORCES}"
-    elif any(records):
-        decide = f"To decide, record {', or '.join(filter(None, records))}"
-    else:
-        decide = "To decide, measure one of them and state it in [known]"
-    return f"{text}. {decide}."
+        ways.append(f"measure a force: {FORCES}")
+    elif records:
+        ways.append(f"record {', or '.join(dict.fromkeys(records))}")
+    ways = ways or ["measure one of them and state it in [known]"]
+    return f"{text}. To decide, {', or '.join(ways)}."
+
+
+def _elsewhere(other: Alternative, alike: Sequence[str], stated: Mapping[str, Value]) -> str:
+    """The value of an alternative that is farthest from one stated for all alike; or nothing."""
+    values = {name: other.values[name] for name in alike if name in other.values}
+    if not values:
+        return ""
+    name = max(values, key=lambda n: abs(values[n] - stated[n].value))
+    named = f"{name} = " if len({*values.values()}) > 1 else ""
+    return f"{named}{quantity(values[name], stated[name].unit)} with {other.statement}"
 
 
 def reason(evidence: Evidence, verdict: Verdict | None) -> str:

@@ -126,6 +126,7 @@ TRANSMISSION: Final = (
         source="a worn or kinked stretch of tendon",
         next_experiment="short loops at different places along the stroke",
         look_at="where the cable rubs most: a kink, a worn or dirty place",
+        alike="friction whose coefficient changes with the tension",
         binding=on_sheaths(Spec("friction_gradient", "1/m", -2e3, 2e3, 30.0)),
         changes="friction",
     ),
