@@ -11,7 +11,7 @@ import numpy as np
 from stable_baselines3 import PPO
 from stable_baselines3.common.env_util import make_vec_env
 
-STEPS, EPISODES, SEED = 61440, 5, 1
+STEPS, EPISODES, SEED = 122880, 5, 1
 START = -0.4, -0.4  # of the ranges; the flexor near the object, as far from it no reward differs
 STEP = 0.03  # of the range, in 10 ms
 
@@ -49,7 +49,8 @@ def make():
 
 
 several, network = make_vec_env(make, 4, seed=SEED), {"log_std_init": -1.0}
-settings = {"learning_rate": 1e-3, "gamma": 0.95, "n_steps": 512, "batch_size": 256}
+settings = {"gamma": 0.95, "n_steps": 512, "batch_size": 128}
+settings["learning_rate"] = lambda remaining: 2e-3 * remaining  # falls to 0
 model = PPO("MlpPolicy", several, seed=SEED, device="cpu", policy_kwargs=network, **settings)
 model.learn(STEPS)
 environment, rewards = make(), []
