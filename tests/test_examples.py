@@ -15,7 +15,7 @@ PAGE = 65  # lines
 # what each says, beside finishing: numbers that a reader can check
 FOUND = {
     "add_friction": r"friction 0\.15: of a pull of 10 N +7\.73 N arrive at the joint.* deg",
-    "diagnose_recordings": r"[Mm]issing: play.*(?s:.)*sheath\.backlash = .* m, 95 % within",
+    "diagnose_recordings": r"decided: missing: play.*(?s:.)*sheath\.backlash = .* m, 95 % within",
     "friction_in_mjlab": r"friction \[0\.\d+ .*\nmore bend \[0\.\d+ .*\nof 10 N arrive \[\d\.\d+",
     "press_with_gymnasium": r"random (0\.0\d+), scripted (0\.9\d+)",
     "servo_in_the_step": r"servo on the output tension: 30 N .* (30\.0|29\.9)\d N are reached",

@@ -39,12 +39,7 @@ from tendon_mj.lab.diagnosis.statistics import (
     tie_width,
     with_slope,
 )
-from tendon_mj.lab.diagnosis.wording import (
-    NOTHING,
-    UNDECIDED,
-    state_alternatives,
-    state_finding,
-)
+from tendon_mj.lab.diagnosis.wording import NOTHING, UNDECIDED, state_alternatives, state_finding
 from tendon_mj.typing import FloatArray
 
 MATTERS: Final = 0.2  # of a number, by which an end of its interval moves

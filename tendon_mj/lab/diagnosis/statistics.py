@@ -336,6 +336,7 @@ def _least_moves(
     are fitted until that promises to lessen no change by more than its share `_CLOSE`.
     """
     used, room = problem.in_train, fit.bounds - fit.scaled
+    jacobian, left = fit.jacobian[used], fit.residual[used]
     least = dict.fromkeys(numbers, np.inf)
     found = {k: (np.zeros(fit.scaled.size), np.zeros(used.size)) for k in numbers}
     moves = {}
@@ -349,17 +350,18 @@ def _least_moves(
     for again in range(_COMPENSATED):
         for key, move in list(moves.items()):
             others = fit.free & (np.arange(move.size) != key[0])
-            slopes, change = fit.jacobian[used][:, others], changes[key][used]
-            left, within = fit.residual[used] + change, (room - move)[:, others]
-            step = bounded_least_squares(slopes, left, within) if others.any() else np.zeros(0)
+            slopes, change, within = jacobian[:, others], changes[key][used], room - move
+            step = np.zeros(0)
+            if others.any():
+                step = bounded_least_squares(slopes, left + change, within[:, others])
             less = np.sum((change + slopes @ step) ** 2) < (1.0 - _CLOSE) * np.sum(change**2)
             if again and not less:
                 del moves[key]
             else:
                 move[others] += step
-        values = [natural_in_range(fit.terms, fit.scaled + move) for move in moves.values()]
         if not moves:
             break
+        values = [natural_in_range(fit.terms, fit.scaled + move) for move in moves.values()]
         there = problem.residuals([written(fit.terms, v, base) for v in values])
         for (key, move), simulated in zip(list(moves.items()), there, strict=True):
             changes[key] = change = simulated - (fit.residual - fit.correction)
