@@ -419,6 +419,7 @@ ALL = {
     "creep": 0.3,
     "creep_time": 0.05,
     "sheath_compliance": 1e-6,
+    "output_compliance": 1e-6,
     "tendon_mass": 2e-3,
     "extra_bend": 0.3,
     "axial_damping": 1.0,
@@ -431,7 +432,8 @@ del EFFECTS["stribeck_velocity"], EFFECTS["creep_time"]
 
 
 ALL_ON_ARM = ALL | {"stribeck_velocity": 0.2, "friction_gradient": 1.0, "backlash": 1e-3} | {
-    "sheath_compliance": 1e-4, "tendon_mass": 0.02, "viscous_friction": 0.5, "creep_time": 0.02,
+    "sheath_compliance": 1e-4, "output_compliance": 1e-4, "tendon_mass": 0.02,
+    "viscous_friction": 0.5, "creep_time": 0.02,
 }  # fmt: skip
 
 

@@ -22,6 +22,7 @@ import re
 import signal
 import sys
 import threading
+import time
 import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import (
@@ -36,7 +37,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cache
 from multiprocessing.queues import Queue
-from multiprocessing.synchronize import Event
+from multiprocessing.sharedctypes import Synchronized
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
@@ -56,6 +57,7 @@ _ADDRESS: Final = re.compile(r"\w+://.+:\d{1,5}")
 _AHEAD = 2  # tasks per worker: one runs, one waits
 _CONNECT, _FIRST_WORKER = 10.0, 60.0  # longest wait for a scheduler, and for its first worker [s]
 _NTHREADS: Final = "--nthreads"  # threads would share one simulation
+_IMPORT, _WAIT = 30.0, 0.02  # longest wait for workers that still import, and steps of it [s]
 _COUNTED = 10.0  # longest interval between two counts of Dask's workers [s]
 
 
@@ -281,24 +283,29 @@ def _processes(on: Workers, tasks: int, job: Job) -> Iterator[_Pool]:
     count = min(on.processes or os.cpu_count() or 1, tasks)
     others = set(multiprocessing.active_children())
     spawn = multiprocessing.get_context("spawn")
-    begun = spawn.Event()  # a worker has read the script of the caller
-    # and not an argument, which a process that ends as it reads the script leaves half written
-    jobs, sent = spawn.Queue(), pickle.dumps(job)
-    jobs.cancel_join_thread()
-    for _ in range(count):
-        jobs.put(sent)
-    executor = ProcessPoolExecutor(count, spawn, _begin_worker, (jobs, begun))
+    with _uninterrupted():
+        begun = spawn.Value("i", 0)  # workers that have read the script of the caller
+        # and not an argument, which a process that ends as it reads the script leaves half written
+        jobs, sent = spawn.Queue(), pickle.dumps(job)
+        jobs.cancel_join_thread()
+        for _ in range(count):
+            jobs.put(sent)
+        executor = ProcessPoolExecutor(count, spawn, _begin_worker, (jobs, begun))
 
     def submit(key: str, argument: Any) -> Future[Any]:
-        with _environment_of_workers():
+        with _uninterrupted(), _environment_of_workers():
             return executor.submit(_run, key, argument)
 
     try:
         yield _Pool(submit, lambda: count, (BrokenExecutor,))
     except BaseException as error:
-        for process in set(multiprocessing.active_children()) - others:
+        ours, importing = set(multiprocessing.active_children()) - others, _IMPORT
+        while begun.value < sum(process.is_alive() for process in ours) and importing > 0.0:
+            time.sleep(_WAIT)  # what a worker has started to import a package would be left alone
+            importing -= _WAIT
+        for process in ours:
             process.terminate()  # a task may take minutes
-        if isinstance(error, WorkerError) and not begun.is_set():
+        if isinstance(error, WorkerError) and not begun.value:
             raise WorkerError(
                 f"{on} ended before the first task. Each of them reads the script again: put the"
                 ' call under `if __name__ == "__main__":`, in a file'
@@ -306,6 +313,24 @@ def _processes(on: Workers, tasks: int, job: Job) -> Iterator[_Pool]:
         raise
     finally:
         executor.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Let Ctrl-C wait until processes and what they share are there as a whole."""
+    if threading.current_thread() is not threading.main_thread():  # others are never interrupted
+        yield
+        return
+    pressed: list[tuple[int, Any]] = []
+    before = signal.signal(
+        signal.SIGINT, lambda *signal_and_frame: pressed.append(signal_and_frame)
+    )
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if pressed and callable(before):
+            before(*pressed[0])
 
 
 @contextmanager
@@ -328,8 +353,9 @@ def _environment_of_workers() -> Iterator[None]:
 _JOBS: list[Job] = []  # of this worker process
 
 
-def _begin_worker(jobs: Queue[bytes], begun: Event) -> None:
-    begun.set()
+def _begin_worker(jobs: Queue[bytes], begun: Synchronized[int]) -> None:
+    with begun.get_lock():
+        begun.value += 1
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the caller, which ends this one
     threading.Thread(target=_end_with_parent, daemon=True).start()
     _JOBS[:] = [pickle.loads(jobs.get())]

@@ -109,7 +109,8 @@ OF_A_DRUM: Final = ("radius", "gear_friction", "gear_friction_back", *parameters
 _OF_A_DRUM = np.array([at.ATTRIBUTES.index(name) for name in OF_A_DRUM])
 # what a sheath whose input tension is given has no use for
 OF_A_REEL: Final = (
-    "pretension", "slack", "backlash", "sheath_compliance", "viscous_friction", "tendon_mass"
+    "pretension", "slack", "backlash", "sheath_compliance", "output_compliance",
+    "viscous_friction", "tendon_mass",
 )  # fmt: skip
 ELASTICITY: Final = ("axial_stiffness", "axial_damping", "stiffening", "creep")
 OF_A_PATH: Final = (*ELASTICITY, *OF_A_REEL[1:])  # and a cable that is not drawn

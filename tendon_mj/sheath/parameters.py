@@ -247,6 +247,12 @@ class Law:
     sheath_compliance: float = described(
         "C_s", "m/N", "yield of the sheath's mount at the input per tension beyond T_0", default=0.0
     )
+    output_compliance: float = described(
+        "C_o",
+        "m/N",
+        "yield of what holds the tendon or the sheath at the output, per tension beyond T_0",
+        default=0.0,
+    )
     tendon_mass: float = described("m", "kg", "mass of the tendon in the whole sheath", default=0.0)
     extra_bend: float = described(
         "φ_x",
@@ -293,6 +299,7 @@ class OptionalParameters(TypedDict, total=False):
     creep: SupportsFloat | None
     creep_time: SupportsFloat | None
     sheath_compliance: SupportsFloat | None
+    output_compliance: SupportsFloat | None
     tendon_mass: SupportsFloat | None
     extra_bend: SupportsFloat | None
     slack: SupportsFloat | None

@@ -23,7 +23,10 @@ STIFF = spatial("stiff", "a k c", 'stiffness="70" damping=".1"')
 MOTORS = """<motor name="motor" tendon="wrapped"/><position name="servo" tendon="wrapped" kp="1"/>
   <motor name="stiff_motor" tendon="stiff"/><motor name="elbow_motor" joint="elbow"/>"""
 ARM = driven_xml(STIFF, MOTORS, joint="")
-OF_A_REEL = ("pretension", "backlash", "sheath_compliance", "viscous_friction", "tendon_mass")
+OF_A_REEL = (
+    "pretension", "backlash", "sheath_compliance", "output_compliance", "viscous_friction",
+    "tendon_mass",
+)  # fmt: skip
 GIVEN = Path(os.environ.get("TENDON_MJ_MODELS", "/nowhere"))
 MODELS = [
     pytest.param(path, id=path.stem, marks=[needs_aero_hand] if path.stem == "aero_hand" else [])

@@ -20,7 +20,7 @@ thorough = settings(
 WOUND = ("reel", "reel_joint", "spool")  # drives that wind in a tendon of given length
 DRIVEN = ("motor", "motor and spring", "position", "velocity", "muscle")
 # which a driven tendon does not take
-WINDING = ("viscous_friction", "backlash", "tendon_mass", "sheath_compliance")
+WINDING = ("viscous_friction", "backlash", "tendon_mass", "sheath_compliance", "output_compliance")
 SCALES = {"stribeck_friction": ("stribeck_velocity", 0.02), "creep": ("creep_time", 0.01)}
 TIMESTEPS = (1e-4, 5e-4, 1e-3, 2e-3, 5e-3)
 INTEGRATORS = ("Euler", "implicit", "implicitfast", "RK4")
@@ -146,6 +146,7 @@ def _laws(draw, drive):
         "backlash": [1e-3],
         "tendon_mass": [0.02],
         "sheath_compliance": [1e-6, 1e-4],
+        "output_compliance": [1e-6, 1e-4],
         "stribeck_friction": [0.2],
         "creep": [0.3],
         "extra_bend": [-0.3, 1.0],

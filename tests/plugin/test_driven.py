@@ -192,7 +192,10 @@ def test_it_converges_to_the_same_motion_from_any_stiffness_above():
 
 
 REEL = '<plugin name="r" plugin="tendon_mj.sheath" instance="s" tendon="t"/>'
-WINDING = ("pretension", "viscous_friction", "tendon_mass", "backlash", "sheath_compliance")
+WINDING = (
+    "pretension", "viscous_friction", "tendon_mass", "backlash", "sheath_compliance",
+    "output_compliance",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -212,15 +212,24 @@ def test_creep_relaxes_the_tension(damping):
 
 
 @pytest.mark.parametrize("compliance", [1e-6, 1e-4])
-def test_the_mount_s_compliance_is_in_series(compliance):
-    drives = Drives(friction=0.0, sheath_compliance=compliance)
+@pytest.mark.parametrize("mounts", [("sheath",), ("output",), ("sheath", "output")])
+def test_the_mounts_compliances_are_in_series(compliance, mounts):
+    drives = Drives(friction=0.0, **{f"{end}_compliance": compliance for end in mounts})
     length = drives.model.tendon_length0[0]
     for way in (0.0, 5e-4, 2e-3, -2e-4):
         drives.step(way)
-        tension = drives.ends[0]
-        path = length - compliance * (tension - PRETENSION)
+        path = length - len(mounts) * compliance * (drives.ends[0] - PRETENSION)
         strain = path / (length - way) / ON_DRUM - 1.0
         np.testing.assert_allclose(drives.tension, max(0.0, EA * strain), rtol=1e-9, atol=1e-7)
+
+
+def test_a_mount_yields_to_the_tension_of_its_end():
+    """Beside a stiff tendon it takes all motion, by the tension before the friction or behind."""
+    way, compliance = 2e-3, 1e-3
+    for end, k in (("sheath", 0), ("output", 1)):
+        drives = Drives(axial_stiffness=1e6, **{f"{end}_compliance": compliance})
+        drives.follow(np.linspace(0.0, way, 200))
+        assert compliance * (drives.ends[k] - PRETENSION) == pytest.approx(way, rel=0.01)
 
 
 def test_a_tendon_s_momentum_changes_by_what_pulls_it():

@@ -13,7 +13,7 @@ from tendon_mj.plugin.abi.library import geared_control
 from tendon_mj.plugin.sheath_plugin import drive, friction, strain
 from tendon_mj.plugin.sheath_plugin.forces import apply_forces
 from tendon_mj.plugin.sheath_plugin.input_force import follow_spring
-from tendon_mj.plugin.sheath_plugin.state import state_at, unpack
+from tendon_mj.plugin.sheath_plugin.state import State, state_at, unpack
 from tendon_mj.plugin.sheath_plugin.trial import (
     moment,
     refuse,
@@ -22,6 +22,7 @@ from tendon_mj.plugin.sheath_plugin.trial import (
     solve_from_last_step,
     store_trial,
 )
+from tendon_mj.sheath import Segment
 
 
 @compiled
@@ -41,6 +42,13 @@ def is_ready(m: Model, d: Data, address: int) -> bool:
         return False
     friction.update_ratios(address, state, guides, d.time)
     return True
+
+
+@compiled
+def _hold_by_mount(state: State, segment: Segment, compliance: float) -> None:
+    """Let a segment end at a mount, which yields in proportion to the tension beyond T_0."""
+    segment.length += compliance * state.laid_pretension
+    segment.support_compliance += compliance * state.law.axial_stiffness
 
 
 @compiled
@@ -64,7 +72,7 @@ def solve_wound(m: Model, d: Data, address: int) -> tuple[bool, float, float, fl
     wound_in = drive.on_drum(state, segments, travel, flank)
     wound_out = strain.unstretched(state, state.output_radius * state.pulley)
 
-    # for this evaluation only: wound tendon leaves the two end segments, the sheath's mount yields
+    # for this evaluation only: wound tendon leaves the two end segments, the mounts yield
     if state.arcs > 0.0:
         shift_guides(segments, guides)
     else:
@@ -72,12 +80,13 @@ def solve_wound(m: Model, d: Data, address: int) -> tuple[bool, float, float, fl
     segments[0].stored -= wound_in - state.wound_in
     segments[0].stored += rest - state.spring_length
     segments[last].stored -= wound_out - state.wound_out
-    input_length = segments[0].length
-    segments[0].length = input_length + state.law.sheath_compliance * state.laid_pretension
-    segments[0].support_compliance = state.law.sheath_compliance * state.law.axial_stiffness
+    input_length, output_length = segments[0].length, segments[last].length
+    segments[0].support_compliance = segments[last].support_compliance = 0.0
+    _hold_by_mount(state, segments[0], state.law.sheath_compliance)
+    _hold_by_mount(state, segments[last], state.law.output_compliance)
     possible = math.isfinite(travel + wound_out)
     finite = solve_from_last_step(state, segments, guides, elapsed, possible)
-    segments[0].length = input_length
+    segments[0].length, segments[last].length = input_length, output_length
     if state.arcs > 0.0:
         for j in range(1, last):
             segments[j].stored = segments[j].unshifted

@@ -133,13 +133,15 @@ def _contact(
 
 
 @compiled
-def _hand_over(segments: Segments, guides: Guides, j: int, count: int) -> None:
+def _hand_over(state: State, segments: Segments, guides: Guides, j: int, count: int) -> None:
     """Move guides ``j`` and the following along the tendon to where they now are."""
-    moved = 0.0
+    laid = moved = 0.0
+    if state.driven == 0.0:
+        laid = state.laid_pretension / state.law.axial_stiffness  # where the mounts are at rest
     for k in range(j, j + count):
         segment = segments[k]
         tau = segment.previous_tension
-        held = (segment.length - segment.support_compliance * tau) / (1.0 + tau)
+        held = (segment.length - segment.support_compliance * (tau - laid)) / (1.0 + tau)
         moved += held - segment.stored
         guides[k].shift = moved
 
@@ -217,7 +219,7 @@ def _over_geom(
         _set_span(segments, j, at - start, step, near, far, divisor)
         segments[j + count].divisor = divisor
     if jumped and state.started != 0.0:
-        _hand_over(segments, guides, j, count)
+        _hand_over(state, segments, guides, j, count)
     return behind, passed
 
 

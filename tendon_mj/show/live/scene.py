@@ -59,6 +59,7 @@ _TYPICAL = {
     "creep": 0.5,
     "creep_time": 10.0,
     "sheath_compliance": 1e-4,
+    "output_compliance": 1e-4,
     "tendon_mass": 0.05,
     "extra_bend": math.pi,
     "slack": 0.01,

@@ -208,6 +208,26 @@ TRANSMISSION: Final = (
         binding=on_sheaths(Spec("sheath_compliance", "m/N", 0.0, 1e-3, 5e-7)),
     ),
     Effect(
+        identifier="output_compliance",
+        name="an elastic mount at the output",
+        equation="of the motion ξ_out at the output only ξ_out − C_o (T_out − T_0) arrives",
+        signature="the output moves too little under load, in proportion to the output tension",
+        source="cuffs and anchors on soft tissue, brackets at the sheath's far end",
+        next_experiment="the output blocked, and then pulled: how far the cable still moves",
+        look_at="what holds the cable and the sheath at the output: anchor, cuff, bracket",
+        tell_apart={
+            "sheath_compliance": (
+                "Clamp one end of the sheath after the other: the motion that is lost goes with the"
+                " mount that gives way."
+            ),
+            "axial_stiffness": (
+                "Block the output and pull: what moves beyond the last guide is its mount, and not"
+                " the tendon."
+            ),
+        },
+        binding=on_sheaths(Spec("output_compliance", "m/N", 0.0, 1e-3, 5e-7)),
+    ),
+    Effect(
         identifier="tendon_inertia",
         name="mass of the tendon",
         equation="T_left − T_right = … + m dv/dt",
