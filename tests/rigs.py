@@ -413,6 +413,7 @@ ALL = {
     "viscous_friction": 2.0,
     "direction_asymmetry": 0.2,
     "friction_gradient": 3.0,
+    "load_gradient": 0.01,
     "friction_drift": 0.4,
     "backlash": 2e-4,
     "stiffening": 2.0,

@@ -239,6 +239,7 @@ _REPLACED: Final = {
     "rad/s²": ("°/s²", 180.0 / math.pi),
     "1/s": ("%/s", 100.0),
     "1/m": ("%/m", 100.0),
+    "1/N": ("%/N", 100.0),
 }
 # SI unit → value below which another one is used, that one, and how many of it make one
 _SMALLER: Final = {"kg": (1.0, "g", 1e3), "kg m²": (1e-4, "g cm²", 1e7)}

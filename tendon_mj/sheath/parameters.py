@@ -228,6 +228,9 @@ class Law:
     friction_gradient: float = described(
         "γ", "1/m", "relative growth of μ per tendon that has passed a guide", ANY, default=0.0
     )
+    load_gradient: float = described(
+        "λ", "1/N", "relative growth of μ per tension at a guide beyond T_0", ANY, default=0.0
+    )
     friction_drift: float = described(
         "β", "1/s", "relative growth of μ per simulation time", ANY, default=0.0
     )
@@ -293,6 +296,7 @@ class OptionalParameters(TypedDict, total=False):
     viscous_friction: SupportsFloat | None
     direction_asymmetry: SupportsFloat | None
     friction_gradient: SupportsFloat | None
+    load_gradient: SupportsFloat | None
     friction_drift: SupportsFloat | None
     backlash: SupportsFloat | None
     stiffening: SupportsFloat | None

@@ -142,6 +142,7 @@ def _laws(draw, drive):
         "direction_asymmetry": [-0.5, 0.3],
         "viscous_friction": [1.0, 10.0],
         "friction_gradient": [-2.0, 2.0],
+        "load_gradient": [-0.02, 0.02],
         "friction_drift": [0.5],
         "backlash": [1e-3],
         "tendon_mass": [0.02],

@@ -105,6 +105,21 @@ def test_friction_depends_on_what_has_passed(gradient):
         assert drives.loss == pytest.approx(np.sign(speed) * MU * grown * BEND, rel=1e-9)
 
 
+@pytest.mark.parametrize("growth", [0.02, -0.01])
+def test_friction_grows_with_the_tension_by_its_closed_form(growth):
+    """dT/dφ = μ (1 + λ (T − T_0)) T, of the second order in the bend of a guide."""
+    errors = []
+    for guides in (8, 32):
+        drives = Drives(load_gradient=growth, guides=guides)
+        for speed in (0.1, -0.1):
+            low, high = sorted(drives.draw(speed, 500))
+            a, b = MU * (1.0 - growth * PRETENSION), MU * growth
+            grown = np.exp(a * BEND)
+            errors.append(abs(a * low * grown / (a + b * low * (1.0 - grown)) / high - 1.0))
+    assert max(errors) < 2e-3
+    assert max(errors[2:]) < 0.1 * max(errors[:2])
+
+
 def test_friction_remembers_speed_for_twenty_milliseconds():
     drives = Drives(stribeck_friction=0.1, stribeck_velocity=0.01, timestep=1e-4)
     drives.draw(0.05, 3000)

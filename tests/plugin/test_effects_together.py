@@ -43,7 +43,8 @@ def test_any_mixture_on_any_arm_is_solved_and_only_rubs(seed):
     for _ in range(1500):
         mujoco.mj_step(model, data)
         work = data.sensor("friction_work").data
-        assert np.all(work >= before)
+        # beside slack tendon a guide takes nothing, to the rounding of what mass and drag balance
+        assert np.all(work >= before - 1e-12 * work.max())
         before = work.copy()
     assert tendon_total(model, data) == pytest.approx(total, rel=1e-12)
     assert np.isfinite(data.plugin_state).all()
@@ -80,7 +81,7 @@ def cycles_of_two_drives(cycles=3, steps=2000, reach=2e-4, **law):
 
 SCALE = PRETENSION**2 / EA * 0.5  # energy of the tendon at rest [J]
 PERIODIC = ("static_friction", "constant_friction", "stribeck_friction", "direction_asymmetry",
-            "friction_gradient", "viscous_friction", "extra_bend", "stiffening",
+            "friction_gradient", "load_gradient", "viscous_friction", "extra_bend", "stiffening",
             "sheath_compliance", "output_compliance")  # fmt: skip
 
 

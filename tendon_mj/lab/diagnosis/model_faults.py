@@ -9,7 +9,7 @@ simulator other than the package's has none of these parts.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import mujoco
@@ -18,7 +18,6 @@ import numpy as np
 from tendon_mj.attach import numbers, view_sheath
 from tendon_mj.lab.data_check import play_warnings
 from tendon_mj.lab.diagnosis.data import Problem
-from tendon_mj.lab.diagnosis.effects.effect import Effect
 from tendon_mj.lab.diagnosis.fitting import rings
 from tendon_mj.lab.diagnosis.result import Value
 from tendon_mj.lab.parameter_names import expand, values_for
@@ -115,18 +114,6 @@ def warn_of_ringing(near: tuple[float, float]) -> list[str]:
         "The model rings from step to step, so that rounding decides what it does, and its numbers"
         " may be off by more than their intervals: take a shorter timestep, or damp its cables by"
         " axial_damping."
-    ]
-
-
-def warn_of_one_state(effects: Iterable[Effect], recordings: Sequence[Recording]) -> list[str]:
-    """Warn of what recordings of one state of the rig may not tell from these effects."""
-    if any(recording.known != recordings[0].known for recording in recordings):
-        return []
-    return [
-        f"In recordings of one state of the rig {effect.alike} may look like {effect.name}: record"
-        " the same motion at another pretension or load, stated in [known]."
-        for effect in effects
-        if effect.alike
     ]
 
 

@@ -43,7 +43,6 @@ from tendon_mj.lab.diagnosis.model_faults import (
     LumpedSheath,
     too_few_guides,
     warn_of_guides,
-    warn_of_one_state,
     warn_of_ringing,
     warn_of_servos,
     warn_of_soft_flanks,
@@ -256,13 +255,11 @@ class Proof:
         ranges = intervals(context.problem, over, data.refits(final))
         calibrated, fitted = fitted_values(context.problem, base, over, ranges)
         selection = replace(selection, final=replace(selection.final, fit=over))
-        recordings = (*self.own.recordings, *self.held_out.recordings)
         lumped = self._too_few_guides(model, evidence.held_out.after)
         limits = [*warn_of_ends(calibrated), *warn_of_guides(lumped), *warn_of_ringing(near)]
         if verdict in ("partly", "unknown"):
             limits += warn_of_soft_friction(self.own.simulate, model)
             limits += warn_of_servos(self.own)
-        limits += warn_of_one_state((e.candidate.effect for e in selection.effects), recordings)
         limits += warn_of_soft_flanks(self.own.simulate, model, {**calibrated, **fitted})
         seen, first = self.own.residuals(parameters), len(final.calibrated)
         proven = verdict in ("named", "parameter", "partly")

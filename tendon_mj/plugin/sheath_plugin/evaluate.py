@@ -107,8 +107,8 @@ def evaluate(m: Model, d: Data, instance: int) -> None:
     else:
         if not state.law.axial_stiffness > 0.0 and state.inextensible == 0.0:
             state.law.axial_stiffness = drive.CHOSEN_STIFFNESS
-        _, guides, _ = unpack(address)
-        friction.update_ratios(address, state, guides, time)
+        segments, guides, _ = unpack(address)
+        friction.update_ratios(address, state, segments, guides, time)
         state.started = 1.0
 
 

@@ -1,10 +1,12 @@
 """Friction at the guides: the ratios of tensions that they hold, and the resistance of sliding.
 
-    μ_i = μ max(0, 1 + γ u_i) max(0, 1 + β t) (1 ± α) + Δμ e^{−v_i/v_s},   φ_i + φ_x/n ≥ 0
+    μ_i = μ max(0, 1 + γ u_i) max(0, 1 + λ (T_i − T_0)) max(0, 1 + β t) (1 ± α) + Δμ e^{−v_i/v_s},
+    φ_i + φ_x/n ≥ 0
 
-u_i is the tendon that has passed guide i, v_i its sliding speed, seen through a short memory; both
-are as the last finished step left them. φ_x and F_c are shared by the n guides at sites and at the
-input end; those on geoms, which the tendon may leave, have no part in them.
+u_i is the tendon that has passed guide i, T_i the mean of the tensions beside it, v_i its sliding
+speed, seen through a short memory; all are as the last finished step left them. φ_x and F_c are
+shared by the n guides at sites and at the input end; those on geoms, which the tendon may leave,
+have no part in them.
 
 Equations: docs/theory.md, sections 4 and 7.
 """
@@ -26,16 +28,18 @@ def _are_current(address: int, state: State) -> bool:
     law = state.law
     fades = law.stribeck_friction > 0.0 and law.stribeck_velocity > 0.0
     vary = fades or law.friction_gradient != 0.0 or law.friction_drift != 0.0
+    vary = vary or law.load_gradient != 0.0
     varied = state.ratios_vary != 0.0
     state.ratios_vary = vary
     return keep_ratio_law(address) and state.started != 0.0 and not (vary or varied)
 
 
 @compiled
-def _growth(law: LiveLaw, guide: Guide, time: float) -> float:
-    """Factor by which μ has grown at a guide, with the tendon that passed it and with time."""
+def _growth(law: LiveLaw, guide: Guide, tension: float, time: float) -> float:
+    """Factor by which μ has grown at a guide with what has passed it, what it bears, and time."""
     passed = max(0.0, 1.0 + law.friction_gradient * guide.passed)
-    return passed * max(0.0, 1.0 + law.friction_drift * max(0.0, time))
+    loaded = max(0.0, 1.0 + law.load_gradient * (tension - law.pretension))
+    return passed * loaded * max(0.0, 1.0 + law.friction_drift * max(0.0, time))
 
 
 @compiled
@@ -53,7 +57,9 @@ def _capstan(exponent: float) -> float:
 
 
 @compiled
-def update_ratios(address: int, state: State, guides: Guides, time: float) -> None:
+def update_ratios(
+    address: int, state: State, segments: Segments, guides: Guides, time: float
+) -> None:
     """Compute the ratios again where a bend or a parameter has changed; ``time`` in seconds."""
     current = _are_current(address, state)
     law, n = state.law, len(guides)
@@ -61,6 +67,7 @@ def update_ratios(address: int, state: State, guides: Guides, time: float) -> No
     sliding = law.friction
     static = max(sliding, law.static_friction)  # below: as where it is not given
     asymmetry = law.direction_asymmetry
+    unit = 0.5 * tension_unit(state)
     for i in range(n):
         guide = guides[i]
         angle = guide.angle
@@ -73,7 +80,8 @@ def update_ratios(address: int, state: State, guides: Guides, time: float) -> No
             bend = max(0.0, angle + law.extra_bend / shared)
         grown, more = 1.0, 0.0
         if state.ratios_vary != 0.0:
-            grown, more = _growth(law, guide, time), _stribeck(law, guide)
+            beside = segments[i].previous_tension + segments[i + 1].previous_tension
+            grown, more = _growth(law, guide, unit * beside, time), _stribeck(law, guide)
         there = grown * (1.0 + asymmetry)
         guide.dynamic_ratio = _capstan((sliding * there + more) * bend)
         guide.static_ratio = guide.dynamic_ratio

@@ -40,7 +40,7 @@ def is_ready(m: Model, d: Data, address: int) -> bool:
             segments[j].tension = 0.0
         state.has_trial = 0.0
         return False
-    friction.update_ratios(address, state, guides, d.time)
+    friction.update_ratios(address, state, segments, guides, d.time)
     return True
 
 

@@ -53,6 +53,7 @@ _TYPICAL = {
     "viscous_friction": 100.0,
     "direction_asymmetry": 0.5,
     "friction_gradient": 1.0,
+    "load_gradient": 0.01,
     "friction_drift": 0.1,
     "backlash": 0.005,
     "stiffening": 50.0,

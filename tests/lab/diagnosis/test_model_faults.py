@@ -22,7 +22,6 @@ from tendon_mj.lab.diagnosis.data import with_more_guides
 from tendon_mj.lab.diagnosis.model_faults import (
     too_few_guides,
     warn_of_guides,
-    warn_of_one_state,
     warn_of_servos,
     warn_of_soft_friction,
 )
@@ -212,11 +211,3 @@ def test_few_guides_do_not_decide_a_verdict(tmp_path):
     assert friction.low < 0.19 < friction.high
     assert result.evidence.extrapolated.before < 1.2
     assert "has only 9 guides may leave up to" in result.sentence
-
-
-def test_what_may_look_like_an_effect_in_one_state_of_the_rig_is_told() -> None:
-    effects = [CATALOGUE["position_dependent_friction"], CATALOGUE["backlash"]]
-    loose, tight = (replace(loop(), known={"sheath.pretension": t}) for t in (10.0, 20.0))
-    (told,) = warn_of_one_state(effects, [loose, loose])
-    assert "friction whose coefficient changes with the tension may look like friction that" in told
-    assert warn_of_one_state(effects, [loose, tight]) == []

@@ -237,8 +237,6 @@ class Effect:
         in_motion: whether it changes nothing at rest, or the same in each row of settled points,
             as creep does after equal times.
         look_at: part of a rig in which it has its cause; may be empty.
-        alike: what is no effect and may look like it in recordings of one state of the rig, and
-            not at another pretension or load; may be empty.
         tell_apart: identifier of another effect → experiment that tells the two apart.
 
     Raises:
@@ -260,7 +258,6 @@ class Effect:
     event: bool = False
     in_motion: bool = False
     look_at: str = ""
-    alike: str = ""
     tell_apart: Mapping[str, str] | None = field(default=None, repr=False, hash=False)
 
     def __post_init__(self) -> None:

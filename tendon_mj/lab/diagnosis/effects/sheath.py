@@ -126,8 +126,23 @@ TRANSMISSION: Final = (
         source="a worn or kinked stretch of tendon",
         next_experiment="short loops at different places along the stroke",
         look_at="where the cable rubs most: a kink, a worn or dirty place",
-        alike="friction whose coefficient changes with the tension",
         binding=on_sheaths(Spec("friction_gradient", "1/m", -2e3, 2e3, 30.0)),
+        changes="friction",
+    ),
+    Effect(
+        identifier="load_dependent_friction",
+        name="friction whose coefficient changes with the tension",
+        equation="μ (1 + λ (T − T_0)), T the tension at each place of the sheath",
+        signature="the loop widens faster with the tension than the tension grows, or slower",
+        source="polymers: the area of contact grows less than the load, Archard 1957",
+        next_experiment="the same loop at two pretensions: the ratio of its tensions changes",
+        look_at="the sheath's lining",
+        tell_apart=dict.fromkeys(
+            ("position_dependent_friction", "direction_asymmetry"),
+            "Record the same loop at another pretension: a coefficient that changes with the"
+            " tension is another one there, at the same places and in both directions.",
+        ),
+        binding=on_sheaths(Spec("load_gradient", "1/N", -1.0, 1.0, 0.003)),
         changes="friction",
     ),
     Effect(
