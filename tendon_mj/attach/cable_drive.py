@@ -118,9 +118,10 @@ def add_cable_drive(
     check_names(_LAW, parameters, "add_cable_drive")
     instances.check_kinds(sensors)
     of_motor = {"axial_stiffness": axial_stiffness, "length": length, "armature": armature}
-    given: dict[str, Any] = {"radius": radius, "bend": bend, "friction": friction}
-    given |= {"pretension": pretension, **of_motor, **parameters}
-    values = {k: checked_number(k, v) for k, v in given.items() if v is not None}
+    needed: dict[str, Any] = {"radius": radius, "bend": bend, "friction": friction}
+    given = {"pretension": pretension, **of_motor, **parameters}
+    needed |= {k: v for k, v in given.items() if v is not None}
+    values = {k: checked_number(k, v) for k, v in needed.items()}
     _check_form(spec, values, motor)
     gear = _gear(checked_number("efficiency", efficiency), back_efficiency)
     volts = [checked_number("servo_gain", servo_gain)]

@@ -8,7 +8,7 @@ those of one where the short names are taken. Nothing is ever renamed.
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Collection, Container, Mapping, Sequence
 from itertools import count
 from typing import Any
 
@@ -103,7 +103,9 @@ def is_shared(config: Mapping[str, str]) -> bool:
 
 
 def check_kinds(kinds: Sequence[str]) -> None:
-    """Refuse an unknown or a repeated kind of sensor."""
+    """Refuse an unknown or a repeated kind of sensor, and one that is not in a sequence."""
+    if isinstance(kinds, str) or not isinstance(kinds, Collection):
+        raise InvalidValueError(f"sensors = {kinds!r} must be a sequence of kinds, or ()")
     for kind in kinds:
         if kind not in KINDS:
             raise UnknownNameError("sensor", kind, KINDS)

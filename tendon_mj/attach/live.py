@@ -77,6 +77,8 @@ class _States:
                 plugin.check_gain(kind, float(number), owner)
             elif not np.isfinite(number):
                 raise InvalidValueError(f"{name} = {number} must be finite")
+            elif kind == "radius" and number == 0.0:
+                raise InvalidValueError(f"{name} = 0 [m] must not be 0: a cable is wound on a drum")
         shape = self.numbers.shape[:-1]
         try:
             values = np.broadcast_to(values, shape)

@@ -254,6 +254,8 @@ def test_friction_and_pretension_are_live_and_elasticity_is_no_parameter():
     live = Parameters(model, data)
     assert not {"j_cable_sheath.axial_stiffness", "j_cable_sheath.backlash"} & set(live)
     live["j_cable.friction"], live["j_cable.pretension"] = 2.0 * MU, 10.0
+    with refusing(TendonError, "radius = 0 [m]"):
+        live["j_cable.radius"] = 0.0
     data.ctrl[0] = 0.5
     mujoco.mj_step(model, data, 20)
     expected = 0.5 / RADIUS - max(2 * 10.0 * 2 * EXPONENT, 50.0 * -math.expm1(-2 * EXPONENT))
@@ -309,7 +311,9 @@ def test_what_acts_on_a_joint_past_its_cable_is_warned_of(field, value):
         (lambda: add_cable_drive(hand(), "curls", **CABLE), "did you mean 'curl'"),
         (lambda: add_cable_drive(hand(), "x*", **CABLE), "no actuator of the model | 'curl'"),
         (lambda: add_cable_drive(drum(), "m", **CABLE | {"radius": 0.0}), "radius = 0 [m]"),
+        (lambda: add_cable_drive(drum(), "m", **CABLE | {"friction": None}), "friction = None"),
         (lambda: add_cable_drive(drum(), "m", **CABLE, slack=1.0), "'slack'"),
+        (lambda: add_cable_drive(drum(), "m", **CABLE, sensors="slip"), "sensors = 'slip'"),
         (
             lambda: add_cable_drive(add_cable_drive(drum(), "m", **CABLE), "m", **CABLE),
             "has a cable already | 'j_cable_sheath'",
