@@ -11,19 +11,26 @@ from experiments.rig_cases import print_cases
 
 
 def diagnose_elbows(
-    *, out: Path = Path("out/elbows"), elbows: int = 60, without_load_cell: int = 40, first: int = 0
+    *,
+    out: Path = Path("out/elbows"),
+    elbows: int = 60,
+    without_load_cell: int = 40,
+    mounts: int = 20,
+    first: int = 0,
 ) -> None:
-    """Make elbows with play at a drum, at the output or none; diagnose them; print a line for each.
+    """Make elbows with play, a soft mount at the output or neither; diagnose them; print each.
 
     Args:
         out: folder for a folder per rig: its model, description, recordings, and found.json.
         elbows: rigs with one or two load cells.
         without_load_cell: rigs of which only the angle is measured, with play at a drum or none.
+        mounts: rigs with one or two load cells whose cables are held by soft mounts at the joint.
         first: seed of the first rig of each kind.
     """
-    for count, load_cell in ((elbows, True), (without_load_cell, False)):
+    kinds = ((elbows, True, False), (without_load_cell, False, False), (mounts, True, True))
+    for count, load_cell, mount in kinds:
         seeds = range(first, first + count)
-        if cases := print_cases(run_cases(out, seeds, load_cell=load_cell)):
+        if cases := print_cases(run_cases(out, seeds, load_cell=load_cell, mount=mount)):
             print(summary(cases))
 
 

@@ -15,7 +15,11 @@ _FLANK = 3e4  # of play between pulley and joint [N m/rad]
 
 
 class Elbow(NamedTuple):
-    """Numbers of a rig; ``drum_play`` [m] and ``output_play`` [rad] are what a model may lack."""
+    """Numbers of a rig; the last three are what a model may lack.
+
+    ``drum_play`` is in m, ``output_play`` in rad, ``output_compliance``, of what holds each cable
+    at the joint, in m/N.
+    """
 
     friction: float
     bend: float
@@ -31,6 +35,28 @@ class Elbow(NamedTuple):
     dry_friction: float
     drum_play: float = 0.0
     output_play: float = 0.0
+    output_compliance: float = 0.0
+
+
+@numba.njit
+def _past_mount(
+    cable: FloatArray, ratio: FloatArray, stretch: float, given: float, compliance: float
+) -> float:
+    """What a cable takes up at its mount [m], which yields to its tension and moves by ``given``.
+
+    ``given`` is counted from where the mount would be without tension.
+    """
+    tension = cable[0]
+    most = abs(given - compliance * tension)
+    least = -most
+    for _ in range(50):
+        middle = 0.5 * (least + most)
+        tension, _ = front(cable, ratio, stretch, middle)
+        if middle + compliance * tension < given:
+            least = middle
+        else:
+            most = middle
+    return 0.5 * (least + most)
 
 
 @numba.njit
@@ -40,6 +66,7 @@ def _simulate(rig: Elbow, drum: FloatArray, steps: int) -> FloatArray:
     stretch = stretch_of_place(rig.length, rig.axial_stiffness, rig.pretension)
     cables = np.full((2, PLACES), rig.pretension)
     sides = (1.0, -1.0)
+    yielded = np.full(2, rig.output_compliance * rig.pretension)
     angle = speed = pulley = wound = 0.0
     measured = np.empty((len(drum), 3))
     for sample in range(len(drum)):
@@ -71,7 +98,13 @@ def _simulate(rig: Elbow, drum: FloatArray, steps: int) -> FloatArray:
             torque = 0.0
             for c in range(2):
                 given = -sides[c] * rig.radius * (turned - pulley)
+                if rig.output_compliance > 0.0:
+                    given += yielded[c]
+                    given = _past_mount(
+                        cables[c, ::-1], ratio, stretch, given, rig.output_compliance
+                    )
                 take_up(cables[c, ::-1], ratio, stretch, given)
+                yielded[c] = rig.output_compliance * cables[c, -1]
                 torque += sides[c] * rig.radius * cables[c, -1]
             pulley = turned
             torque -= rig.mass * 9.81 * rig.centre_of_mass * np.sin(angle)

@@ -1,4 +1,4 @@
-"""Draws elbows, hides play in some, and diagnoses each as its user would."""
+"""Draws elbows, hides play or a soft mount in some, and diagnoses each as its user would."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ from tendon_mj.typing import FloatArray
 _PERIOD = 0.02  # [s]
 _NOISE = {"agonist_N": 0.09, "antagonist_N": 0.09, "elbow_deg": 0.1}
 _HIDDEN = ("drum", "output", "nothing")
-_EFFECTS = {"drum": "backlash", "output": "output_play"}
+# what is hidden → effect that is to be named, and number of the rig
+_EFFECTS = {"drum": "backlash", "output": "output_play", "mount": "output_compliance"}
+_NUMBERS = {"drum": "drum_play", "output": "output_play", "mount": "output_compliance"}
+_USUAL_TENSION = 40.0  # at which a mount yields by as much as a play is wide [N]
 
 
 def _write_model(path: Path, rig: Elbow) -> None:
@@ -130,13 +133,15 @@ def _draw(rng: np.random.Generator, hidden: str) -> Elbow:
     numbers = {k: float(f"{v:.4g}") for k, v in rounded.items()}
     numbers["drum_play"] = float(play) if hidden == "drum" else 0.0
     numbers["output_play"] = float(play / radius) if hidden == "output" else 0.0
+    numbers["output_compliance"] = float(play / _USUAL_TENSION) if hidden == "mount" else 0.0
     return Elbow(**numbers)
 
 
-def make_case(folder: Path, seed: int, *, load_cell: bool) -> dict[str, Any]:
+def make_case(folder: Path, seed: int, *, load_cell: bool, mount: bool = False) -> dict[str, Any]:
     """Write a rig's model, description and two recordings; return what is hidden in it."""
     rng = np.random.default_rng(seed)
     hidden = _HIDDEN[seed % 3] if load_cell else ("nothing", "drum")[seed % 2]
+    hidden = "mount" if mount else hidden
     columns = ["elbow_deg"]
     if load_cell:
         columns = ["agonist_N", *(["antagonist_N"] if rng.random() < 0.5 else []), "elbow_deg"]
@@ -161,19 +166,22 @@ def make_case(folder: Path, seed: int, *, load_cell: bool) -> dict[str, Any]:
 
 def _found(diagnosis: Diagnosis) -> dict[str, Any]:
     numbers = {**diagnosis.calibrated, **diagnosis.parameters}
-    plays = [v for k, v in numbers.items() if k.endswith((".backlash", ".output_play"))]
+    sizes = [v for k, v in numbers.items() if k.rpartition(".")[2] in _EFFECTS.values()]
     friction = numbers["agonist_sheath.friction"]
     return {
         "friction_found": [friction.value, friction.low, friction.high],
-        "play_found": [plays[0].value, plays[0].low, plays[0].high] if plays else None,
+        "size_found": [sizes[0].value, sizes[0].low, sizes[0].high] if sizes else None,
     }
 
 
-def run_cases(out: Path, seeds: Iterable[int], *, load_cell: bool) -> Iterator[Case]:
+def run_cases(
+    out: Path, seeds: Iterable[int], *, load_cell: bool, mount: bool = False
+) -> Iterator[Case]:
     """Make and diagnose each case; yield what was hidden and what was found."""
+    kind = "mount" if mount else "elbow" if load_cell else "angle_only"
     for seed in seeds:
-        folder = out / f"{'elbow' if load_cell else 'angle_only'}_{seed}"
-        truth = make_case(folder, seed, load_cell=load_cell)
+        folder = out / f"{kind}_{seed}"
+        truth = make_case(folder, seed, load_cell=load_cell, mount=mount)
         yield diagnose_case(folder / "elbow.toml", truth, _found)
 
 
@@ -185,13 +193,14 @@ def summary(cases: Sequence[Case]) -> str:
     """What was found of what was hidden, in a few lines."""
     lines = list[str]()
     for hidden, effect in _EFFECTS.items():
-        some = [case for case in cases if case["hidden"] == hidden]
+        if not (some := [case for case in cases if case["hidden"] == hidden]):
+            continue
         first = [case for case in some if case["effects"][:1] == [effect]]
-        width = [(case["play_found"], case[f"{hidden}_play"]) for case in first]
+        width = [(case["size_found"], case[_NUMBERS[hidden]]) for case in first]
         near = sum(abs(found[0] / true - 1.0) < 0.1 for found, true in width)
         holds = sum(_holds(found, true) for found, true in width)
         lines.append(
-            f"play ({hidden}): {len(first)} of {len(some)} named first,"
+            f"{effect}: {len(first)} of {len(some)} named first,"
             f" {near} to 10 %, {holds} in their interval"
         )
     none = [case for case in cases if case["hidden"] == "nothing"]
