@@ -56,7 +56,7 @@ def _past_mount(
             least = middle
         else:
             most = middle
-    return 0.5 * (least + most)
+    return float(0.5 * (least + most))
 
 
 @numba.njit
