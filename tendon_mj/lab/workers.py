@@ -22,7 +22,6 @@ import re
 import signal
 import sys
 import threading
-import time
 import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import (
@@ -37,7 +36,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cache
 from multiprocessing.queues import Queue
-from multiprocessing.sharedctypes import Synchronized
+from multiprocessing.synchronize import Semaphore
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
@@ -57,7 +56,7 @@ _ADDRESS: Final = re.compile(r"\w+://.+:\d{1,5}")
 _AHEAD = 2  # tasks per worker: one runs, one waits
 _CONNECT, _FIRST_WORKER = 10.0, 60.0  # longest wait for a scheduler, and for its first worker [s]
 _NTHREADS: Final = "--nthreads"  # threads would share one simulation
-_IMPORT, _WAIT = 30.0, 0.02  # longest wait for workers that still import, and steps of it [s]
+_IMPORT = 10.0  # longest wait for a worker that still imports [s]
 _COUNTED = 10.0  # longest interval between two counts of Dask's workers [s]
 
 
@@ -284,7 +283,7 @@ def _processes(on: Workers, tasks: int, job: Job) -> Iterator[_Pool]:
     others = set(multiprocessing.active_children())
     spawn = multiprocessing.get_context("spawn")
     with _uninterrupted():
-        begun = spawn.Value("i", 0)  # workers that have read the script of the caller
+        begun = spawn.Semaphore(0)  # a worker has read the script of the caller
         # and not an argument, which a process that ends as it reads the script leaves half written
         jobs, sent = spawn.Queue(), pickle.dumps(job)
         jobs.cancel_join_thread()
@@ -299,13 +298,14 @@ def _processes(on: Workers, tasks: int, job: Job) -> Iterator[_Pool]:
     try:
         yield _Pool(submit, lambda: count, (BrokenExecutor,))
     except BaseException as error:
-        ours, importing = set(multiprocessing.active_children()) - others, _IMPORT
-        while begun.value < sum(process.is_alive() for process in ours) and importing > 0.0:
-            time.sleep(_WAIT)  # what a worker has started to import a package would be left alone
-            importing -= _WAIT
+        ours, first = set(multiprocessing.active_children()) - others, begun.acquire(block=False)
+        late = sum(process.is_alive() for process in ours) - first
+        # what a worker has started to import a package would be left alone
+        while late > 0 and begun.acquire(timeout=_IMPORT):
+            late -= 1
         for process in ours:
             process.terminate()  # a task may take minutes
-        if isinstance(error, WorkerError) and not begun.value:
+        if isinstance(error, WorkerError) and not first:
             raise WorkerError(
                 f"{on} ended before the first task. Each of them reads the script again: put the"
                 ' call under `if __name__ == "__main__":`, in a file'
@@ -353,9 +353,8 @@ def _environment_of_workers() -> Iterator[None]:
 _JOBS: list[Job] = []  # of this worker process
 
 
-def _begin_worker(jobs: Queue[bytes], begun: Synchronized[int]) -> None:
-    with begun.get_lock():
-        begun.value += 1
+def _begin_worker(jobs: Queue[bytes], begun: Semaphore) -> None:
+    begun.release()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the caller, which ends this one
     threading.Thread(target=_end_with_parent, daemon=True).start()
     _JOBS[:] = [pickle.loads(jobs.get())]

@@ -60,8 +60,9 @@ class StatesCompared:
         warning = ""
         if self.left > ILL:
             warning = (
-                f" The model leaves {self.left:.2g} times the noise in both states; run tendon-mj"
-                " diagnose on one of them."
+                f" With that the model leaves {self.left:.2g} times the noise in the two states"
+                " together: either it lacks an effect, or what changed is no number that was tried."
+                " Run tendon-mj diagnose on the old recordings and on the new ones."
             )
         before, after = in_one_unit([self.before, self.after], self.series.unit)
         if not self.changed:

@@ -64,7 +64,8 @@ def read_clock(
             return Stamps(stamps, there, source.factor * source.ratio(clock), dated=False)
     as_numbers = pd.to_numeric(written, errors="coerce")
     as_dates = pd.to_datetime(written, format="ISO8601", utc=True, errors="coerce")
-    as_spans = pd.to_timedelta(written, errors="coerce")
+    spans = written.where(written.str.contains("[a-zA-Z:]"))  # pandas takes "1,000" for one of ns
+    as_spans = pd.to_timedelta(spans, errors="coerce")
     best = min(as_dates, as_spans, as_numbers, key=lambda times: times.isna().sum())
     bad = best.isna().to_numpy()
     if bad.any():

@@ -97,6 +97,8 @@ class ColumnNames:
             elif not self.table.has(source.column):
                 fault = unknown("column", source.column, self.table.names)
                 fault += f", in {self.where}"
+            elif list(self.table.names).count(source.column) > 1:
+                fault = f"{self.where} has several columns {source.column!r}; name them apart there"
             else:
                 unit = claimed_unit(proposed_name(source.column))
                 sources[column], fault = in_its_unit(column, source, unit)

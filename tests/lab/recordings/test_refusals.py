@@ -57,6 +57,11 @@ def test_the_unbroken_files_are_accepted(tmp_path: Path) -> None:
         ("time_s,reel_m,reel_mm,tension_N\n0,0,0,0\n1,1,1,1\n", "'reel_mm'", "as 'reel_m' is"),
         ("time_s,reel_m,tension\n0,0,0\n1,1,1\n", "row 1, column 3", "'tension'"),
         ("time_s,reel_m,\n0,0,0\n1,1,1\n", "row 1, column 3", "''"),
+        (
+            HEADER.replace("_s", "_ms") + '0,0,20\n"1,000",1e-3,21\n"2,000",2e-3,22\n',
+            "row 3, column 'time_ms'",
+            "'1,000' is neither a number nor a time",
+        ),
         (CSV.replace("21", "twenty"), "row 3, column 'tension_N'", "'twenty' is not a number"),
         (CSV.replace("21", "1_0"), "row 3, column 'tension_N'", "'1_0' is not a number"),
         (CSV.replace("21", "2\u0661"), "row 3, column 'tension_N'", "is not a number"),
@@ -126,6 +131,14 @@ def test_a_broken_description_is_refused_with_table_and_key(
     assert message.startswith(str(tmp_path / "rig.toml"))
     assert where in message
     assert what in message
+
+
+def test_a_name_that_two_columns_have_is_not_mapped(tmp_path: Path) -> None:
+    csv = "time_s,reel_m,cell,cell\n0,0,20,19\n0.1,1e-3,21,20\n0.2,2e-3,22,21\n"
+    toml = TOML + '[columns]\ntension_N = { column = "cell", unit = "N" }\n'
+    told = refusal(tmp_path, csv, toml)
+    assert "[columns] 'tension_N'" in told
+    assert "several columns 'cell'" in told
 
 
 def test_a_missing_table_is_refused_with_the_nearest_file(tmp_path: Path) -> None:
