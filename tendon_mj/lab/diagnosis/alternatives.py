@@ -3,9 +3,9 @@
 The interval of a fitted number holds if the model lacks nothing. It does not include what an effect
 of the catalogue may take over from the number where the data show little difference. With the
 trace of the effect as one more column of the Jacobian, the covariance says how far each number may
-then move while the residual stays. If that matters, the effect is added at the far end, since a
-trace holds near the fit only, and all values are fitted again. If that model leaves no more, the
-number's interval includes its own.
+then move while the residual stays. If that widens its interval, the effect is added at the far end,
+since a trace holds near the fit only, and all values are fitted again. If that model leaves no
+more, the number's interval includes its own; if it moves by a part that matters, it is told.
 
 A number that several elements share in ``[uncertain]`` may differ between them, which looks like an
 effect on some of these elements. In place of such effects each element gets a number of its own.
@@ -42,7 +42,8 @@ from tendon_mj.lab.diagnosis.statistics import (
 from tendon_mj.lab.diagnosis.wording import NOTHING, UNDECIDED, state_alternatives, state_finding
 from tendon_mj.typing import FloatArray
 
-MATTERS: Final = 0.2  # of a number, by which an end of its interval moves
+MATTERS: Final = 0.2  # of a number: if an end of its interval moves by that, an alternative is told
+WIDENS: Final = 0.05  # of a number: by that an interval is widened
 _EACH = "write each = true for them in [uncertain]"
 _FARTHEST = 1e3  # probes from which an effect is fitted that the data do not determine at all
 _EVALUATIONS = 12
@@ -120,10 +121,10 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
             words = state_finding(added, problem.simulate.parameters, base, after)
             pairs = {n: (values[n], there[n]) for n in moved}
             found.append(replace(_alternative(added, words, pairs), fit=other))
-            values |= {n: _joined(v, there[n]) for n, v in values.items() if n in there}
-            stated[:, 0] = np.minimum(stated[:, 0], ranges[: len(stated), 0])
-            stated[:, 1] = np.maximum(stated[:, 1], ranges[: len(stated), 1])
-    return _restated(result, values, found, rivals, replaced) if found else result
+        values |= {n: _joined(v, there[n]) for n, v in values.items() if n in there}
+        stated[:, 0] = np.minimum(stated[:, 0], ranges[: len(stated), 0])
+        stated[:, 1] = np.maximum(stated[:, 1], ranges[: len(stated), 1])
+    return _restated(result, values, found, rivals, replaced)
 
 
 def _number_of_each(context: SelectionContext, model: FittedCandidate) -> tuple[str, Fit] | None:
@@ -236,10 +237,10 @@ def _fits_elsewhere(
         return max(_shift(stated[k], valley.ranges[k], fit.values[k]) for k in numbers)
 
     for valley in _valleys(context, model) if numbers else ():
-        if shift(valley) > farthest.get(valley.candidate.identifier, (MATTERS,))[0]:
+        if shift(valley) > farthest.get(valley.candidate.identifier, (WIDENS,))[0]:
             farthest[valley.candidate.identifier] = shift(valley), valley
     for _, valley in sorted(farthest.values(), key=lambda pair: -pair[0]):
-        if not shift(valley) > MATTERS:  # by now
+        if not shift(valley) > WIDENS:  # by now
             continue
         other = context.fit_model(
             (*fit.effects, valley.candidate),
@@ -310,6 +311,13 @@ def _restated(
 
     ``replaced`` are parameters of the findings that an alternative does without.
     """
+    result = replace(
+        result,
+        calibrated={name: values[name] for name in result.calibrated},
+        parameters={name: values[name] for name in result.parameters},
+    )
+    if not found:
+        return result
     findings = []
     for finding in result.findings:
         all_rivals = tuple(dict.fromkeys((*finding.rivals, *rivals[finding.parameter])))
@@ -330,8 +338,6 @@ def _restated(
         verdict=result.verdict if kept else "undetermined",
         sentence=f"{told} {rest}",
         findings=tuple(findings),
-        calibrated={name: values[name] for name in result.calibrated},
-        parameters={name: values[name] for name in result.parameters},
         alternatives=tuple(found),
         warnings=(told, *result.warnings) if kept else result.warnings,
     )

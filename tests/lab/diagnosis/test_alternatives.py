@@ -50,6 +50,18 @@ class Slight(Rig):
     unlike, turns = 0.0, 6.0
 
 
+class Less(Rig):
+    """A rig that a play exactly as friction turns: all 5 mm by a seventh of it."""
+
+    unlike, turns = 0.0, 3.0
+
+
+class Least(Rig):
+    """The same, by a thirtieth."""
+
+    unlike, turns = 0.0, 0.7
+
+
 class Twice(Rig):
     """A rig that constant friction turns as play does."""
 
@@ -127,6 +139,15 @@ class Unmoved(Rig):
 
     def waveform(self, parameter: str, column: str, recording: Recording) -> FloatArray:
         return 1e-4 * super().waveform(parameter, column, recording) * (parameter == FRICTION)
+
+
+def test_an_effect_that_moves_a_number_by_less_widens_its_interval_and_is_not_told() -> None:
+    result = diagnosed(Less, play=0.0)
+    friction = result.calibrated[FRICTION]
+    assert TRUE_FRICTION - friction.low == pytest.approx(0.015, abs=0.002)
+    assert (result.verdict, result.alternatives) == ("nothing missing", ())
+    assert "cannot tell" not in result.sentence
+    assert diagnosed(Least, play=0.0).calibrated[FRICTION].low > 0.99 * TRUE_FRICTION
 
 
 def test_a_number_of_which_the_data_tell_nothing_is_said_to_be_untold() -> None:
