@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from experiments.command import run_experiment
-from experiments.elbows.suite import run_cases, summary
+from experiments.elbows.suite import HIDDEN, run_cases, summary
 from experiments.rig_cases import print_cases
 
 
@@ -27,10 +27,9 @@ def diagnose_elbows(
         mounts: rigs with one or two load cells whose cables are held by soft mounts at the joint.
         first: seed of the first rig of each kind.
     """
-    kinds = ((elbows, True, False), (without_load_cell, False, False), (mounts, True, True))
-    for count, load_cell, mount in kinds:
+    for kind, count in zip(HIDDEN, (elbows, without_load_cell, mounts), strict=True):
         seeds = range(first, first + count)
-        if cases := print_cases(run_cases(out, seeds, load_cell=load_cell, mount=mount)):
+        if cases := print_cases(run_cases(out, seeds, kind)):
             print(summary(cases))
 
 

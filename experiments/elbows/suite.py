@@ -17,10 +17,15 @@ from tendon_mj.typing import FloatArray
 
 _PERIOD = 0.02  # [s]
 _NOISE = {"agonist_N": 0.09, "antagonist_N": 0.09, "elbow_deg": 0.1}
-_HIDDEN = ("drum", "output", "nothing")
-# what is hidden → effect that is to be named, and number of the rig
+# kind of a rig → what is hidden in rigs of it, in turns
+HIDDEN = {
+    "elbow": ("drum", "output", "nothing"),
+    "angle_only": ("nothing", "drum"),
+    "mount": ("mount",),
+}
+# what is hidden → effect that is to be named, and number of the rig, which has mostly its name
 _EFFECTS = {"drum": "backlash", "output": "output_play", "mount": "output_compliance"}
-_NUMBERS = {"drum": "drum_play", "output": "output_play", "mount": "output_compliance"}
+_NUMBERS = _EFFECTS | {"drum": "drum_play"}
 _USUAL_TENSION = 40.0  # at which a mount yields by as much as a play is wide [N]
 
 
@@ -137,13 +142,12 @@ def _draw(rng: np.random.Generator, hidden: str) -> Elbow:
     return Elbow(**numbers)
 
 
-def make_case(folder: Path, seed: int, *, load_cell: bool, mount: bool = False) -> dict[str, Any]:
+def make_case(folder: Path, seed: int, kind: str) -> dict[str, Any]:
     """Write a rig's model, description and two recordings; return what is hidden in it."""
     rng = np.random.default_rng(seed)
-    hidden = _HIDDEN[seed % 3] if load_cell else ("nothing", "drum")[seed % 2]
-    hidden = "mount" if mount else hidden
+    hidden = HIDDEN[kind][seed % len(HIDDEN[kind])]
     columns = ["elbow_deg"]
-    if load_cell:
+    if kind != "angle_only":
         columns = ["agonist_N", *(["antagonist_N"] if rng.random() < 0.5 else []), "elbow_deg"]
     while True:  # until no cable goes slack
         rig, drums = _draw(rng, hidden), {name: _motion(rng, 24.0) for name in ("train", "hold")}
@@ -174,14 +178,11 @@ def _found(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def run_cases(
-    out: Path, seeds: Iterable[int], *, load_cell: bool, mount: bool = False
-) -> Iterator[Case]:
+def run_cases(out: Path, seeds: Iterable[int], kind: str) -> Iterator[Case]:
     """Make and diagnose each case; yield what was hidden and what was found."""
-    kind = "mount" if mount else "elbow" if load_cell else "angle_only"
     for seed in seeds:
         folder = out / f"{kind}_{seed}"
-        truth = make_case(folder, seed, load_cell=load_cell, mount=mount)
+        truth = make_case(folder, seed, kind)
         yield diagnose_case(folder / "elbow.toml", truth, _found)
 
 

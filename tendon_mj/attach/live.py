@@ -78,7 +78,7 @@ class _States:
             elif not np.isfinite(number):
                 raise InvalidValueError(f"{name} = {number} must be finite")
             elif kind == "radius" and number == 0.0:
-                raise InvalidValueError(f"{name} = 0 [m] must not be 0: a cable is wound on a drum")
+                raise InvalidValueError(f"{name} = 0 [m] must be finite and not 0")
         shape = self.numbers.shape[:-1]
         try:
             values = np.broadcast_to(values, shape)

@@ -23,13 +23,8 @@ Drive = Callable[[float], FloatArray]
 
 _FRICTION = (
     *("friction", "static_friction", "constant_friction", "stribeck_friction"),
-    *(
-        "viscous_friction",
-        "friction_gradient",
-        "load_gradient",
-        "friction_drift",
-        "direction_asymmetry",
-    ),
+    *("viscous_friction", "friction_gradient", "load_gradient"),
+    *("friction_drift", "direction_asymmetry"),
 )
 # actuator -> amplitude of its default motion in its own unit
 _NAMED = {"bench": {"reel": 0.002}, "joint": {"command": np.deg2rad(60.0)}}

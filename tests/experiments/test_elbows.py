@@ -40,11 +40,11 @@ def test_without_a_load_the_drums_tensions_differ_by_the_losses_of_both_cables()
     assert np.abs(share[100:]).max() < 1.05  # what breaks loose swings a little
 
 
-@pytest.mark.parametrize(("seed", "mount"), [(3, False), (4, False), (8, False), (4, True)])
+@pytest.mark.parametrize(("seed", "kind"), [(3, "elbow"), (4, "elbow"), (8, "elbow"), (4, "mount")])
 def test_a_replay_with_the_true_numbers_leaves_little_but_the_noise(
-    seed: int, mount: bool, tmp_path: Path
+    seed: int, kind: str, tmp_path: Path
 ) -> None:
-    truth = make_case(tmp_path, seed, load_cell=True, mount=mount)
+    truth = make_case(tmp_path, seed, kind)
     recording = read_recording(tmp_path / "train.csv", tmp_path / "elbow.toml")
     parameters = {"elbow.frictionloss": truth["dry_friction"]} if truth["dry_friction"] else {}
     for cable in ("agonist_sheath", "antagonist_sheath"):

@@ -23,7 +23,12 @@ INTEGRATORS = ["Euler", "implicitfast", "RK4"]
 @pytest.mark.parametrize("seed", range(30))
 def test_any_mixture_on_any_arm_is_solved_and_only_rubs(seed):
     rng = np.random.default_rng(seed)
-    law = {k: v for k, v in ALL_ON_ARM.items() if rng.random() < 0.7 or k in ("stribeck_velocity",)}
+    later = dict.fromkeys(("load_gradient", "output_compliance"), np.random.default_rng(seed + 100))
+    law = {
+        name: value
+        for name, value in ALL_ON_ARM.items()
+        if later.get(name, rng).random() < 0.7 or name == "stribeck_velocity"
+    }
     if "creep" in law:
         law["creep_time"] = 0.02
     if rng.random() < 0.3:
@@ -43,8 +48,7 @@ def test_any_mixture_on_any_arm_is_solved_and_only_rubs(seed):
     for _ in range(1500):
         mujoco.mj_step(model, data)
         work = data.sensor("friction_work").data
-        # beside slack tendon a guide takes nothing, to the rounding of what mass and drag balance
-        assert np.all(work >= before - 1e-12 * work.max())
+        assert np.all(work >= before)
         before = work.copy()
     assert tendon_total(model, data) == pytest.approx(total, rel=1e-12)
     assert np.isfinite(data.plugin_state).all()
