@@ -11,7 +11,15 @@ import mujoco
 from tendon_mj.native import Text, apart, compiled, entry
 from tendon_mj.plugin import compiled_checks
 from tendon_mj.plugin.abi.layout import Data, Model
-from tendon_mj.plugin.abi.library import free, malloc, mj_fwdActuation, mj_passive, mj_rne, warn
+from tendon_mj.plugin.abi.library import (
+    free,
+    malloc,
+    mj_fwdActuation,
+    mj_passive,
+    mj_referenceConstraint,
+    mj_rne,
+    warn,
+)
 from tendon_mj.plugin.abi.memory import (
     address_of,
     coordinates,
@@ -161,6 +169,7 @@ def _evaluate_driven(m: Model, d: Data, last: int) -> None:
             bias = malloc(8 * nv)
             copy_doubles(bias, address_of(d.qfrc_bias), nv)
             mj_rne(m, d, 0, d.qfrc_bias)
+            mj_referenceConstraint(m, d)
             _solve(m, d, work)
             copy_doubles(address_of(d.qfrc_bias), bias, nv)
             free(bias)

@@ -113,7 +113,7 @@ head_at: Callable[[int], Head] = Record(HEAD)
 def _size_of(room: int, spots: int, sheaths: int, nv: int) -> int:
     """Numbers of a workspace: groups, their rows, sheaths, owners of segments, vectors."""
     groups = room * (_GROUP_COUNT + 3 * nv)
-    return _HEAD_COUNT + groups + sheaths * (_MEMBER_COUNT + 1 + 2 * nv) + spots + 5 * nv
+    return _HEAD_COUNT + groups + sheaths * (_MEMBER_COUNT + 1 + 2 * nv) + spots + 6 * nv
 
 
 @compiled
@@ -172,11 +172,11 @@ def owners_of(work: int, nv: int, member: Member) -> FloatArray:
 
 @compiled
 def vector_at(work: int, nv: int, which: int) -> int:
-    """Address of a vector: passive forces before friction, friction, room for one."""
+    """Address of a vector: passive forces before friction, friction, constraints, room for one."""
     return _owners_at(work, nv) + 8 * (int(head_at(work).spots) + which * nv)
 
 
-BASE, FRICTION, ROOM = range(3)
+BASE, FRICTION, CONSTRAINTS, ROOM = range(4)
 
 
 @compiled

@@ -12,14 +12,14 @@ the step at hand:
 
     s_i/h + D_i M̂⁻¹ (F + r − Σ f_j D_j) = 0,   f_i at its bound if it slides,
 
-with s_i that in the pose after the step, F all forces but those of constraints, r those of
-constraints in the last step, and M̂ as in `response`. The tensions T_i start from those of the last
-step, so that a motor's change needs no slip.
+with s_i that in the pose after the step, F all forces that are known, with those of `constraints`,
+r what was not known in the last step, and M̂ as in `response`. The tensions T_i start from those of
+the last step, so that a motor's change needs no slip.
 
 **Pulleys.** Tensions count times the divisor of their branch, lengths over it. A branch that begins
 where an earlier one ended takes over its tension.
 
-**Constraints** are solved after friction; their force of the last step is part of T_0. Where a
+**Constraints** of the tendon's own length: their force of the last step is part of T_0. Where a
 limit or an equality holds the length of the tendon, its stretch is spread along it: D_i less the
 share L_i/L_0 of D_0, and T_0 less that share of f_i.
 
@@ -46,11 +46,13 @@ from tendon_mj.plugin.sheath_plugin.capstan_bounds import (
     towards_input,
     towards_output,
 )
+from tendon_mj.plugin.sheath_plugin.constraints import add_constraints, take_constraints_out
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import add_fixed_row, metres
 from tendon_mj.plugin.sheath_plugin.forces import pull_segment
 from tendon_mj.plugin.sheath_plugin.gear_losses import set_gear
 from tendon_mj.plugin.sheath_plugin.groups import (
     BASE,
+    CONSTRAINTS,
     FORCES,
     FRICTION,
     ROOM,
@@ -75,6 +77,7 @@ from tendon_mj.plugin.sheath_plugin.servo_friction import has_servo, servo_bound
 from tendon_mj.plugin.sheath_plugin.state import (
     State,
     known_forces_at,
+    last_acceleration,
     state_at,
     state_of,
     unknown_forces,
@@ -323,6 +326,10 @@ def prepare(m: Model, d: Data, work: int) -> None:
     if response.is_implicit(m):
         response.add_actuator_dampers(m, d, place, coordinates(vector_at(work, nv, ROOM)))
         _add_tendon_dampers(m, d, work)
+    last = last_acceleration(m, d, int(head_at(work).leader))
+    room = coordinates(vector_at(work, nv, ROOM))
+    forces = coordinates(vector_at(work, nv, CONSTRAINTS))
+    add_constraints(m, d, place, last, room, forces)
     response.factor_response(m, place)
 
 
@@ -441,8 +448,9 @@ def solve(m: Model, d: Data, work: int) -> None:
     if head.rough > 0.0:
         forces, room = half_vector(work, nv, FORCES), coordinates(vector_at(work, nv, ROOM))
         unknown = unknown_forces(m, d, int(head.leader))
+        constraints = coordinates(vector_at(work, nv, CONSTRAINTS))
         for i in range(nv):
-            room[i] = known[i] + friction[i] + unknown[i]
+            room[i] = known[i] + friction[i] + unknown[i] + constraints[i]
         response.go_half_way(m, response_at(work, nv), room, forces)
         weights = response.weights_at(response_at(work, nv), nv)
         for i in range(nv):
@@ -512,7 +520,10 @@ def keep_unknown_forces(m: Model, d: Data, first: int) -> None:
             dof, force = d.efc_id[row], d.efc_force[row]
             slides = abs(force) > _SLIDES * m.dof_frictionloss[dof] and force * d.qvel[dof] < 0.0
             unknown[dof] -= 0.0 if slides else force
+    take_constraints_out(m, d, unknown)
+    acceleration, last = d.qacc, last_acceleration(m, d, first)
     for i in range(m.nv):
+        last[i] = acceleration[i] if math.isfinite(acceleration[i]) else 0.0
         unknown[i] = unknown[i] if math.isfinite(unknown[i]) else 0.0
 
 

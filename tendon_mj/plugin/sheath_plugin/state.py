@@ -198,7 +198,7 @@ _arcs_at = Array(ARC)
 def size_of(guides: int, arcs: int, dofs: int) -> int:
     """Numbers of state of a sheath."""
     tables = _SEGMENT_COUNT * (guides + 1) + _GUIDE_COUNT * guides
-    return _COUNT + tables + 3 * (guides + 2) + _ARC_COUNT * arcs + 2 * dofs
+    return _COUNT + tables + 3 * (guides + 2) + _ARC_COUNT * arcs + 3 * dofs
 
 
 @compiled
@@ -273,6 +273,12 @@ def known_forces_at(m: Model, d: Data, first: int) -> int:
     state = state_at(address)
     after = size_of(int(state.guides), int(state.arcs), 0) + int(state.dofs)
     return address + 8 * after
+
+
+@compiled
+def last_acceleration(m: Model, d: Data, first: int) -> FloatArray:
+    """Acceleration (nv,) of the last step, from which it is told which constraints push."""
+    return coordinates(known_forces_at(m, d, first) + 8 * m.nv)
 
 
 @compiled
