@@ -32,7 +32,7 @@ _BY_WORLD = {
     "entries": "input_row",
     "solved": "solved",
     "factor": "factor",
-    "dofs": "unknown known inverse acceleration gradient",
+    "dofs": "unknown last known borne inverse moment acceleration gradient",
 }
 
 
@@ -237,6 +237,7 @@ def _fill_state(
             if not sheath.state["slips_kept"]:
                 columns["speed_before"][-1] = np.nan
     columns["unknown"] = [force for s in simulated.values() for force in s.unknown]
+    columns["last"] = [each for s in simulated.values() for each in s.last]
     columns["input_before"] = [s.segments["previous_tension"][0] for s in sheaths]
     filled = {name: values for name, values in columns.items() if getattr(y, name).size}
     put(Groups, y, {name: in_each_world(values, nworld) for name, values in filled.items()})
@@ -250,6 +251,7 @@ def read_groups_back(
     column = {name: getattr(y, name).numpy()[:, world] for name in names}
     for sheath in simulated.values() if members else ():
         sheath.unknown[:] = y.unknown.numpy()[: len(sheath.unknown), world]
+        sheath.last[:] = y.last.numpy()[: len(sheath.last), world]
     c = 0
     for i, sheath in enumerate(members):
         cells, owners = cells_of(model, sheath)

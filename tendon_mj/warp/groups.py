@@ -48,8 +48,10 @@ class Groups:
     speed_before: wp.array2d[wp.float32]  # D q̇ with D of the step before [m/s]; NaN: none is known
     input_before: wp.array2d[wp.float64]  # (members, worlds), T_0 [N]
     unknown: wp.array2d[wp.float64]  # (dofs, worlds), r, forces that friction did not know
+    last: wp.array2d[wp.float64]  # (dofs, worlds), acceleration of the last step
     # of the step on trial
     known: wp.array2d[wp.float64]  # (dofs, worlds), forces that it knows, and its own
+    borne: wp.array2d[wp.float64]  # (dofs, worlds), forces of constraints that it knew beforehand
     tension: wp.array2d[wp.float64]  # T behind the cell, times its divisor [N]
     slides: wp.array2d[wp.int8]  # +1 at the upper bound, −1 at the lower one, 0 if it holds
     flows: wp.array2d[wp.bool]  # whether tendon passes there in that direction
@@ -83,4 +85,5 @@ class Groups:
     factor: wp.array2d[wp.float64]  # (numbers of M, worlds)
     inverse: wp.array2d[wp.float64]  # (dofs, worlds)
     acceleration: wp.array2d[wp.float64]  # (dofs, worlds)
+    moment: wp.array2d[wp.float64]  # (dofs, worlds), of one damper or constraint
     gradient: wp.array2d[wp.float64]  # (dofs, worlds), M̂⁻¹ Dᵀ of changes along the gradient

@@ -82,6 +82,7 @@ def keep_unknown(
     time: wp.array[wp.float32],
     smooth: wp.array2d[wp.float32],
     constraint: wp.array2d[wp.float32],
+    acceleration: wp.array2d[wp.float32],
     t: Tendons,
     y: Groups,
 ) -> None:
@@ -90,7 +91,10 @@ def keep_unknown(
     k = y.sheath[0]
     if t.has_trial[k, w] and time[w] > t.trial_time[k, w]:
         force = wp.float64(smooth[w, dof]) + wp.float64(constraint[w, dof]) - y.known[dof, w]
+        force -= y.borne[dof, w]
         y.unknown[dof, w] = wp.where(wp.isfinite(force), force, ZERO)
+        last = acceleration[w, dof]
+        y.last[dof, w] = wp.float64(wp.where(wp.isfinite(last), last, 0.0))
 
 
 @wp.kernel

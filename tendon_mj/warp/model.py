@@ -23,6 +23,7 @@ from tendon_mj.errors import InvalidValueError
 from tendon_mj.plugin import offset, sheaths, unused_parameters
 from tendon_mj.warp import evaluate, inextensible, reactions, support
 from tendon_mj.warp.cells import bodies_behind, moved_dofs, read_groups_back
+from tendon_mj.warp.constraints import Constraints, keep_constraints
 from tendon_mj.warp.motion import Dynamics
 from tendon_mj.warp.path import Scene
 from tendon_mj.warp.response import accelerate
@@ -33,6 +34,7 @@ from tendon_mj.warp.transfer import read_back
 
 _SPRING_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value
 _DAMPER_OFF = mujoco.mjtDisableBit.mjDSBL_DAMPER.value
+_SENSORS_OFF = mujoco.mjtDisableBit.mjDSBL_SENSOR.value
 _put_model = inspect.unwrap(mjw.put_model)  # without our refusal of plugins
 _CLAMPCTRL_OFF = mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL.value
 _ACTUATION_OFF = mujoco.mjtDisableBit.mjDSBL_ACTUATION.value
@@ -143,16 +145,29 @@ def _evaluate_together(m: Any, d: Any, layout: support.SheathLayouts, actuates: 
     _launch(
         d,
         (
-            (inextensible.keep_unknown, (m.nv,), [d.time, d.qfrc_smooth, d.qfrc_constraint, t, y]),
+            _keeps_unknown(d, t, y),
             (inextensible.set_up, members, [_filled(Scene, m, d), motion, t, y]),
             (inextensible.fill_rows, y.dof.shape, [motion, t, y]),
-            (accelerate, (), [motion, t, y]),
+            (accelerate, (), [motion, _constraints(m, d), t, y]),
             (inextensible.answer, cells, [motion, t, y]),
             (inextensible.solve_groups, (), [motion, t, y]),
             (inextensible.publish, members, [motion, t, y]),
             (inextensible.add_friction, (m.nv,), [t, y, d.qfrc_passive]),
         ),
     )
+
+
+def _keeps_unknown(d: Any, t: Any, y: Any) -> tuple[Any, tuple[int, ...], list[Any]]:
+    inputs = [d.time, d.qfrc_smooth, d.qfrc_constraint, d.qacc, t, y]
+    return inextensible.keep_unknown, y.unknown.shape[:1], inputs
+
+
+def _constraints(m: Any, d: Any) -> Any:
+    """Constraints that friction knows; none without sensors, in whose stage they are read."""
+    made = _filled(Constraints, m, d, d.efc)
+    if m.opt.disableflags & _SENSORS_OFF:
+        made.type = d.efc.type[:, :0]
+    return made
 
 
 def note(m: Any, d: Any, layout: support.SheathLayouts) -> None:
@@ -337,6 +352,9 @@ def _solve_sheaths(
     def sensor(m: Any, d: Any, stage: int) -> None:
         if stage != _LAST:
             return
+        if INEXTENSIBLE in kinds:
+            inputs = [_constraints(m, d), sheaths_laid_out(d, layout).groups]
+            _launch(d, [(keep_constraints, (), inputs)])
         if constrained:
             note(m, d, layout)
         if m.sensor_rne_postconstraint or getattr(m.opt, "run_rne_postconstraint", False):
@@ -410,11 +428,7 @@ def get_data_into(
         (
             *((evaluate.commit, rows, [data.time, step, t, kind]) for kind in (WOUND, ELASTIC)),
             (evaluate.finish, (len(sheaths.names),), [data.time, t]),
-            (
-                inextensible.keep_unknown,
-                y.unknown.shape[:1],
-                [data.time, data.qfrc_smooth, data.qfrc_constraint, t, y],
-            ),
+            _keeps_unknown(data, t, y),
             (inextensible.commit_groups, y.sheath.shape, [data.time, step, data.qvel, t, y]),
         ),
     )

@@ -8,6 +8,7 @@ from typing import Any
 
 import warp as wp
 
+from tendon_mj.warp.constraints import Constraints, is_equality, read_known, rows_of
 from tendon_mj.warp.groups import Groups
 from tendon_mj.warp.motion import Dynamics
 from tendon_mj.warp.tendons import ONE, ZERO, Tendons
@@ -56,35 +57,54 @@ def _begin(b: Dynamics, y: Groups, w: int) -> None:
 
 
 @wp.func
-def _moment(b: Dynamics, y: Groups, source: int, a: int, w: int) -> tuple[int, wp.float64]:
-    """A dof and its moment, of an actuator or of a tendon."""
-    if source >= 0:
-        return b.moment_colind[w, a], wp.float64(b.actuator_moment[w, a])
-    return y.dof[a], wp.float64(y.input_row[a, w])
+def _add_moment(b: Dynamics, y: Groups, strength: wp.float64, w: int) -> None:
+    """Add k r rᵀ to M̂, with r the moment at hand."""
+    for i in range(b.nv):
+        pull = strength * y.moment[i, w]
+        if pull != ZERO:
+            for at in range(b.M_rowadr[i], b.M_rowadr[i] + b.M_rownnz[i]):
+                y.factor[at, w] = y.factor[at, w] + pull * y.moment[b.M_colind[at], w]
 
 
 @wp.func
 def _add_damper(b: Dynamics, y: Groups, tendon: wp.array[wp.int32], n: int, w: int) -> None:
-    """Add h k r rᵀ to M̂."""
+    """Add h k r rᵀ of an actuator, or of a tendon, to M̂."""
     source, strength = y.damper[n], step_of(b, w)
-    begin, end = int(0), int(0)
     if source >= 0:
         strength *= damping_of(b, source, w)
-        begin = b.moment_rowadr[w, source]
-        end = begin + b.moment_rownnz[w, source]
     else:
         strength *= tendon_damping(b, tendon[y.sheath[-1 - source]], w)
-        begin = y.first_dof[-1 - source]
-        end = y.first_dof[-source]
     if strength == ZERO:
         return
-    for a in range(begin, end):
-        i, pull = _moment(b, y, source, a, w)
-        for c in range(begin, end):
-            j, other = _moment(b, y, source, c, w)
-            for at in range(b.M_rowadr[i], b.M_rowadr[i] + b.M_rownnz[i]):
-                if b.M_colind[at] == j:
-                    y.factor[at, w] = y.factor[at, w] + strength * pull * other
+    for i in range(b.nv):
+        y.moment[i, w] = ZERO
+    if source >= 0:
+        begin = b.moment_rowadr[w, source]
+        for a in range(begin, begin + b.moment_rownnz[w, source]):
+            y.moment[b.moment_colind[w, a], w] = wp.float64(b.actuator_moment[w, a])
+    else:
+        for e in range(y.first_dof[-1 - source], y.first_dof[-source]):
+            y.moment[y.dof[e], w] = wp.float64(y.input_row[e, w])
+    _add_moment(b, y, strength, w)
+
+
+@wp.func
+def _add_constraints(b: Dynamics, c: Constraints, y: Groups, started: bool, w: int) -> None:
+    """Add the constraints that bear to M̂, and set their force at no acceleration."""
+    for i in range(b.nv):
+        y.acceleration[i, w] = ZERO
+    for row in range(rows_of(c, w)):
+        if read_known(c, y, row, w):
+            wanted, before = wp.float64(c.aref[w, row]), wp.float64(0.0)
+            if started:
+                for i in range(b.nv):
+                    before += y.moment[i, w] * y.last[i, w]
+            if is_equality(c, row, w) or wanted > before:
+                stiffness = wp.float64(c.D[w, row])
+                _add_moment(b, y, stiffness, w)
+                for i in range(b.nv):
+                    pushed = stiffness * wanted * y.moment[i, w]
+                    y.acceleration[i, w] = y.acceleration[i, w] + pushed
 
 
 @wp.func
@@ -128,19 +148,22 @@ def respond(
 
 
 @wp.kernel(module="unique", module_options={"max_unroll": 0}, enable_backward=False)
-def accelerate(b: Dynamics, t: Tendons, y: Groups) -> None:
+def accelerate(b: Dynamics, c: Constraints, t: Tendons, y: Groups) -> None:
     """Set up M̂, and the acceleration without friction; threads (worlds,)."""
     w = wp.tid()
+    started = t.started[y.sheath[0], w]
     _begin(b, y, w)
     for n in range(y.damper.shape[0]):
         _add_damper(b, y, t.tendon, n, w)
+    _add_constraints(b, c, y, started, w)
     _factor(b, y, w)
     for i in range(b.nv):
+        y.borne[i, w] = ZERO
         force = wp.float64(b.qfrc_passive[w, i] + b.qfrc_applied[w, i] - b.qfrc_bias[w, i])
         if b.has_forces:
             force += wp.float64(b.qfrc_actuator[w, i])
         y.known[i, w] = force
-        if t.started[y.sheath[0], w]:
+        if started:
             force += y.unknown[i, w]
-        y.acceleration[i, w] = force
+        y.acceleration[i, w] = y.acceleration[i, w] + force
     respond(b, y, y.acceleration, 0, 0, b.nv, w)

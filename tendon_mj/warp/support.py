@@ -52,6 +52,7 @@ class Simulated(NamedTuple):
     guides: Any  # (n,)
     arcs: Any  # (arcs,)
     unknown: Any  # (dofs,) of the first sheath of a model, forces that friction did not know
+    last: Any  # (dofs,) of the same, acceleration of the last step
 
 
 def simulated_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, Simulated]:
@@ -65,8 +66,8 @@ def simulated_sheaths(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, S
         count = int(state["arcs"])
         after = behind + count * ARC.itemsize // 8
         arcs = plugin_state[behind:after].view(ARC)
-        unknown = plugin_state[after : after + int(state["dofs"])]
-        simulated[name] = Simulated(state, segments, guides, arcs, unknown)
+        unknown, _, last = plugin_state[after : after + 3 * int(state["dofs"])].reshape(3, -1)
+        simulated[name] = Simulated(state, segments, guides, arcs, unknown, last)
     return simulated
 
 

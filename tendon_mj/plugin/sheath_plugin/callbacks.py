@@ -266,11 +266,12 @@ def advance(m: Model, d: Data, instance: int) -> None:
     is_ours = bind.is_bound(m, d, instance)
     if at.first_sheath(m, instance) == instance:
         state.end_sum = pose_sum(m, d)
-        last = at.last_sheath(m, instance)
+        last, drives = at.last_sheath(m, instance), False
         for other in range(instance, last + 1):
             if at.is_sheath(m, other, instance):
                 state_at(state_of(m, d, other)).slips_kept = 0.0
-        if is_ours:
+                drives |= state_at(state_of(m, d, other)).inextensible != 0.0
+        if is_ours and drives:
             keep_unknown_forces(m, d, instance)
             binding = binding_of(d, last, SHEATH)
             if _is_actuated(m) and _is_listed(m, binding):  # else its pose may be that of a copy
