@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from tendon_mj import add_friction
+from tests.guarantees.test_constraints import LIMITS, MECHANISMS
 from tests.plugin.test_driven import ACTUATORS, TWO_TREES, arm, beside_a_damper
 from tests.warp.models import DRIVEN, agrees, controls, fingers, mjw, put, step, tensions, tw
 from tests.warp.test_against_plugin import agree, side_by_side
@@ -64,6 +65,19 @@ def test_many_tendons_on_a_joint_hold_a_load_that_friction_bears():
     np.testing.assert_allclose(outputs.sum(axis=1), load, rtol=1e-5)
     assert speeds.max() < 1e-7
     assert not tw.sheaths_of(d).groups.flows.numpy().any()  # nothing slides, and no work is done
+
+
+def test_joints_at_their_limits_rest_at_steps_of_10_ms():
+    spec = mujoco.MjSpec.from_file(str(MECHANISMS / "joint_limits.xml"))
+    model = add_friction(spec, "*", friction=0.01).compile()
+    data = mujoco.MjData(model)
+    data.ctrl[:] = LIMITS
+    mujoco.mj_step(model, data, 1500)
+    m, d = tw.put_model(model), tw.put_data(model, data)
+    shown(m, d, 20)
+    outputs, speeds = shown(m, d, 50)
+    assert speeds.max() < 1e-4
+    assert np.ptp(outputs, axis=0).max() < 1e-4 * outputs.max()
 
 
 LENGTH = float(np.hypot(0.5, 0.3)) + 0.5
