@@ -14,7 +14,7 @@ from tendon_mj.lab.recordings.clock import (
     SINCE_1970,
     Stamps,
     at_common_times,
-    begins_again,
+    going_back,
     read_clock,
     spread,
 )
@@ -160,9 +160,9 @@ class _Samples:
                 faults.append(at(self.where, self.rows, source.column, "empty cell or nan"))
         back = np.flatnonzero(self.stamps[1:] < self.stamps[:-1])
         if back.size:
-            column, pair = self.sources[self.clock].column, self.stamps[back[0] : back[0] + 2]
-            fault = begins_again(self.time, pair, self._scale, self.clock, column)
-            faults.append(at(self.where, self.rows[back + 1], column, fault))
+            column = self.sources[self.clock].column
+            fault, out = going_back(self.time, self.stamps, self._scale, self.clock, column)
+            faults.append(at(self.where, self.rows[back + 1], column, fault) + out)
         return faults
 
     def joined(self, held: Collection[str]) -> Table:

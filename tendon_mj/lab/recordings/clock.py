@@ -167,22 +167,33 @@ def _in_order(times: NDArray[Any]) -> NDArray[np.int64]:
     return last
 
 
-def begins_again(time: Stamps, pair: NDArray[Any], scale: float, clock: str, column: str) -> str:
-    """Fault of a ``pair`` of stamps that decrease, with what may be behind it.
+def going_back(
+    time: Stamps, stamps: NDArray[Any], scale: float, clock: str, column: str
+) -> tuple[str, str]:
+    """Fault of (n,) stamps that decrease, with the first that does, and what to write or to do.
 
     ``scale`` of a stamp is a second; the ``clock`` is read from a ``column`` of the file.
     """
-    first, second = pair
+    back = int(np.argmax(stamps[1:] < stamps[:-1]))
+    first, second = stamps[back : back + 2]
     fault = f"{time.shown(second)} does not come after {time.shown(first)} of the row before"
-    if 0.5 * _DAY < (float(first) - float(second)) * scale < 1.5 * _DAY:
-        fault += (
+    fell, period = float(first) - float(second), 0
+    if 0.5 * _DAY < fell * scale < 1.5 * _DAY:
+        return fault, (
             "; a time of day begins again at midnight: write times with their date, such as"
             " 2026-03-02T23:59:59, or add 24 h from that row on"
         )
-    if 0.5 * WORD < float(first) - float(second) <= float(first) < WORD:
+    if 0.5 * WORD < fell <= float(first) < WORD:
+        period, counter = WORD, "is a counter of 32 bits"
+    elif scale < 1e-3 and fell * scale > 0.5 and float(stamps.max()) * scale < 1.0:
+        period, counter = round(1.0 / scale), "begins again with each second"
+    if period:
         name = json.dumps(column, ensure_ascii=False)
-        fault += (
-            f"; if it is a counter of 32 bits, write into [columns] {clock} ="
-            f" {{ column = {name}, period = {WORD} }}"
-        )
-    return fault
+        entry = f"{clock} = {{ column = {name}, period = {period} }}"
+        return fault, f"; if it {counter}, write into [columns] {entry}"
+    if float(second) - float(stamps[0]) < 0.5 * fell and stamps[back + 1 :][:2].max() < first:
+        return fault, "; a clock that starts again: make the rows from there on another recording"
+    return fault, (
+        "; sort the rows by their times; or, if the clock was set back, make those from there on"
+        " another recording"
+    )

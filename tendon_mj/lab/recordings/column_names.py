@@ -34,6 +34,8 @@ _DATE = re.compile(r"\d{4}-\d\d-\d\d")
 _CLOCK = re.compile(
     r"(.*[\W_])?(time|t|clock|stamp|timestamp|zeit|millis|micros)([\W_].*)?", re.IGNORECASE
 )
+_NANOSECONDS = re.compile(r"(^|[\W_])n(ano)?sec(s|onds)?$", re.IGNORECASE)
+_ASKED = f'{{{{ column = {{}}, unit = "{UNSAID}" }}}}'
 
 
 @dataclass(frozen=True)
@@ -141,20 +143,26 @@ class ColumnNames:
         near = all(get_close_matches(c, rest, 1, 0.5) for c in missing)
         if near and not entries and not any(alike.values()):
             return []  # misspelt, as the faults say
-        lines = [f"{column} = {json.dumps(name, ensure_ascii=False)}" for column, name in entries]
-        found = [name for of in alike.values() for name in of]
-        for column, of in alike.items():
-            name = of[0] if len(of) == 1 and found.count(of[0]) == 1 else "…"
+        lines, found = list[str](), [name for of in alike.values() for name in of]
+        once = {c: of[0] if len(of) == 1 == found.count(of[0]) else "…" for c, of in alike.items()}
+        for column, name in (*entries, *once.items()):
             text = json.dumps(name, ensure_ascii=False)
             same = _words(column) == _words(name) and _quantity(column) == _quantity(name) != ""
-            sure = name == "…" or same
-            asked = f'{{ column = {text}, unit = "{UNSAID}" }}'
-            lines.append(f"{column} = {text if sure else asked}")
+            sure = (name == "…" or same or (column, name) in entries) and not _other_unit(name)
+            lines.append(f"{column} = {text if sure else _ASKED.format(text)}")
         hints = {
             "…": f"# columns of the table: {', '.join(map(repr, rest))}",
             'time_UNIT = "…"': "# without a clock write above the tables: period = … # [s]",
             UNSAID: "# counts need a factor too: 0.087890625 [deg] if 4096 are a turn",
         }
+        for name in names:
+            if _other_unit(name):
+                hints[f'"{name}"'] = f"# the file says two units of {name!r}: in which is it?"
+            if _NANOSECONDS.search(name) and not clock:
+                hints['time_UNIT = "…"'] += (
+                    "\n# if seconds are in another column, and no two rows are a second apart:"
+                    f' time_ns = {{ column = "{name}", period = 1000000000 }}'
+                )
         return [
             f"add to {self.toml}; [drive] and [measured] use the names on the left, with a unit for"
             f" UNIT and {UNSAID}, and a column for …:",
@@ -199,6 +207,13 @@ def _quantity(column: str) -> str:
     return UNIT_FACTORS.get(claimed_unit(proposed_name(column)), ("", 1.0))[0]
 
 
+def _other_unit(column: str) -> str:
+    """The unit, such as ``_deg``, that a column's name says before its last one; empty if none."""
+    name = proposed_name(column)
+    other = claimed_unit(name.removesuffix(claimed_unit(name)))
+    return other if {other, claimed_unit(name)} <= UNIT_FACTORS.keys() else ""
+
+
 def _words(column: str) -> set[str]:
     """The words of a column's name, but for its unit."""
     name = proposed_name(column)
@@ -228,11 +243,11 @@ def in_its_unit(column: str, source: Source, theirs: str) -> tuple[Source, str]:
         return source, ""
     alike = UNIT_FACTORS[ours][0] == UNIT_FACTORS[theirs][0]
     plain = source.factor == 1.0 and not source.offset
-    if plain and alike:
+    if plain and alike and ours != _other_unit(source.column):
         return replace(source, unit=theirs.removeprefix("_")), ""
     if alike or plain:
         name = source.column or source.field
-        product = "factor × number + offset" if alike else f"a number of {name!r}"
+        product = f"a number of {name!r}" if plain else "factor × number + offset"
         return source, f"which unit {product} is in is unclear; say unit = {ours[1:]!r} or another"
     return source, ""
 
@@ -240,9 +255,10 @@ def in_its_unit(column: str, source: Source, theirs: str) -> tuple[Source, str]:
 def _is_in_another(source: Source, theirs: str) -> bool:
     """Whether a description says another unit than the file, ``theirs``, of the same quantity."""
     ours = f"_{source.unit}"
-    if source.factor != 1.0 or not {ours, theirs} <= UNIT_FACTORS.keys() or ours == theirs:
+    if source.factor != 1.0 or ours in (theirs, _other_unit(source.column)):
         return False
-    return UNIT_FACTORS[ours][0] == UNIT_FACTORS[theirs][0]
+    known = {ours, theirs} <= UNIT_FACTORS.keys()
+    return known and UNIT_FACTORS[ours][0] == UNIT_FACTORS[theirs][0]
 
 
 def clock_of(columns: Collection[str]) -> str:

@@ -19,7 +19,7 @@ import pandas as pd
 from tendon_mj.errors import RecordingError
 from tendon_mj.lab.recordings.files import read_text
 from tendon_mj.lab.recordings.table import DATUM, Columns, OpenTable, and_more, warn
-from tendon_mj.lab.units import UNIT, UNIT_FACTORS, proposed_name
+from tendon_mj.lab.units import UNIT, UNIT_FACTORS, claimed_unit, proposed_name
 from tendon_mj.typing import FloatArray
 from tendon_mj.whole_file import whole_file
 
@@ -141,11 +141,13 @@ def _units(cells: Sequence[str]) -> list[str]:
 
 
 def _with_unit(name: str, unit: str) -> str:
-    """A column's name that ends in the unit of a second header."""
-    if not unit or name.endswith(f"_{unit}"):
-        return name
+    """A column's name that ends in the unit of a second header, in brackets if it is in doubt."""
     proposed = proposed_name(f"{name} {unit}")
-    return f"{name} [{unit}]" if UNIT in proposed else proposed
+    said, below = (claimed_unit(n) for n in (proposed_name(name), proposed))
+    if not unit or name.endswith(f"_{unit}") or said == below:
+        return name
+    two = said in UNIT_FACTORS and UNIT_FACTORS[said][0] == UNIT_FACTORS.get(below, ("",))[0]
+    return f"{name} [{unit}]" if two or UNIT in proposed else proposed
 
 
 def _decimal(path: Path, text: str) -> str:

@@ -16,7 +16,7 @@ from tendon_mj.lab.recordings import Recording, files, read_recording, read_tabl
 from tendon_mj.lab.units import proposed_name
 from tests.lab.recordings import tables
 from tests.lab.recordings.tables import log
-from tests.refusals import refusing
+from tests.refusals import refusing, silent
 
 TIME = np.arange(60) * 0.02
 REEL = 1e-3 * np.sin(2.0 * TIME)  # [m]
@@ -542,6 +542,34 @@ def test_a_unit_of_a_second_header_holds_over_the_name_of_the_description(tmp_pa
         read(tmp_path, table, '[columns]\npull_N = { column = "pull", offset = 1.0 }\n')
 
 
+def test_a_row_of_units_that_contradicts_the_names_is_asked_for(tmp_path: Path) -> None:
+    """Which is right is never guessed, neither from the names nor from the row below them."""
+    body = csv({"s,mm,newton\n0.0": TIME[1:], "0.0": REEL[1:], "23.0": PULL[1:]})
+    table = f"time_ms,reel_m,pull_N\n{body}"
+    asked = (
+        'time_s = { column = "time_ms [s]", unit = "unit?" }',
+        'reel_m = { column = "reel_m [mm]", unit = "unit?" }',
+    )
+    with refusing(RecordingError, *asked, "two units of 'time_ms [s]'"):
+        read(tmp_path, table)
+    pasted = "[columns]\n" + "\n".join(asked)
+    with refusing(RecordingError, "[columns] 'time_s', unit: say in which unit"):
+        read(tmp_path, table, pasted)
+    said = pasted.replace("unit?", "s", 1)
+    with silent(TendonWarning):
+        has_the_columns(read(tmp_path, table, said.replace("unit?", "m")))
+        thousandth = read(tmp_path, table, said.replace("unit?", "mm"))
+    assert_allclose(thousandth.columns["reel_m"], 1e-3 * REEL)
+    with refusing(RecordingError, "'reel_m': which unit a number of 'reel_m [mm]' is in is"):
+        read(
+            tmp_path, table, said.replace('{ column = "reel_m [mm]", unit = "unit?" }', '"reel_m"')
+        )
+
+
+def test_a_row_of_units_that_repeats_those_of_the_names_is_passed_over(tmp_path: Path) -> None:
+    is_plain(read(tmp_path, csv({"time_s,reel_m,pull_N\nsec": TIME, "(m)": REEL, "newton": PULL})))
+
+
 @pytest.mark.parametrize(
     ("table", "above", "said"),
     [
@@ -600,6 +628,37 @@ def test_times_of_day_over_midnight_are_refused_as_that(tmp_path: Path, numbers:
     table = csv({"time_s": seconds if numbers else clock, "reel_m": REEL[:10], "pull_N": PULL[:10]})
     with refusing(RecordingError, "row 7,", "begins again at midnight", "with their date"):
         read(tmp_path, table)
+
+
+NANOSECONDS = np.rint(TIME * 1e9).astype(int) + 1_700_000_000_500_000_000
+STAMPS = {"stamp.sec": NANOSECONDS // 10**9, "stamp.nanosec": NANOSECONDS % 10**9}
+
+
+@pytest.mark.parametrize(
+    ("rows", "way_out"),
+    [
+        ([*range(40), *range(20)], "row 42, | make the rows from there on another recording"),
+        ([*range(20), *range(21, 19, -1), *range(22, 60)], "row 23, | sort the rows by their"),
+        ([1, 0, *range(2, 60)], "row 3, | sort the rows by their times"),
+    ],
+)
+def test_a_clock_that_goes_back_is_refused_with_what_to_do(
+    tmp_path: Path, rows: list[int], way_out: str
+) -> None:
+    """As of a logger that was started again, and of rows that are out of order."""
+    table = csv({"time_ms": 1e3 * TIME[rows], "reel_m": REEL[rows], "pull_N": PULL[rows]})
+    with refusing(RecordingError, "column 'time_ms'", "does not come after", way_out):
+        read(tmp_path, table)
+
+
+def test_nanoseconds_beside_seconds_are_read_as_is_said_of_them(tmp_path: Path) -> None:
+    table = csv(STAMPS | {"reel_m": REEL, "pull_N": PULL})
+    entry = 'time_ns = { column = "stamp.nanosec", period = 1000000000 }'
+    with refusing(RecordingError, "no column is named 'time_s'", entry):
+        read(tmp_path, table)
+    with refusing(RecordingError, "row 27, column 'stamp.nanosec': 0 does not", f"write | {entry}"):
+        read(tmp_path, table, '[columns]\ntime_ns = "stamp.nanosec"\n')
+    has_the_columns(read(tmp_path, table, f"[columns]\n{entry}\n"))
 
 
 @pytest.mark.parametrize("top", [4095, 5000])
