@@ -123,8 +123,9 @@ class Identifiability:
         alike = [pair.decided_by for pair in self.untold]
         text = (
             f"{', '.join(self.signals)}: effects noticed {noticed} of {len(self.effects)}, named"
-            f" {named}; uncertain numbers determined whatever effect there is {sure} of"
-            f" {len(self.numbers)}; pairs not told apart {len(alike)}."
+            f" {named}; uncertain numbers determined, also with any one noticed effect fitted too,"
+            f" {sure} of {len(self.numbers)} (an effect that is not fitted may move them beyond"
+            f" their intervals); pairs not told apart {len(alike)}."
         )
         most = max(dict.fromkeys(alike), key=alike.count, default="")
         return f"{text} To decide most of these pairs, {most}." if most else text
@@ -186,8 +187,7 @@ def identify(
         effects.append(effect)
         pairs += others
     progress("compare effects", len(effects), len(effects))
-    noticed = {effect.label for effect in effects if effect.noticed is not None}
-    numbers = tuple(judge.numbers(noticed))
+    numbers = tuple(judge.numbers({e.label for e in effects if e.noticed is not None}))
     return Identifiability(tuple(chosen.values()), numbers, tuple(effects), tuple(pairs))
 
 

@@ -95,6 +95,7 @@ def test_a_number_is_determined_or_not_and_by_how_much():
     assert pretension.half_then > pretension.half
     assert not damping.determined
     assert damping.half == 1e-6
+    assert "an effect that is not fitted may move them" in found.sentence
 
 
 def test_what_is_not_measured_is_refused_with_the_names():
