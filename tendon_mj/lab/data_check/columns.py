@@ -154,19 +154,34 @@ def range_end(column: Column) -> DataWarning | None:
     if not ends:
         return None if recording.quasi_static else _level_end(column)
     at_end = np.isin(series, ends)
+    first, others = column.row(int(np.argmax(at_end))), series[~at_end]
+    said = " and ".join(column.say(end) for end in ends)
+    if others.size and all(_is_far(end, y) for end in ends for y in (others, column.model)):
+        return column.warn(
+            "no_reading",
+            f"reads {said} in {int(at_end.sum())} samples, the first in {first}, and else from"
+            f" {column.say(others.min())} to {column.say(others.max())}",
+            "what a logger writes where it has no reading: empty these cells in the file, or leave"
+            " their rows out",
+            blocks=True,
+        )
     beyond = ""
     if column.simulated is not None:
         past = max(float(np.max(np.abs(column.model[series == end] - end))) for end in ends)
         beyond = f", where the model goes on by up to {column.say(past)}"
     return column.warn(
         "range_end",
-        f"ends at {' and '.join(column.say(end) for end in ends)}: {int(at_end.sum())}"
-        " samples are there exactly, the first in"
-        f" {column.row(int(np.argmax(at_end)))}{beyond}",
+        f"ends at {said}: {int(at_end.sum())} samples are there exactly, the first in"
+        f" {first}{beyond}",
         "the end of an amplifier's or a converter's range: record again with a wider"
         f" one{'' if recording.quasi_static else '; a diagnosis cuts the model off there too'}",
         blocks=recording.quasi_static,
     )
+
+
+def _is_far(value: float, series: FloatArray) -> bool:
+    """Return whether a value is further from all of a series than these are from each other."""
+    return bool(np.abs(series - value).min() > np.ptp(series))
 
 
 def _ends(column: Column) -> list[float]:
@@ -390,13 +405,22 @@ def _unit(column: Column) -> DataWarning | None:
     """Another unit than named, by the ratio of ranges."""
     span, simulated = _ranges(column)
     large, times, units = span > simulated, max(span / simulated, simulated / span), ""
-    digits = 0
+    digits, name = 0, column.recording.written(column.name)
+    way_out = "name the column with the unit that it is in, or else the one in [drive]"
+    degrees = _DEGREES / limits.DEGREES < times < _DEGREES * limits.DEGREES
     if column.unit == "N" and not large and abs(times / scipy.constants.g - 1.0) < limits.LITTLE:
         units, digits = "kilograms-force named newtons", 1
+    elif _counts(column, times) and large and not (degrees and name == column.name):
+        units, digits = "whole counts of an encoder under the name of an angle", 1
+        count = math.tau / 4096.0 / si_name(name)[1]
+        way_out = (
+            f'if it counts, say in [columns] what one is: {name} = {{ column = "{name}",'
+            f" factor = … }}, which is {count:.9g} where 4096 are a turn; if not, {way_out}"
+        )
     elif times > limits.THOUSAND:
         units = "thousandths of it (mm, mN)" if large else "thousands of it (kN)"
         units += " under its name"
-    elif _DEGREES / limits.DEGREES < times < _DEGREES * limits.DEGREES:
+    elif degrees:
         units = "degrees named radians" if large else "radians named degrees"
     if not units:
         return None
@@ -404,8 +428,16 @@ def _unit(column: Column) -> DataWarning | None:
         "unit",
         f"moves by {column.say(span)}, the model by {column.say(simulated)}:"
         f" {times:.{digits}f} times as {'much' if large else 'little'}, as {units} are",
-        "name the column with the unit that it is in, or else the one in [drive]",
+        way_out,
     )
+
+
+def _counts(column: Column, times: float) -> bool:
+    """Whether an angle moves so many times as the model, in its shape and in whole numbers."""
+    numbers = column.read / si_name(column.recording.written(column.name))[1]
+    whole = np.allclose(numbers, np.rint(numbers), rtol=0.0, atol=limits.ROUNDING)
+    shaped = times > limits.ALL and column.correlation > limits.SAME_SHAPE
+    return column.unit == "rad" and whole and shaped
 
 
 def _sign(column: Column) -> DataWarning | None:
@@ -430,9 +462,8 @@ def _diameter(column: Column) -> DataWarning | None:
         return None
     if column.correlation <= limits.SAME_SHAPE:
         return None
-    moves, model, much = column.say(span), column.say(simulated), "much"
-    if span > simulated:
-        much = "little"
+    moves, model = column.say(span), column.say(simulated)
+    much = "little" if span > simulated else "much"
     return column.warn(
         "diameter",
         f"moves by {moves}, the model by {model}, {times:.2g} times as {much}, in the same shape",
@@ -494,29 +525,49 @@ def _start(column: Column) -> DataWarning | None:
         fitted = any(name.endswith(".pretension") for name in column.recording.uncertain)
         tells = ", which a fit tells" if fitted else ": give its range in [uncertain]"
         cause = f"the pretension may be another{tells}"
+        span, simulated = _ranges(column)
+        pairs = (first * scipy.constants.g, model), (span * scipy.constants.g, simulated)
+        if all(y / limits.DEGREES < x < y * limits.DEGREES for x, y in pairs):
+            cause = (
+                "it may be in kilograms-force, since it also moves"
+                f" {simulated / span:.1f} times less than the model: name it with _kgf; or {cause}"
+            )
+    drives = [c for c in columns_of(column.recording) if c.driven]
+    moving = any(map(_moves_first, drives))
+    moved = (
+        f"the {'drive moves from the first row on' if moving else 'rig had moved before'}, and"
+        " friction remembers earlier motion: record half a second of rest before it, or let the"
+        " table begin at an outer turn of a whole stroke"
+    )
+    zero = f"""the sensor's zero: write "{column.sensor}.offset" in [known] or [uncertain]"""
+    causes = [*filter(None, map(_drive_zero, drives)), cause, zero]
+    causes.insert(0 if moving else len(causes), moved)
     return column.warn(
         "start",
         f"starts at {column.say(first)}, the model at {column.say(model)}",
-        f"{_drive_zero(column.recording)}{cause}; or the sensor's zero: write"
-        f' "{column.sensor}.offset" in [known] or [uncertain]; or the recording begins in'
-        " motion: record half a second of rest before it",
+        "; or ".join(causes),
     )
 
 
-def _drive_zero(recording: Recording) -> str:
+def _moves_first(drive: Column) -> bool:
+    """Whether a drive goes on in the first samples by a part of what it does in as many others."""
+    usual = float(np.percentile(np.abs(np.diff(drive.read)), limits.OFTEN))
+    return float(np.ptp(drive.read[: limits.SHORT])) > limits.PART * (limits.SHORT - 1) * usual
+
+
+def _drive_zero(drive: Column) -> str:
     """What to write where the drive's zero may not be that of the model; empty where it is."""
-    for column in columns_of(recording):
-        first, written = float(column.read[0]), recording.written(column.name)
-        away = abs(first) > limits.SIMILAR * usual_range(column.read)
-        if column.driven and column.unit in ("rad", "m") and away:
-            offset = first / si_name(written)[1]
-            return (
-                f"the drive {written!r} begins at {column.say(first)}, and the"
-                " model's reference pose is at 0: if that was where the rig stood, lower its offset"
-                f" in [columns] by {offset:.6g}; where it has no entry there, write {written} ="
-                f' {{ column = "{written}", offset = {-offset:.6g} }}; or '
-            )
-    return ""
+    first, written = float(drive.read[0]), drive.recording.written(drive.name)
+    away = abs(first) > limits.SIMILAR * usual_range(drive.read)
+    if drive.unit not in ("rad", "m") or not away:
+        return ""
+    offset = first / si_name(written)[1]
+    return (
+        f"the drive {written!r} begins at {drive.say(first)}, and the model's reference pose is at"
+        f" 0: if that was where the rig stood, lower its offset in [columns] by {offset:.6g}; where"
+        f' it has no entry there, write {written} = {{ column = "{written}", offset ='
+        f" {-offset:.6g} }}"
+    )
 
 
 def below_zero_warnings(

@@ -39,6 +39,7 @@ FOLLOW = {
     "coarse": {"frozen"},
     "below_zero": {"start"},
     "spike": {"below_zero", "range_end", "repeated"},
+    "no_reading": {*_JUMPED, "coarse", "diameter", "nothing_moves", "repeated", "unlike"},
     "sign": {"below_zero"},
     "nothing_moves": {"below_zero", "noise"},
     "unit": {"below_zero", "coarse", "noise"},

@@ -307,6 +307,11 @@ FAULTS: dict[str, tuple[Callable[[Recording], Recording], str, tuple[str, ...]]]
         ("'reel_m'", "256 of such steps, or 2.56 mm"),
     ),
     "a spike": (with_output(at(slice(100, 101), 4e3)), "spike", ("4 kN in row 102, between",)),
+    "a number in the place of missed readings": (
+        with_output(at(slice(60, 69), -999.0)),
+        "no_reading",
+        ("reads -999 N in 9 samples, the first in row 62", "leave their rows out"),
+    ),
     "hardly moving": (with_output(lambda y: 20.0 + 1e-5 * y), "nothing_moves", ("not connected",)),
     "frozen": (with_output(at(slice(60, 110))), "frozen", ("from row 62 to 111",)),
     "a model that stands still": (
@@ -380,6 +385,28 @@ def test_a_fault_is_told_alone_with_its_place_and_value(pull: Recording, fault: 
     found = said(change(pull))
     assert list(found) == ([identifier] if identifier else [])
     assert all(fact in found[identifier] for fact in facts)
+
+
+@pytest.mark.parametrize(("motion", "told"), [(12.0, True), (4.0, False)])
+def test_kilograms_force_are_asked_after_where_the_start_and_the_motion_are_so_much_smaller(
+    pull: Recording, motion: float, told: bool
+) -> None:
+    """Whatever the friction; a start alone that is so small is another pretension."""
+    out = pull.columns["out_N"]
+    found = said(changed(pull, out_N=out[0] / 9.81 + (out - out[0]) / motion))["start"]
+    assert ("kilograms-force" in found) == told
+    assert "the pretension may be another" in found
+
+
+@pytest.mark.parametrize(("rest", "first"), [(0, True), (50, False)])
+def test_motion_in_the_first_rows_is_the_first_cause_of_another_start(
+    pull: Recording, rest: int, first: bool
+) -> None:
+    """The drive's zero is asked after, too: both are away from the model's reference pose."""
+    reel = 3e-3 + 1e-3 * np.sin(5.0 * 0.01 * np.maximum(np.arange(200) - rest, 0))
+    found = said(changed(pull, reel_m=reel, out_N=pull.columns["out_N"] + 60.0))["start"]
+    moved, zero = found.index("friction remembers"), found.index("the drive 'reel_m' begins at")
+    assert (moved < zero) == first == ("moves from the first row on" in found)
 
 
 @pytest.mark.parametrize("fitted", [(), ("rest_in",)])

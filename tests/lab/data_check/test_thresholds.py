@@ -113,6 +113,30 @@ def rounded(share: float) -> DataWarning | None:
     return columns.coarse(column(step * np.rint(WAVE / step)))
 
 
+def in_counts(times: float, whole: bool = True, model: np.ndarray = WAVE) -> DataWarning | None:
+    """An angle in the file's degrees, so many times the model's."""
+    degrees = times * np.degrees(WAVE)
+    read = np.radians(np.rint(degrees) if whole else degrees)
+    return columns._unit(column(read, model, "arm_rad", in_file={"arm_rad": "arm_deg"}))
+
+
+@pytest.mark.parametrize("bits", [12, 13, 14, 16])
+def test_counts_of_an_encoder_named_degrees_are_told_with_what_one_is(bits: int) -> None:
+    found = in_counts(2.0**bits / 360.0)
+    assert found is not None
+    assert found.identifier == "unit"
+    assert "'arm_deg'" in found.place
+    assert "whole counts" in found.value
+    assert 'arm_deg = { column = "arm_deg", factor = … }, which is 0.087890625' in found.way_out
+
+
+def test_degrees_in_whole_numbers_are_no_counts() -> None:
+    """Nor are those of another shape, or broken ones, however much more they move."""
+    assert in_counts(2.0) is None
+    assert in_counts(12.0, model=WAVE[::-1] + np.cos(0.03 * ROWS)) is None
+    assert in_counts(12.0, whole=False) is None
+
+
 DEGREES = math.degrees(1.0)
 # fault → what finds it in data of a size, and sizes within and beyond its threshold
 EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
@@ -194,6 +218,7 @@ EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
     "thousandths": (lambda times: columns._unit(column(times * WAVE)), 90.0, 110.0),
     "degrees": (lambda times: columns._unit(column(times * WAVE)), DEGREES / 1.6, DEGREES / 1.4),
     "a drive in degrees": (in_degrees, 2.5, 3.5),
+    "whole counts": (in_counts, 4.5, 5.5),
     "a reversed sign": (lambda against: columns._sign(with_correlation(-against)), 0.6, 0.8),
     "another motion": (lambda shared: columns._unlike(with_correlation(shared)), 0.8, 0.6),
     "another motion beyond noises": (
