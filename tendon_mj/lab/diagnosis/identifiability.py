@@ -123,7 +123,7 @@ class Identifiability:
         alike = [pair.decided_by for pair in self.untold]
         text = (
             f"{', '.join(self.signals)}: effects noticed {noticed} of {len(self.effects)}, named"
-            f" {named}; uncertain numbers determined, also with any one noticed effect fitted too,"
+            f" {named}; uncertain numbers determined, with any one noticed effect fitted too,"
             f" {sure} of {len(self.numbers)} (an effect that is not fitted may move them beyond"
             f" their intervals); pairs not told apart {len(alike)}."
         )
