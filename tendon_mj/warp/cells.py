@@ -31,6 +31,7 @@ _BY_WORLD = {
     "D": "D",
     "entries": "input_row",
     "solved": "solved",
+    "spans": "span span_solved",
     "factor": "factor",
     "dofs": "unknown last known borne inverse moment acceleration gradient",
 }
@@ -161,6 +162,13 @@ def allocate_groups(
         own = slice(begin := at.segment[k], begin + len(sheath.segments))
         owner[own] = [c + starts[i] if c >= 0 else -1 for c in of_member[i][1]]
         divisor[own] = sheath.segments["divisor"]
+    elastic = [
+        (at.segment[k] + j, moves)
+        for k, sheath in enumerate(simulated.values())
+        if sheath.state["driven"] and not sheath.state["inextensible"]
+        for j, moves in enumerate(_may_move(model, sheath))
+    ]
+    moving = np.array([moves for _, moves in elastic], bool)
     rows = _starts([len(dofs[i]) for i, _ in cells])
     solved = _starts([ranges[i][1] - ranges[i][0] for i, _ in cells])
     described = {
@@ -184,6 +192,8 @@ def allocate_groups(
         "solved_row": solved[:-1],
         "owner": owner,
         "segment_divisor": divisor,
+        "span_segment": [row for row, _ in elastic],
+        "span_row": np.where(moving, model.nv * (np.cumsum(moving) - 1), -1),
         "damper": _dampers(model, [int(s.state["tendon"]) for s in members.values()]),
     }
     put(Groups, y, described)
@@ -193,8 +203,9 @@ def allocate_groups(
         "entries": len(entry_dof),
         "D": int(rows[-1]),
         "solved": int(solved[-1]),
-        "factor": int(model.nC) if indices else 0,
-        "dofs": model.nv if indices else 0,
+        "spans": model.nv * int(moving.sum()),
+        "factor": int(model.nC) if indices or elastic else 0,
+        "dofs": model.nv if indices or elastic else 0,
     }
     for rows_of_each, names in _BY_WORLD.items():
         put_zeros(Groups, y, names, (counts[rows_of_each], nworld))

@@ -39,6 +39,7 @@ from tendon_mj.warp.tendons import (
     set_guide,
     sheath_at,
     unstretched,
+    yielded,
 )
 
 wp.set_module_options({"enable_backward": False})
@@ -47,7 +48,6 @@ _RIGIDITY = wp.constant(wp.float64(0.25))  # of a drum's flank: see the plugin's
 _FOLLOWS = wp.constant(wp.float64(0.2))  # see the plugin's `input_force`
 _ROUNDED_LENGTH = wp.constant(wp.float64(1e-7))  # relative, rounding of single precision
 _ROUNDED_PRODUCT = wp.constant(wp.float64(1e-6))
-_STIFF, _SOFTEST = wp.constant(wp.float64(1e6)), wp.constant(wp.float64(1e2))  # see `driven`
 
 
 @wp.func
@@ -83,9 +83,10 @@ def commit(
         t.previous_slip[guide, w] = wp.where(flow != ZERO, t.slip[guide, w], 0)
         h = wp.float64(timestep[w % timestep.shape[0]])
         follow_speed(t, k, guide, flow / h, h, w)
+    stored -= yielded(t, row, wp.float64(t.before[row, w]), w)
     if j == 0 and kind == ELASTIC:  # the input's tension sets its length
         stored, _, _ = held(t, sheath_at(t, k, w), 0, tension)
-    t.stored[row, w] = stored
+    t.stored[row, w] = stored + yielded(t, row, tension, w)
     t.before[row, w] = tension
 
 
@@ -104,31 +105,6 @@ def _commit_ends(t: Tendons, k: int, w: int) -> None:
     t.wound_in[k, w] = t.trial_wound_in[k, w]
     t.wound_out[k, w] = t.trial_wound_out[k, w]
     t.has_trial[k, w] = False
-
-
-@wp.func
-def _let_guides_yield(b: Dynamics, t: Tendons, s: Sheath, ea: wp.float64) -> None:
-    """Let the guides of a driven tendon yield, so that a step resolves its segments.
-
-    One that has been laid has the tensions that it had.
-    """
-    w = s.world
-    h = wp.float64(b.timestep[w % b.timestep.shape[0]])
-    for j in range(s.guides + 1):
-        row = s.segment + j
-        mobility = wp.float64(0.0)
-        for dof in range(b.nv):
-            slope = wp.float64(span_jacobian(b, t, row, w, dof))
-            inverse = b.dof_invweight0[w % b.dof_invweight0.shape[0], dof]
-            mobility += slope * slope * wp.float64(inverse)
-        length = t.length[row, w]
-        yields = wp.max(ea * h * h * mobility, ea / _STIFF * length)
-        yields = wp.min(yields, ea / _SOFTEST * length) - length
-        t.give[row, w] = wp.max(ZERO, yields)
-        if t.started[s.index, w]:
-            tau = t.before[row, w]
-            t.stored[row, w] = t.stored[row, w] - t.give[row, w] * tau / (ONE + tau)
-    t.yields[s.index, w] = True
 
 
 @wp.func
@@ -203,10 +179,7 @@ def _lay(
         strain = total / free - ONE
     for j in range(s.guides + 1):
         row = s.segment + j
-        holds, _, _ = held(t, s, j, strain)
-        if not s.given:
-            holds = t.length[row, w] * free / total
-        t.stored[row, w] = holds
+        t.stored[row, w] = t.length[row, w] / (ONE + strain)
         t.before[row, w] = strain
     for i in range(s.guides):
         t.previous_slip[s.guide + i, w] = 0
@@ -225,9 +198,6 @@ def _reset(t: Tendons, k: int, w: int) -> None:
     behind = wp.where(k + 1 < t.first_arc.shape[0], t.first_arc[k + 1], t.touched.shape[0])
     for arc in range(t.first_arc[k], behind):
         t.touched[arc, w] = False
-    t.yields[k, w] = False
-    for j in range(t.guides[k] + 1):
-        t.give[t.first_segment[k] + j, w] = wp.float64(0.0)
 
 
 @wp.kernel
@@ -311,8 +281,6 @@ def trace(m: Scene, b: Dynamics, t: Tendons, kind: int) -> None:
             _pull_nothing(t, s, now)
             return
         tau = wp.max(ZERO, -force) / ea
-    if kind == ELASTIC and not t.yields[k, w]:
-        _let_guides_yield(b, t, s, ea)
     if not t.started[k, w]:
         _lay(b, t, s, ea, tau, rest)
     if not pulls:
@@ -355,7 +323,7 @@ def prepare(t: Tendons, kind: int) -> None:
         tau = wp.where(kind == ELASTIC, t.given_tension[k, w], tau)
     if j == last:
         kept -= t.trial_wound_out[k, w] - t.wound_out[k, w]
-    t.kept[row, w] = kept
+    t.kept[row, w] = kept - yielded(t, row, wp.float64(t.before[row, w]), w)
     t.tension[row, w] = tau
     set_alone(t, row, w)
     if j == last:

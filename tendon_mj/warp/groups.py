@@ -39,6 +39,9 @@ class Groups:
     # of the segments of all sheaths, (segments,)
     owner: wp.array[wp.int32]  # cell whose tension it has, −1: the input's
     segment_divisor: wp.array[wp.float64]
+    # of the segments of driven elastic tendons, (elastic segments,)
+    span_segment: wp.array[wp.int32]  # row among all segments
+    span_row: wp.array[wp.int32]  # first row of J, −1 where nothing moves it
     # dampers that are integrated implicitly: actuators; −1 − member: the tendon's own
     damper: wp.array[wp.int32]
     # committed state
@@ -82,6 +85,8 @@ class Groups:
     D: wp.array2d[wp.float32]
     input_row: wp.array2d[wp.float32]  # (entries, worlds), D_0
     solved: wp.array2d[wp.float32]
+    span: wp.array2d[wp.float32]  # J, an entry for each dof
+    span_solved: wp.array2d[wp.float32]  # M̂⁻¹ Jᵀ
     factor: wp.array2d[wp.float64]  # (numbers of M, worlds)
     inverse: wp.array2d[wp.float64]  # (dofs, worlds)
     acceleration: wp.array2d[wp.float64]  # (dofs, worlds)

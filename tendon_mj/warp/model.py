@@ -26,11 +26,12 @@ from tendon_mj.warp.cells import bodies_behind, moved_dofs, read_groups_back
 from tendon_mj.warp.constraints import Constraints, keep_constraints
 from tendon_mj.warp.motion import Dynamics
 from tendon_mj.warp.path import Scene
-from tendon_mj.warp.response import accelerate
+from tendon_mj.warp.response import accelerate, set_response
 from tendon_mj.warp.sensors import force_sensors, sensors_of_sheaths, shown_numbers
 from tendon_mj.warp.sheaths import Sheaths
 from tendon_mj.warp.tendons import ELASTIC, INEXTENSIBLE, WOUND
 from tendon_mj.warp.transfer import read_back
+from tendon_mj.warp.yields import let_guides_yield, respond_to_spans
 
 _SPRING_OFF = mujoco.mjtDisableBit.mjDSBL_SPRING.value
 _DAMPER_OFF = mujoco.mjtDisableBit.mjDSBL_DAMPER.value
@@ -99,7 +100,7 @@ _LONG = {
     evaluate.trace,
     evaluate.solve,
     inextensible.set_up,
-    accelerate,
+    set_response,
     inextensible.solve_groups,
 }  # kernels
 
@@ -119,13 +120,16 @@ def _evaluate(m: Any, d: Any, layout: support.SheathLayouts, moved: Any, kind: i
     ``moved`` is as of `apply`.
     """
     batch = sheaths_laid_out(d, layout)
-    t, motion = batch.tendons, _dynamics(m, d)
+    t, y, motion = batch.tendons, batch.groups, _dynamics(m, d)
     segments, sheaths = (t.stored.shape[0],), (len(batch.names),)
+    yielding = y.span_segment.shape if kind == ELASTIC else (0,)
     _launch(
         d,
         (
             (evaluate.commit, segments, [d.time, m.opt.timestep, t, kind]),
             (evaluate.trace, sheaths, [_filled(Scene, m, d), motion, t, kind]),
+            (respond_to_spans, yielding, [motion, t, y]),
+            (let_guides_yield, yielding, [motion, t, y]),
             (evaluate.prepare, segments, [t, kind]),
             (evaluate.solve, sheaths, [motion, t, kind]),
             (evaluate.apply, (m.nv,), [motion, t, moved, kind, d.qfrc_passive]),
@@ -133,33 +137,46 @@ def _evaluate(m: Any, d: Any, layout: support.SheathLayouts, moved: Any, kind: i
     )
 
 
-def _evaluate_together(m: Any, d: Any, layout: support.SheathLayouts, actuates: bool) -> None:
-    """Solve the sheaths of inextensible tendons, and add the forces of their friction.
+def _evaluate_driven(
+    m: Any, d: Any, layout: support.SheathLayouts, moved: Any, kinds: set[int], actuates: bool
+) -> None:
+    """Solve the sheaths of driven tendons, and add their forces.
 
     Forces of actuators are among those at hand with ``actuates``.
     """
     batch = sheaths_laid_out(d, layout)
     t, y, motion = batch.tendons, batch.groups, _dynamics(m, d)
     motion.has_forces = actuates
-    members, cells = y.sheath.shape, y.member.shape
-    _launch(
-        d,
-        (
-            _keeps_unknown(d, t, y),
-            (inextensible.set_up, members, [_filled(Scene, m, d), motion, t, y]),
-            (inextensible.fill_rows, y.dof.shape, [motion, t, y]),
-            (accelerate, (), [motion, _constraints(m, d), t, y]),
-            (inextensible.answer, cells, [motion, t, y]),
-            (inextensible.solve_groups, (), [motion, t, y]),
-            (inextensible.publish, members, [motion, t, y]),
-            (inextensible.add_friction, (m.nv,), [t, y, d.qfrc_passive]),
-        ),
-    )
+    members, cells, together = y.sheath.shape, y.member.shape, INEXTENSIBLE in kinds
+    if together:
+        _launch(
+            d,
+            (
+                _keeps_unknown(d, t, y),
+                (inextensible.set_up, members, [_filled(Scene, m, d), motion, t, y]),
+                (inextensible.fill_rows, y.dof.shape, [motion, t, y]),
+            ),
+        )
+    _launch(d, [(set_response, (), [motion, _constraints(m, d), t, y])])
+    if ELASTIC in kinds:
+        _evaluate(m, d, layout, moved, ELASTIC)
+    if together:
+        _launch(
+            d,
+            (
+                (accelerate, (), [motion, t, y]),
+                (inextensible.answer, cells, [motion, t, y]),
+                (inextensible.solve_groups, (), [motion, t, y]),
+                (inextensible.publish, members, [motion, t, y]),
+                (inextensible.add_friction, (m.nv,), [t, y, d.qfrc_passive]),
+            ),
+        )
 
 
 def _keeps_unknown(d: Any, t: Any, y: Any) -> tuple[Any, tuple[int, ...], list[Any]]:
     inputs = [d.time, d.qfrc_smooth, d.qfrc_constraint, d.qacc, t, y]
-    return inextensible.keep_unknown, y.unknown.shape[:1], inputs
+    dofs = y.unknown.shape[:1] if y.sheath.shape[0] else (0,)
+    return inextensible.keep_unknown, dofs, inputs
 
 
 def _constraints(m: Any, d: Any) -> Any:
@@ -312,10 +329,7 @@ def _solve_sheaths(
     moved = wp.array([moved_dofs(model, sheath) for sheath in simulated.values()], dtype=wp.bool)
 
     def drive(m: Any, d: Any) -> None:
-        if INEXTENSIBLE in kinds:
-            _evaluate_together(m, d, layout, late)
-        if ELASTIC in kinds:
-            _evaluate(m, d, layout, moved, ELASTIC)
+        _evaluate_driven(m, d, layout, moved, kinds, late)
 
     def act_bias(m: Any, d: Any) -> None:
         support.check_options(m.opt, constrained)  # here too, as passive forces may all be off

@@ -229,8 +229,7 @@ def _hand_over(t: Tendons, s: Sheath, j: int) -> None:
     moved = wp.float64(0.0)
     for k in range(j, j + t.arc_guides[s.index]):
         row = s.segment + k
-        tau = t.before[row, w]
-        moved += (t.length[row, w] - t.give[row, w] * tau) / (wp.float64(1.0) + tau)
+        moved += t.length[row, w] / (wp.float64(1.0) + t.before[row, w])
         moved -= t.stored[row, w]
         t.shift[s.guide + k, w] = moved
 

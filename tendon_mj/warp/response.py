@@ -148,22 +148,30 @@ def respond(
 
 
 @wp.kernel(module="unique", module_options={"max_unroll": 0}, enable_backward=False)
-def accelerate(b: Dynamics, c: Constraints, t: Tendons, y: Groups) -> None:
-    """Set up M̂, and the acceleration without friction; threads (worlds,)."""
+def set_response(b: Dynamics, c: Constraints, t: Tendons, y: Groups) -> None:
+    """Set up M̂, and the forces of its constraints at no acceleration; threads (worlds,)."""
     w = wp.tid()
-    started = t.started[y.sheath[0], w]
+    started = bool(False)
+    if y.sheath.shape[0] > 0:
+        started = t.started[y.sheath[0], w]
     _begin(b, y, w)
     for n in range(y.damper.shape[0]):
         _add_damper(b, y, t.tendon, n, w)
     _add_constraints(b, c, y, started, w)
     _factor(b, y, w)
+
+
+@wp.kernel
+def accelerate(b: Dynamics, t: Tendons, y: Groups) -> None:
+    """Set the acceleration without friction; threads (worlds,)."""
+    w = wp.tid()
     for i in range(b.nv):
         y.borne[i, w] = ZERO
         force = wp.float64(b.qfrc_passive[w, i] + b.qfrc_applied[w, i] - b.qfrc_bias[w, i])
         if b.has_forces:
             force += wp.float64(b.qfrc_actuator[w, i])
         y.known[i, w] = force
-        if started:
+        if t.started[y.sheath[0], w]:
             force += y.unknown[i, w]
         y.acceleration[i, w] = y.acceleration[i, w] + force
     respond(b, y, y.acceleration, 0, 0, b.nv, w)

@@ -93,7 +93,6 @@ class Tendons:
     slip: wp.array2d[wp.int32]
     # path
     length: wp.array2d[wp.float64]  # ℓ [m]
-    yields: wp.array2d[wp.bool]  # (sheaths, worlds), whether g is set
     give: wp.array2d[wp.float64]  # g, by which guides yield to a segment per unit τ [m]
     angle: wp.array2d[wp.float64]  # φ [rad]
     is_on_arc: wp.array2d[wp.bool]  # of a guide
@@ -184,6 +183,12 @@ def held(
     inverse = wp.float64(1.0) / (wp.float64(1.0) + tau)
     length = (t.length[row, w] - t.give[row, w] * tau) * inverse
     return length, -(t.give[row, w] + length) * inverse, inverse
+
+
+@wp.func
+def yielded(t: Tendons, row: int, tau: wp.float64, w: int) -> wp.float64:
+    """Unstretched length that the guides beside a segment yield at a tension [m]."""
+    return t.give[row, w] * tau / (ONE + tau)
 
 
 @wp.func

@@ -37,7 +37,7 @@ _STIFF = 1e6  # EA of a driven tendon where none is given [N]
 # rows → names of arrays with a column for each world; rows of "all" segments and guides are those
 # of inextensible tendons as well
 _BY_WORLD = {
-    "sheaths": "started has_trial active yields trial_time wound_in wound_out"
+    "sheaths": "started has_trial active trial_time wound_in wound_out"
     " laid_pretension trial_wound_in trial_wound_out reel_torque output_torque drive_bears"
     " spring_length spring_product trial_spring_length given_tension constraint_force"
     " previous_constraint solved_force",
@@ -236,10 +236,8 @@ def read_back(simulated: dict[str, Simulated], tendons: Any, world: int, last: f
         if sheath.state["inextensible"]:
             continue
         here = slice(segment, segment := segment + len(sheath.segments))
-        tau, give = column("before")[here], column("give")[here]
-        sheath.segments["previous_tension"] = tau
-        # the plugin's guides have yielded by now
-        sheath.segments["stored"] = column("stored")[here] + give * tau / (1.0 + tau)
+        sheath.segments["previous_tension"] = column("before")[here]
+        sheath.segments["stored"] = column("stored")[here]
         here = slice(guide, guide := guide + len(sheath.guides))
         sheath.guides["previous_slip"] = column("previous_slip")[here]
         here = slice(arc, arc := arc + len(sheath.arcs))

@@ -23,7 +23,7 @@ def unstated(**options):
     return fingers(**{"kinds": DRIVEN, "axial_stiffness": None} | options)
 
 
-def slide(tendons=1, step=2e-3, friction=0.4, of_tendon="", damping=5.0, **rest):
+def slide(tendons=1, step=2e-3, friction=0.4, of_tendon="", damping=5.0, elasticity=None, **rest):
     """A mass on a slide that ropes pull over one bend each."""
     parts = {"motors": "", "stiffness": 0.0, "equality": ""} | rest
     ground = ends = paths = ""
@@ -41,7 +41,8 @@ def slide(tendons=1, step=2e-3, friction=0.4, of_tendon="", damping=5.0, **rest)
       <tendon>{paths}</tendon><actuator>{parts["motors"]}</actuator>{parts["equality"]}
       </mujoco>"""
     )
-    return add_friction(spec, [f"t{i}" for i in range(tendons)], friction=friction).compile()
+    names, law = [f"t{i}" for i in range(tendons)], {"axial_stiffness": elasticity}
+    return add_friction(spec, names, friction=friction, **law).compile()
 
 
 def shown(m, d, steps):
@@ -65,6 +66,26 @@ def test_many_tendons_on_a_joint_hold_a_load_that_friction_bears():
     np.testing.assert_allclose(outputs.sum(axis=1), load, rtol=1e-5)
     assert speeds.max() < 1e-7
     assert not tw.sheaths_of(d).groups.flows.numpy().any()  # nothing slides, and no work is done
+
+
+def test_elastic_tendons_on_a_joint_hold_a_load_together_as_the_plugin_s():
+    motors = "".join(f'<motor tendon="t{i}"/>' for i in range(8))
+    model = slide(8, motors=motors, stiffness=2e3, elasticity=1e5)
+    m, d = put(model)
+    data = mujoco.MjData(model)
+    data.ctrl[:] = -PULL / 8
+    data.qpos[:] = -1.05 * PULL / 2e3
+    d.ctrl.fill_(-PULL / 8)
+    d.qpos.fill_(-1.05 * PULL / 2e3)
+    shown(m, d, 200)
+    outputs, speeds = shown(m, d, 50)
+    mujoco.mj_step(model, data, 200)
+    sums = []
+    for _ in range(50):
+        mujoco.mj_step(model, data)
+        sums.append(sum(data.sensor(f"t{i}_output_tension").data[0] for i in range(8)))
+    np.testing.assert_allclose(outputs.sum(axis=1), sums, rtol=5e-3)
+    assert speeds.max() < 2e-3  # 5e-3 where each yields by itself
 
 
 def test_joints_at_their_limits_rest_at_steps_of_10_ms():
