@@ -1,13 +1,18 @@
-"""Mechanisms at limits and equalities, of a stranger, that did not rest."""
+"""Mechanisms that limits and equalities hold rest, if they do without friction."""
 
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as some
 
-from tendon_mj import add_friction
+from tendon_mj import add_friction, view_sheath
+from tests.guarantees.random_tendon import thorough
+from tests.guarantees.test_rest import tree
 
+pytestmark = pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
 MECHANISMS = Path(__file__).with_name("mechanisms")
 LIMITS = [-25.186839145309143, -14.441982812676923, -21.995784888866105]
 CONNECT = [-7.682172933591018, 1.1627735864887179]
@@ -42,3 +47,68 @@ def test_a_mechanism_that_constraints_hold_rests(name, control, damping, law, st
         tensions.append([data.sensor(name).data[0] for name in sheaths])
     assert fastest < 1e-6
     assert np.ptp(tensions, axis=0).max() < 1e-4 * np.max(tensions)
+
+
+def connect(k):
+    """Arguments of an equality that holds a link to the world."""
+    body = mujoco.mjtObj.mjOBJ_BODY
+    return {"type": mujoco.mjtEq.mjEQ_CONNECT, "objtype": body, "name1": f"link{k}"}
+
+
+def hold_joint(k):
+    """Arguments of an equality that holds a joint where it is."""
+    return {"type": mujoco.mjtEq.mjEQ_JOINT, "name1": f"joint{k}"}
+
+
+def held(model, limits, pose):
+    """A simulation in a pose in which joints are at limits, and equalities are met."""
+    data = mujoco.MjData(model)
+    model.jnt_range[:] = np.where(limits[:, None], np.add.outer(pose, [-2.0, -0.02]), [-9.0, 9.0])
+    model.qpos_spring[:] = data.qpos[:] = pose
+    mujoco.mj_forward(model, data)
+    for k in range(model.neq):
+        if model.eq_type[k] == mujoco.mjtEq.mjEQ_CONNECT:
+            model.eq_data[k, 3:6] = data.body(model.eq_obj1id[k]).xpos
+        else:
+            model.eq_data[k, 0] = pose[model.eq_obj1id[k]]
+    return data
+
+
+@thorough
+@given(
+    seed=some.integers(0, 2**32 - 1),
+    links=some.integers(1, 6),
+    tendons=some.sampled_from([1, 2, 5, 12]),
+    step=some.sampled_from([1e-3, 2e-3, 5e-3, 1e-2]),
+    integrator=some.sampled_from([0, 2, 3]),
+    limited=some.integers(0, 2**6 - 1),
+    equalities=some.integers(0, 2),
+)
+def test_what_limits_and_equalities_hold_rests(
+    seed, links, tendons, step, integrator, limited, equalities
+):
+    rng = np.random.default_rng(seed)
+    spec = tree(rng, links, tendons, step, integrator)
+    for joint in spec.joints:
+        joint.limited, joint.range = True, [-9.0, 9.0]
+        joint.damping[0] = rng.uniform(0.02, 0.1)
+    for _ in range(equalities):
+        k = rng.integers(links)
+        spec.add_equality(**rng.choice([connect(k), hold_joint(k)]))
+    pose, pulls = rng.uniform(-0.8, 0.8, links), rng.uniform(1.0, 20.0, tendons)
+    friction = rng.uniform(0.02, 0.6)
+    stock, model = spec.compile(), add_friction(spec, "*", friction=friction).compile()
+    chosen = np.array([limited >> k & 1 for k in range(links)], bool)
+    plain, data = held(stock, chosen, pose), held(model, chosen, pose)
+    plain.ctrl[:] = data.ctrl[:] = -pulls
+    mujoco.mj_step(stock, plain, round(20.0 / step))
+    assume(np.abs(plain.qvel).max() < 1e-6 and not plain.warning.number.any())
+    mujoco.mj_step(model, data, round(20.0 / step))
+    views = [view_sheath(model, data, f"t{t}") for t in range(tendons)]
+    outputs, speed = [], 0.0
+    for _ in range(100):
+        mujoco.mj_step(model, data)
+        outputs.append([float(view.output_tension) for view in views])
+        speed = max(speed, np.abs(data.qvel).max())
+    assert speed < 1e-4 and not data.warning.number.any()
+    assert np.ptp(outputs, axis=0).max() < 1e-4 * np.max(outputs)

@@ -23,7 +23,9 @@ def tree(rng, links, tendons, step, integrator):
     for k in range(links):
         parent = bodies[rng.integers(len(bodies))]
         body = parent.add_body(name=f"link{k}", pos=rng.uniform(-0.1, 0.1, 3))
-        joint = body.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=rng.normal(size=3))
+        joint = body.add_joint(
+            name=f"joint{k}", type=mujoco.mjtJoint.mjJNT_HINGE, axis=rng.normal(size=3)
+        )
         joint.damping[0], joint.stiffness[0] = rng.choice([0.002, 0.05]), 0.5
         body.add_geom(
             type=mujoco.mjtGeom.mjGEOM_CAPSULE,
