@@ -280,14 +280,9 @@ def _idlers(survey: _Survey, tendon: tendons.Chosen, mu: float, bend: float) -> 
 
 def _limits(model: mujoco.MjModel, crossed: set[int]) -> tuple[str, ...]:
     """Joints that are not swept, though a tendon crosses them, and loops that the poses tear."""
-    held = [
-        model.joint(joint).name or f"joint {joint}"
-        for joint in sorted(
-            tendon_bend.leading_joints(model, crossed).intersection(
-                tendon_bend.unswept_joints(model)
-            )
-        )
-    ]
+    leading = tendon_bend.leading_joints(model, crossed)
+    unswept = leading.intersection(tendon_bend.unswept_joints(model))
+    held = [model.joint(joint).name or f"joint {joint}" for joint in sorted(unswept)]
     sentences = [f"held as in qpos0, as they have no range: {', '.join(held)}"] if held else []
     if (np.isin(model.eq_type, _LOOP_EQUALITIES) & (model.eq_active0 != 0)).any():
         sentences.append("the poses do not keep connect and weld constraints: bends may be less")

@@ -242,14 +242,11 @@ def _stiff_sheath(spec: mujoco.MjSpec, drive: CableDrive, stated: Mapping[str, s
 def _gears(spec: mujoco.MjSpec, cables: Sequence[NewSheath]) -> list[CableDrive]:
     """Drives of gears between motors and their actuators."""
     taken = {tendon.name for tendon in spec.tendons}
-    return [
-        CableDrive(
-            instances.take_name(taken, f"{cable.config['output_joint']}_gear"),
-            cable.config["reel_joint"],
-            float(cable.config["reel_radius"]),
-        )
-        for cable in cables[::2]
-    ]
+    drives = []
+    for config in (cable.config for cable in cables[::2]):
+        name = instances.take_name(taken, f"{config['output_joint']}_gear")
+        drives.append(CableDrive(name, config["reel_joint"], float(config["reel_radius"])))
+    return drives
 
 
 def _motor_cables(spec: mujoco.MjSpec, motors: Sequence[Motor], law: Law) -> list[NewSheath]:
@@ -262,14 +259,12 @@ def _motor_cables(spec: mujoco.MjSpec, motors: Sequence[Motor], law: Law) -> lis
 
 def _drums(sheaths: Sequence[NewSheath], length: float) -> list[tuple[str, float]]:
     """Joints of motors' cables, as `drums_warning` asks for them."""
-    return [
-        (
-            config[f"{end}_joint"],
-            float(config[f"{end}_radius"]) ** 2 * 2 * int(config["guides"]) / length,
-        )
-        for config in (sheath.config for sheath in sheaths)
-        for end in ("reel", "output")
-    ]
+    drums = []
+    for config in (sheath.config for sheath in sheaths):
+        for end in ("reel", "output"):
+            squared = float(config[f"{end}_radius"]) ** 2
+            drums.append((config[f"{end}_joint"], squared * 2 * int(config["guides"]) / length))
+    return drums
 
 
 def _stated(law: Law) -> dict[str, str]:

@@ -153,12 +153,8 @@ def add_plugin_sensor(spec: mujoco.MjSpec, name: str, tendon: str) -> mujoco.Mjs
     MuJoCo copies a sensor without an object in every `replicate`, wherever that is, and where it
     refers to a plugin instance it crashes.
     """
-    return spec.add_sensor(
-        name=name,
-        type=mujoco.mjtSensor.mjSENS_PLUGIN,
-        objtype=mujoco.mjtObj.mjOBJ_TENDON,
-        objname=tendon,
-    )
+    kind, on = mujoco.mjtSensor.mjSENS_PLUGIN, mujoco.mjtObj.mjOBJ_TENDON
+    return spec.add_sensor(name=name, type=kind, objtype=on, objname=tendon)
 
 
 def add_sensor(

@@ -94,13 +94,11 @@ def _add(
         body.add_site(name=path[-1], pos=[share * motor.length, 0.0, 0.0], group=UNDRAWN)
     names = [take_name(taken, f"{motor.joint}_cable{way}") for way in ("", "_back")]
     drums = {"reel_joint": name, "output_joint": motor.joint, "guides": str(guides)}
-    return joint, [
-        (
-            _add_cable(spec, cable, path),
-            drums | {"reel_radius": repr(radius), "output_radius": repr(-radius)},
-        )
-        for cable, radius in zip(names, (motor.radius, -motor.radius), strict=True)
-    ]
+    cables = []
+    for cable, radius in zip(names, (motor.radius, -motor.radius), strict=True):
+        radii = {"reel_radius": repr(radius), "output_radius": repr(-radius)}
+        cables.append((_add_cable(spec, cable, path), drums | radii))
+    return joint, cables
 
 
 def _guides(exponent: float) -> int:

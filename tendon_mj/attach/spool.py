@@ -24,6 +24,7 @@ import numpy as np
 
 from tendon_mj.attach.instances import note_of, take_name
 from tendon_mj.attach.keyframes import Keyframe, insert_joints, keyframes, without_joints
+from tendon_mj.attach.tendon_bend import place_tendons
 from tendon_mj.attach.tendons import has_own_spring
 from tendon_mj.errors import InvalidValueError, UnsuitedTendonError
 from tendon_mj.typing import FloatArray
@@ -138,7 +139,7 @@ def design_spool(
         )
     model = compiled()
     data = mujoco.MjData(model)
-    _place_tendons(model, data)
+    place_tendons(model, data)
     axial_stiffness, step = float(config["axial_stiffness"]), float(model.opt.timestep)
     start, count = int(data.ten_wrapadr[tendon.id]), int(data.ten_wrapnum[tendon.id])
     points = data.wrap_xpos.reshape(-1, 3)[start : start + count]
@@ -156,7 +157,7 @@ def design_spool(
     angles = []  # at which the tendon is as tight as at `qpos0`
     for key in range(model.nkey):
         mujoco.mj_resetDataKeyframe(model, data, key)
-        _place_tendons(model, data)
+        place_tendons(model, data)
         shorter = float(model.tendon_length0[tendon.id] - data.ten_length[tendon.id])
         angles.append(shorter / spool.radius)
     warning = ""
@@ -241,12 +242,6 @@ def _on_spool(actuator: mujoco.MjsActuator, model: mujoco.MjModel, radius: float
         low=float(model.actuator_ctrlrange[k, 0]),
         high=float(model.actuator_ctrlrange[k, 1]),
     )
-
-
-def _place_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_tendon(model, data)
 
 
 def add_spools(spec: mujoco.MjSpec, designs: Sequence[SpoolDesign]) -> dict[str, str]:

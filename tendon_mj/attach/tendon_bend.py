@@ -25,6 +25,13 @@ _COAXIAL = 1e-3  # of the radius, by which an axis may miss another; [rad] by wh
 _ONE_SPOT = 1e-10
 
 
+def place_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Let the paths of all tendons be those of the pose."""
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_tendon(model, data)
+
+
 def bend_at(
     model: mujoco.MjModel,
     data: mujoco.MjData,
@@ -37,9 +44,7 @@ def bend_at(
     ``data`` takes the pose. The bend at geoms ``without`` does not count.
     """
     data.qpos[:] = qpos
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_tendon(model, data)
+    place_tendons(model, data)
     points, objects = data.wrap_xpos.reshape(-1, 3), data.wrap_obj.ravel()
     bends = np.zeros(len(tendons))
     for column, tendon in enumerate(tendons):

@@ -205,14 +205,8 @@ def _print_outputs(done: SweepResult, outputs: list[SensorSummary]) -> None:
         summary = done.summaries[output.name]
         if "min" in summary:
             shares = [f"{name} {share:.0%}" for name, share in summary["share_of_variance"].items()]
-            rows.append(
-                (
-                    output.name,
-                    _range_text(summary, " … ", output),
-                    f"{summary['mean']:.4g}",
-                    ", ".join(shares),
-                )
-            )
+            low_high, mean = _range_text(summary, " … ", output), f"{summary['mean']:.4g}"
+            rows.append((output.name, low_high, mean, ", ".join(shares)))
     if rows:
         print_table(("output", "range", "mean", "share of its variance"), rows)
 

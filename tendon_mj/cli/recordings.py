@@ -110,11 +110,10 @@ def check(
     described = [_as_described(values_of, *pair) for pair in zip(read, compiled, strict=True)]
     for text in of_tables:
         console.print(f"warning: {text}")
+    pairs = list(zip(read, described, strict=True))
     checked = [
         check_recording(recording, shared, described=stated, settle=settle)
-        for recording, stated in track(
-            list(zip(read, described, strict=True)), "simulate", console=console
-        )
+        for recording, stated in track(pairs, "simulate", console=console)
     ]
     for one in checked:
         if one.simulated is not None and one.recording.measured:
@@ -220,33 +219,18 @@ def replay(
     for k, answer in enumerate(simulated.values()):
         output.add(write_recording(answer, out / f"simulated_{k}.csv"))
     columns = [measured.written(column) for column in measured.measured]
-    print_table(
-        ["rms error", *columns, "all [noise]"],
-        [
-            [
-                label,
-                *(f"{_rms_text(e, c)}{e.of_range}" for c, e in of.items()),
-                plain(over_noise[label]),
-            ]
-            for label, of in errors.items()
-        ],
-    )
+    rows = []
+    for label, of in errors.items():
+        texts = [f"{_rms_text(e, c)}{e.of_range}" for c, e in of.items()]
+        rows.append([label, *texts, plain(over_noise[label])])
+    print_table(["rms error", *columns, "all [noise]"], rows)
     result: dict[str, object] = {
-        label: {
-            column: {"rmse": error.rmse, "share_of_range": error.share_of_range}
-            for column, error in of_columns.items()
-        }
-        for label, of_columns in errors.items()
+        label: {c: {"rmse": e.rmse, "share_of_range": e.share_of_range} for c, e in of.items()}
+        for label, of in errors.items()
     }
     output.figure("replay", replay_figure(measured, simulated))
-    output.result(
-        {
-            "recording": str(recording),
-            "source": measured.source,
-            "rmse": result,
-            "over_noise": over_noise,
-        }
-    )
+    replayed = {"recording": str(recording), "source": measured.source}
+    output.result({**replayed, "rmse": result, "over_noise": over_noise})
     ending = (
         _comparison_sentence(over_noise)
         if len(models) > 1

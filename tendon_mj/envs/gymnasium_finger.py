@@ -114,10 +114,8 @@ class FingerEnv(gymnasium.Env[_Observation, FloatArray]):
         self._steps = max(1, round(tasks.CONTROL_TIMESTEP / self.task.finger.timestep))
         readings = self.task.readings(self.simulation)
         self._boxes = {
-            name: gymnasium.spaces.Box(
-                reading.low.astype(np.float32), reading.high.astype(np.float32)
-            )
-            for name, reading in readings.items()
+            name: gymnasium.spaces.Box(r.low.astype(np.float32), r.high.astype(np.float32))
+            for name, r in readings.items()
         }
         self.observation_space = cast(
             "gymnasium.Space[_Observation]", gymnasium.spaces.Dict(cast(Any, self._boxes))

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_mj import theory
-from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.lab.progress import Progress, counted, silent
 from tendon_mj.lab.replay import rollout_named_sensors
 from tendon_mj.models import Bench, build_bench
 from tendon_mj.typing import FloatArray
@@ -81,12 +81,7 @@ def first_motion(bench: Bench, direction: int) -> FirstMotion:
     tension, ea, length = bench.pretension, bench.axial_stiffness, bench.length
     backlash = float(theory.equivalent_backlash(lam, tension, ea, length))
     stiffness = float(theory.apparent_stiffness(lam, ea, length))
-    total = float(
-        theory.transmission_stiffness(
-            lam, ea, length, bench.environment_stiffness, bench.sensor_stiffness
-        )
-    )
-    end = backlash + direction * 1.1 * SWING * tension / total
+    end = backlash + direction * 1.1 * SWING * tension / _transmission_stiffness(bench, lam)
     ramp = np.linspace(0.0, 1.0, _STEPS)
     loop = run_bench(bench, end * ramp**2 * (3.0 - 2.0 * ramp))
     change = direction * (loop.output_tension - tension) / tension
@@ -108,16 +103,20 @@ def first_motion(bench: Bench, direction: int) -> FirstMotion:
     )
 
 
+def _transmission_stiffness(bench: Bench, exponent: float) -> float:
+    """K_t in the closed form [N/m]."""
+    ea, springs = bench.axial_stiffness, (bench.environment_stiffness, bench.sensor_stiffness)
+    return float(theory.transmission_stiffness(exponent, ea, bench.length, *springs))
+
+
 def _sweep(
-    bench: Bench, exponents: Sequence[float], progress: Progress = silent, label: str = "sweep"
+    bench: Bench, exponents: Sequence[float], progress: Progress, label: str
 ) -> list[FirstMotion]:
     """First motions in both directions for each |λ|, which is set by the friction."""
     motions = []
-    for k, exponent in enumerate(exponents):
-        progress(label, k, len(exponents))
+    for exponent in counted(progress, label, exponents):
         changed = dataclasses.replace(bench, friction=exponent / bench.bend)
         motions += [first_motion(changed, direction) for direction in (1, -1)]
-    progress(label, len(exponents), len(exponents))
     return motions
 
 
@@ -135,12 +134,9 @@ def convergence(bench: Bench, progress: Progress = silent) -> Convergence:
     # the stuck segment at the output end stiffens with the guides; so short a step follows it
     fine = dataclasses.replace(bench, timestep=1e-4)
     stiffness = []
-    counts = (*GUIDES, FINEST_GUIDES)
-    for k, guides in enumerate(counts):
-        progress("convergence", k, len(counts))
+    for guides in counted(progress, "convergence", (*GUIDES, FINEST_GUIDES)):
         motion = first_motion(dataclasses.replace(fine, guides=guides), 1)
         stiffness.append(motion.apparent_stiffness)
-    progress("convergence", len(counts), len(counts))
     error = np.abs(np.array(stiffness[:-1]) / stiffness[-1] - 1.0)
     order = -np.polyfit(np.log(GUIDES), np.log(error), 1)[0]
     return Convergence(np.array(GUIDES, float), error, float(order))
@@ -214,14 +210,7 @@ def _slope_error(bench: Bench, loop: BenchReadings, direction: int) -> float:
     sliding = loop.input_tension * np.exp(-direction * bench.exponent)
     used = (np.abs(sliding / output - 1.0) < 1e-9) & (np.sign(np.gradient(reel)) == direction)
     slope = np.polyfit(reel[used] - reel[used].mean(), output[used], 1)[0]
-    analytic = theory.transmission_stiffness(
-        direction * bench.exponent,
-        bench.axial_stiffness,
-        bench.length,
-        bench.environment_stiffness,
-        bench.sensor_stiffness,
-    )
-    return float(slope / analytic - 1.0)
+    return float(slope / _transmission_stiffness(bench, direction * bench.exponent) - 1.0)
 
 
 def _numbers(motion: FirstMotion) -> dict[str, float]:

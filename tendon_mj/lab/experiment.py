@@ -232,8 +232,7 @@ class _ColumnMotion:
             )
         wave = 0.5 * (self.high + self.low) - 0.5 * (self.high - self.low) * np.cos(phase)
         reach = np.interp(time, [0.0, max(begin, 1e-12)], [self.start, self.low])
-        moved: FloatArray = np.where(time < begin, reach, wave)
-        return moved
+        return np.where(time < begin, reach, wave)
 
     def words(self, unit: str, duration: float) -> str:
         """The motion in words."""
@@ -262,8 +261,7 @@ class _ColumnMotion:
                 values.append(level)
             if corners[-1] > time[-1]:
                 break
-        series: FloatArray = np.interp(time, corners, values)
-        return series
+        return np.interp(time, corners, values)
 
     def _levels(self) -> list[float]:
         """Turning points of one cycle."""

@@ -56,7 +56,7 @@ from tendon_mj.lab.experiment import (
     check_bounds,
 )
 from tendon_mj.lab.parameter_names import expand, name_in_session, parameter_of, recording_of
-from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.lab.progress import Progress, counted, silent
 from tendon_mj.lab.recordings import Recording, write_recording
 from tendon_mj.lab.replay import Simulates, Simulator, suppress_unsolved_warnings
 from tendon_mj.typing import BoolArray, FloatArray
@@ -223,17 +223,14 @@ class ExperimentSimulations:
         ]
         signs = [*_steps(alternative)[1], *(1.0 for _ in own)]
         moved = self._run(simulate, sets)
-        return [
-            np.array(
-                [
-                    (row[n].readings - near[n].readings) / (sign * DIFFERENCE)
-                    for row, sign in zip(moved, signs, strict=True)
-                ]
-            )
-            .reshape(len(sets), -1)
-            .T
-            for n in range(len(experiments))
-        ]
+        slopes = []
+        for n, there in enumerate(near):
+            changes = [
+                (row[n].readings - there.readings) / (sign * DIFFERENCE)
+                for row, sign in zip(moved, signs, strict=True)
+            ]
+            slopes.append(np.array(changes).reshape(len(sets), -1).T)
+        return slopes
 
     def sessions(self, experiments: Sequence[Experiment]) -> dict[str, list[Term]]:
         """Parameter that is set for each recording → its term in each experiment."""
@@ -319,8 +316,7 @@ class Adaptation:
     def bounds(self) -> FloatArray:
         """(2, p) within which the scaled terms may move from where they are."""
         fitted, moves = self.alternative.fit, _steps(self.alternative)[0]
-        bounds: FloatArray = fitted.bounds[:, moves] - fitted.scaled[moves]
-        return bounds
+        return fitted.bounds[:, moves] - fitted.scaled[moves]
 
     def remaining(
         self, slopes: FloatArray, difference: FloatArray, sessions: Sequence[Term]
@@ -424,12 +420,10 @@ class Suggestion:
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as in `result.json`."""
         experiment = self.experiment
+        motions = experiment.motions if experiment else {}
         return {
             "sentence": self.sentence,
-            "motions": {
-                column: vars(motion)
-                for column, motion in (experiment.motions if experiment else {}).items()
-            },
+            "motions": {column: vars(motion) for column, motion in motions.items()},
             "states": dict(experiment.states) if experiment else {},
             "differences": [vars(difference) for difference in self.differences],
         }
@@ -499,10 +493,7 @@ def _levels(problem: Problem, fitted: Fit) -> dict[str, float]:
         left.setdefault(column, []).append(error)
         noise.setdefault(column, []).append(level)
     return {
-        column: max(
-            float(np.median(noise[column])),
-            float(np.sqrt(np.mean(np.concatenate(left[column]) ** 2))),
-        )
+        column: max(float(np.median(noise[column])), _rms(np.concatenate(left[column])))
         for column in problem.recordings[0].measured
     }
 
@@ -559,9 +550,7 @@ class _Search:
     def _refine(self, best: _Tried, counts: BoolArray) -> _Tried:
         """Try neighbours of the best, ever nearer, with motions of the same shapes."""
         random, reach = np.random.default_rng(0), _REACH[0]
-        label = "refine the best"
-        for k in range(_ROUNDS):
-            self.progress(label, k, _ROUNDS)
+        for _ in counted(self.progress, "refine the best", range(_ROUNDS)):
             points = best.point + reach * random.normal(size=(_NEIGHBOURS, best.point.size))
             points = np.clip(np.where(points > 1.0, 2.0 - points, np.abs(points)), 0.0, 1.0)
             points[:, self.family.shapes] = best.point[self.family.shapes]
@@ -573,7 +562,6 @@ class _Search:
             better = [best, *self._adapt(promising)]
             best = max(better, key=lambda t: _score(_known(t), counts))
             reach *= _REACH[1]
-        self.progress(label, _ROUNDS, _ROUNDS)
         return best
 
     def _simulate(self, points: FloatArray, label: str) -> list[_Tried]:
@@ -597,9 +585,8 @@ class _Search:
         """Fit the alternatives of each pair to each other, in each experiment."""
         if not tried:
             return []
-        experiments = [
-            self.family.at(t.point, f"{_NAME}_{k}") for k, t in enumerate(tried)
-        ]  # by names of their own
+        # by names of their own
+        experiments = [self.family.at(t.point, f"{_NAME}_{k}") for k, t in enumerate(tried)]
         own = [list(terms) for terms in zip(*self.rig.sessions(experiments).values(), strict=True)]
         slopes = [
             self.rig.slopes(experiments, a, [t.predictions[k] for t in tried])
@@ -608,20 +595,14 @@ class _Search:
         adapted = []
         for n, t in enumerate(tried):
             sessions = own[n] if own else []
-            remaining = np.array(
-                [
-                    min(
-                        self.adaptations[b].remaining(
-                            slopes[b][n],
-                            t.predictions[b].readings - t.predictions[a].readings,
-                            sessions,
-                        )
-                        for a, b in ((one, other), (other, one))
-                    )
-                    for one, other in self.pairs
-                ]
-            )
-            adapted.append(replace(t, remaining=remaining))
+            remaining = []
+            for one, other in self.pairs:
+                ways = []
+                for a, b in ((one, other), (other, one)):
+                    apart = t.predictions[b].readings - t.predictions[a].readings
+                    ways.append(self.adaptations[b].remaining(slopes[b][n], apart, sessions))
+                remaining.append(min(ways))
+            adapted.append(replace(t, remaining=np.array(remaining)))
         return adapted
 
     def _adapt_first(self, tried: Sequence[_Tried], counts: BoolArray, number: int) -> list[_Tried]:

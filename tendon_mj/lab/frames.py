@@ -91,9 +91,7 @@ class FrameRecorder:
             for name, sheath in sheaths(model).items():
                 group = int(model.tendon_group[model.tendon(sheath.tendon).id])
                 self._shown[name] = most_bent_branch(model, name), group
-        state = np.empty(mujoco.mj_stateSize(model, _FULL))
-        mujoco.mj_getState(model, data, state, _FULL)
-        mujoco.mj_setState(model, self._scratch, state, _FULL)
+        mujoco.mj_copyState(model, data, self._scratch, _FULL)
         self._scratch.ctrl[:] = control
         mujoco.mj_forward(model, self._scratch)  # the path and its tensions belong to this pose
         pose = np.empty(mujoco.mj_stateSize(model, POSE))
@@ -107,6 +105,10 @@ class FrameRecorder:
     def frames(self) -> Frames:
         """All frames that were kept."""
         poses, controls, readings, contacts = zip(*self._kept, strict=True)
+        cables = {}
+        for name, rows in self._cables.items():
+            points, tensions = np.array([p for p, _ in rows]), np.array([t for _, t in rows])
+            cables[name] = Cable(points, tensions, *self._shown[name])
         return Frames(
             fps=self.fps,
             time=np.arange(len(self._kept)) / self.fps,
@@ -114,14 +116,7 @@ class FrameRecorder:
             controls=np.array(controls),
             readings=np.array(readings),
             contacts=contacts,
-            cables={
-                name: Cable(
-                    np.array([p for p, _ in rows]),
-                    np.array([t for _, t in rows]),
-                    *self._shown[name],
-                )
-                for name, rows in self._cables.items()
-            },
+            cables=cables,
         )
 
 

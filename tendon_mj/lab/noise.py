@@ -101,8 +101,7 @@ def least_motion(series: FloatArray) -> FloatArray:
         for span in map(slice, turns[::2].tolist(), turns[1::2].tolist()):
             if np.ptp(series[span]) == 0.0:
                 steady[span] = series[span]
-    motion: FloatArray = np.clip(_between_marks(steady), series - half, series + half)
-    return motion
+    return np.clip(_between_marks(steady), series - half, series + half)
 
 
 def _between_marks(series: FloatArray) -> FloatArray:

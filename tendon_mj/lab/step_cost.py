@@ -21,7 +21,7 @@ import numpy as np
 from tendon_mj.attach import add_friction, remove_friction
 from tendon_mj.errors import InvalidValueError, TendonError, TendonWarning
 from tendon_mj.lab.finger import prepare_finger, tap
-from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.lab.progress import Progress, counted, silent
 from tendon_mj.lab.replay import full_state, rollout_sensors, suppress_mujoco_log
 from tendon_mj.models import (
     TENDONS,
@@ -310,10 +310,8 @@ def measure_models(
             )
     costs = dict[str, ModelCost]()
     every = [bench_runs(Bench()), finger_runs(Finger()), *prepared]
-    for name, runs in zip(names, every, strict=True):
-        progress("models", len(costs), len(names))
+    for name, runs in counted(progress, "models", list(zip(names, every, strict=True))):
         costs[name] = runs.cost(rounds)
-    progress("models", len(names), len(names))
     return costs
 
 

@@ -130,8 +130,7 @@ _CHECKED: list[Job] = []  # the job of this worker
 
 
 def _identity_of(shared: Any) -> Mapping[str, str]:
-    stated: Mapping[str, str] = shared.identity() if hasattr(shared, "identity") else {}
-    return stated
+    return shared.identity() if hasattr(shared, "identity") else {}
 
 
 class Store(Protocol[_Result]):

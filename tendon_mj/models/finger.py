@@ -375,16 +375,13 @@ def _draw_pin(body: mujoco.MjsBody, guide: FloatArray) -> None:
 
 
 def _add_finger_sensors(spec: mujoco.MjSpec, tendons: tuple[str, ...]) -> None:
-    def add(name: str, kind: mujoco.mjtSensor, of: str, object_type: mujoco.mjtObj) -> None:
-        spec.add_sensor(name=name, type=kind, objtype=object_type, objname=of)
-
     position, joint = mujoco.mjtSensor.mjSENS_JOINTPOS, mujoco.mjtObj.mjOBJ_JOINT
-    for name in JOINTS:
-        add(f"{name}_angle", position, name, joint)
-    for tendon in tendons:
-        add(f"{tendon}_motor_angle", position, f"{tendon}_motor", joint)
-    add("tip_force", mujoco.mjtSensor.mjSENS_TOUCH, "tip", mujoco.mjtObj.mjOBJ_SITE)
-    add("object_displacement", position, "object", joint)
+    motors = [f"{tendon}_motor" for tendon in tendons]
+    for name in (*JOINTS, *motors):
+        spec.add_sensor(name=f"{name}_angle", type=position, objtype=joint, objname=name)
+    touch, site = mujoco.mjtSensor.mjSENS_TOUCH, mujoco.mjtObj.mjOBJ_SITE
+    spec.add_sensor(name="tip_force", type=touch, objtype=site, objname="tip")
+    spec.add_sensor(name="object_displacement", type=position, objtype=joint, objname="object")
     for tendon in tendons:
         for kind in ("input_tension", "output_tension"):
             add_sensor(spec, f"{tendon}_sheath", kind, f"{tendon}_{kind}")

@@ -102,13 +102,9 @@ def build_joint(joint: Joint) -> mujoco.MjSpec:
             output_radius=-side * joint.moment_arm,
             sensors=(),
         )
+    angle, on = mujoco.mjtSensor.mjSENS_JOINTPOS, mujoco.mjtObj.mjOBJ_JOINT
     for name in ("joint", "spool"):
-        spec.add_sensor(
-            name=f"{name}_angle",
-            type=mujoco.mjtSensor.mjSENS_JOINTPOS,
-            objtype=mujoco.mjtObj.mjOBJ_JOINT,
-            objname=name,
-        )
+        spec.add_sensor(name=f"{name}_angle", type=angle, objtype=on, objname=name)
     for kind in ("input_tension", "output_tension"):
         for k in _TENDONS:
             add_sensor(spec, f"sheath_{k}", kind, f"{kind}_{k}")

@@ -162,16 +162,14 @@ def _short_settle(
         readings = [] if simulated is None else reading_warnings(recording, simulated)
         if simulated is not None and all(w.identifier != "start" for w in readings):
             settle = recording.settle
-            return [
-                DataWarning(
-                    "short_settle",
-                    recording.name,
-                    f"the model still moves when the settle of {settle:g} s before the first sample"
-                    " ends, and starts elsewhere than the rig",
-                    f"write settle = {longer:g}, with which it starts as the rig does",
-                ),
-                *readings,
-            ]
+            short = DataWarning(
+                "short_settle",
+                recording.name,
+                f"the model still moves when the settle of {settle:g} s before the first sample"
+                " ends, and starts elsewhere than the rig",
+                f"write settle = {longer:g}, with which it starts as the rig does",
+            )
+            return [short, *readings]
         longer *= 2.0
     return []
 

@@ -147,8 +147,7 @@ def median_around(series: FloatArray, around: int) -> FloatArray:
     """(n,) median of each sample and its neighbours, so many on either side."""
     padded = np.pad(series, around, mode="reflect")
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * around + 1)
-    median: FloatArray = np.median(windows, axis=1)
-    return median
+    return np.median(windows, axis=1)
 
 
 def a_step(changes: FloatArray) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -12,6 +12,7 @@ import numpy as np
 from tendon_mj.lab.data_check import thresholds as limits
 from tendon_mj.lab.data_check.column import columns_of
 from tendon_mj.lab.data_check.faults import DataWarning
+from tendon_mj.lab.data_check.jumps import Replay
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.typing import FloatArray
 
@@ -19,9 +20,7 @@ _DEGREES = math.degrees(1.0)
 
 
 def degree_warnings(
-    recording: Recording,
-    simulated: Recording | None,
-    simulate: Callable[[Recording], Recording | None],
+    recording: Recording, simulated: Recording | None, simulate: Replay
 ) -> list[DataWarning]:
     """Warn of driven columns in rad that hold degrees, and of measured ones that do so too.
 
@@ -79,9 +78,7 @@ def _errors(
 
 
 def exchange_warnings(
-    recording: Recording,
-    simulated: Recording,
-    simulate: Callable[[Recording], Recording | None],
+    recording: Recording, simulated: Recording, simulate: Replay
 ) -> Iterator[DataWarning]:
     """Warn of two columns of a unit that fit the model much better in each other's place.
 

@@ -91,11 +91,8 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
         there, _ = fitted_values(problem, base, own, intervals(problem, own))
         shared = [name for t in fit.calibrated if len(t.targets) > 1 for name in t.targets]
         moved = [n for n in shared if _differ(values[n], there[n])] or shared
-        found.append(
-            Alternative(
-                "", words, {n: there[n].value for n in moved}, fitted=True, decided_by=_EACH
-            )
-        )
+        best = {n: there[n].value for n in moved}
+        found.append(Alternative("", words, best, fitted=True, decided_by=_EACH))
         values |= {n: _joined(values[n], there[n]) for n in shared}
         replaced = frozenset(e.terms[0].targets[0] for e in fit.effects if e not in own.effects)
     rivals: dict[str, list[str]] = {finding.parameter: [] for finding in result.findings}
@@ -277,15 +274,10 @@ def _valleys(context: SelectionContext, model: FittedCandidate) -> Iterator[_Val
             end = max(np.clip(farthest[::-1], *extended.bounds[:, -1]), key=abs)
             bounds = fit.bounds - fit.scaled
             step = bounded_least_squares(fit.jacobian[used], slope[used] * end, bounds)
-            near, shape = (
-                natural_in_range(fit.terms, fit.scaled + step),
-                score.start[len(step) + 1 :],
-            )
-            yield _Valley(
-                candidate,
-                np.array([*near, strength.natural(float(end)), *shape]),
-                _ranges(fit, reach),
-            )
+            near = natural_in_range(fit.terms, fit.scaled + step)
+            shape = score.start[len(step) + 1 :]
+            start = np.array([*near, strength.natural(float(end)), *shape])
+            yield _Valley(candidate, start, _ranges(fit, reach))
 
 
 def _shift(stated: FloatArray, other: FloatArray, value: float) -> float:

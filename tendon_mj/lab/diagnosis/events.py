@@ -37,11 +37,8 @@ _MOST = 2  # events that are simulated in one search
 _NEAR = 0.97  # of the Δχ² of the best time, to be simulated too
 # In intervals between two samples: begins, about that of the scan, and durations that are tried
 # first, those of the second set where the first explain enough, and how near the last ones lie.
-_BEGINS, _DURATIONS, _RESOLVED = (
-    (-4.0, -2.0, -1.0, -0.4, 0.0, 0.4, 1.0),
-    ((1.0, 6.0), (0.0, 2.5, 15.0)),
-    0.05,
-)
+_BEGINS = -4.0, -2.0, -1.0, -0.4, 0.0, 0.4, 1.0
+_DURATIONS, _RESOLVED = ((1.0, 6.0), (0.0, 2.5, 15.0)), 0.05
 _MOST_TIMES = 8  # other begins, where the scan is not sure
 _FEWEST = 5  # samples before and after an event
 _AS_GOOD = 4.0  # Δχ² of a time that is within the interval, over the mean square of the rest
@@ -183,8 +180,7 @@ class _Scan:
 
         def after(values: FloatArray) -> FloatArray:
             """(n,) sums over the residuals from each sample on."""
-            sums: FloatArray = np.bincount(samples, values, time.size)[::-1].cumsum()[::-1]
-            return sums
+            return np.bincount(samples, values, time.size)[::-1].cumsum()[::-1]
 
         basis = [after(trace[own] * column[own]) for column in self.basis.T]
         power = after(trace[own] ** 2)

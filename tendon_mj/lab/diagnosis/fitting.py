@@ -156,8 +156,7 @@ def natural(terms: Sequence[Term], scaled: Sequence[float] | FloatArray) -> Floa
 def natural_in_range(terms: Sequence[Term], scaled: Sequence[float] | FloatArray) -> FloatArray:
     """`natural`, within the terms' ranges, which a step or rounding may leave."""
     low, high = [term.low for term in terms], [term.high for term in terms]
-    inside: FloatArray = np.clip(natural(terms, scaled), low, high)
-    return inside
+    return np.clip(natural(terms, scaled), low, high)
 
 
 def written(
@@ -360,8 +359,7 @@ class _Solver:
     def _left(self, residual: FloatArray) -> FloatArray:
         """(training samples,) corrected residuals; a failed simulation's are large."""
         rows = (residual + self.correction)[self.problem.in_train]
-        left: FloatArray = np.where(np.isfinite(rows), rows, _FAILED)
-        return left
+        return np.where(np.isfinite(rows), rows, _FAILED)
 
     def _cost(self, point: FloatArray, residual: FloatArray) -> float:
         own = self.weights * point

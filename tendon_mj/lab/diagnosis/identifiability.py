@@ -47,7 +47,7 @@ from tendon_mj.lab.diagnosis.selection import SelectionContext
 from tendon_mj.lab.diagnosis.statistics import half_widths, intervals, with_slope
 from tendon_mj.lab.diagnosis.traces import NEAR, Match, Trace, Traces
 from tendon_mj.lab.parameter_names import parameter_of
-from tendon_mj.lab.progress import Progress, silent
+from tendon_mj.lab.progress import Progress, counted, silent
 from tendon_mj.lab.recordings import Recording
 from tendon_mj.lab.replay import Simulator, suppress_unsolved_warnings
 from tendon_mj.lab.units import si_name, unit_fault
@@ -181,12 +181,10 @@ def identify(
     context = SelectionContext(whole, system.values, terms, moving, 0.0, 0.0, progress)
     limit = max(SMALLEST_EXCESS, chance_excess(narrow, int(whole.in_train.sum())))
     judge, effects, pairs = _Judge(context, limit), list[Tellable](), list[Pair]()
-    for k, candidate in enumerate(judge.candidates):
-        progress("compare effects", k, len(judge.candidates))
+    for candidate in counted(progress, "compare effects", judge.candidates):
         effect, others = judge.effect(candidate)
         effects.append(effect)
         pairs += others
-    progress("compare effects", len(effects), len(effects))
     numbers = tuple(judge.numbers({e.label for e in effects if e.noticed is not None}))
     return Identifiability(tuple(chosen.values()), numbers, tuple(effects), tuple(pairs))
 

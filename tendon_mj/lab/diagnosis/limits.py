@@ -80,17 +80,11 @@ def discretisation_error(
     if not has_sheath(problem.simulate):
         return 0.0
     bars = np.ones(problem.in_train.size) if bars is None else bars
-    powers = np.array(
-        [
-            (
-                problem.lumping.get(column, _DISCRETISATION)
-                * float(np.ptp(problem.recordings[k].columns[column]))
-                / (problem.noise[k][column] * float(bars[rows.start]))
-            )
-            ** 2
-            for k, column, rows in problem.signals
-        ]
-    )
+    powers = []
+    for k, column, rows in problem.signals:
+        share = problem.lumping.get(column, _DISCRETISATION)
+        error = share * float(np.ptp(problem.recordings[k].columns[column]))
+        powers.append((error / (problem.noise[k][column] * float(bars[rows.start]))) ** 2)
     most = float(np.mean(powers))
     if residual is None or judged is None:
         return most
@@ -99,7 +93,7 @@ def discretisation_error(
     left = np.array([float(squares[rows].sum()) for _, _, rows in problem.signals])
     _, of_column = np.unique([column for _, column, _ in problem.signals], return_inverse=True)
     left = np.maximum(np.bincount(of_column, left), 0.0)
-    twice = _TWICE**2 * np.bincount(of_column, powers * counts)
+    twice = _TWICE**2 * np.bincount(of_column, np.array(powers) * counts)
     if np.all(left <= twice):
         return most
     return min(most, float(np.minimum(left, twice).sum() / counts.sum()))

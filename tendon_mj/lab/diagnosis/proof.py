@@ -391,6 +391,7 @@ def _finding(
 ) -> Finding:
     candidate, rivals = selected.candidate, selected.rivals  # these may be the same one elsewhere
     effect = candidate.effect
+    others = dict.fromkeys(r.identifier for r in rivals if r.identifier != effect.identifier)
     return Finding(
         identifier=effect.identifier,
         name=effect.name,
@@ -398,9 +399,7 @@ def _finding(
         where=candidate.where,
         kind="parameter" if candidate.in_model(before) else effect.kind,
         confidence=selected.confidence,
-        rivals=tuple(
-            dict.fromkeys(r.identifier for r in rivals if r.identifier != effect.identifier)
-        ),
+        rivals=tuple(others),
         elsewhere=tuple(r.where for r in rivals if r.identifier == effect.identifier),
         statement=state_finding(candidate, parameters, before, after),
         parameter=candidate.terms[0].targets[0],

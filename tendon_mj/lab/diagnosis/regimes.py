@@ -113,17 +113,14 @@ def regimes(recordings: Sequence[Recording]) -> list[list[_Regime]]:
         for name, unit, series in rows[1:]:
             ends.setdefault((name, unit), []).extend((float(series.min()), float(series.max())))
     constant = [name for (name, _), values in ends.items() if min(values) == max(values)]
-    return [
-        [
-            _Regime("direction", ("loosening", "at rest", "pulling"), rows[0][2].astype(np.int64)),
-            *(
-                _cut(name, series, unit, min(ends[name, unit]), max(ends[name, unit]))
-                for name, unit, series in rows[1:]
-                if name not in constant
-            ),
-        ]
-        for rows in coordinates
-    ]
+    found = []
+    for (_, _, sense), *others in coordinates:
+        own = [_Regime("direction", ("loosening", "at rest", "pulling"), sense.astype(np.int64))]
+        for name, unit, series in others:
+            if name not in constant:
+                own.append(_cut(name, series, unit, min(ends[name, unit]), max(ends[name, unit])))
+        found.append(own)
+    return found
 
 
 def _coordinates(recording: Recording) -> list[tuple[str, str, FloatArray]]:

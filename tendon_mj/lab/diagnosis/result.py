@@ -298,15 +298,12 @@ class Diagnosis:
         progress(label, 0, 1)
         answers = self.simulator([before, after])
         progress(label, 1, 1)
-        simulated = [
-            as_recording(
-                recording,
-                series,
-                described_values(recording, parameters) | values_for(recording.name, values),
-            )
-            for values, answer in zip((before, after), answers, strict=True)
-            for recording, series in zip(shown, answer, strict=True)
-        ]
+        simulated = []
+        for values, answer in zip((before, after), answers, strict=True):
+            for recording, series in zip(shown, answer, strict=True):
+                described = described_values(recording, parameters)
+                applied = described | values_for(recording.name, values)
+                simulated.append(as_recording(recording, series, applied))
         count = len(shown)
         return list(map(BeforeAfter, shown, simulated[:count], simulated[count:]))
 
@@ -378,16 +375,12 @@ class Diagnosis:
 
 def _regimes(before: Located, after: Located) -> list[dict[str, Any]]:
     rms = {(place.regime, place.label): place.rms for place in after.bins}
-    return [
-        {
-            "regime": place.regime,
-            "label": place.label,
-            "time": place.time,
-            "before": place.rms,
-            "after": rms[place.regime, place.label],
-        }
-        for place in before.bins
-    ]
+    regimes = []
+    for place in before.bins:
+        errors = {"before": place.rms, "after": rms[place.regime, place.label]}
+        bin_of = {"regime": place.regime, "label": place.label, "time": place.time}
+        regimes.append(bin_of | errors)
+    return regimes
 
 
 def write_before_after(simulated: Sequence[BeforeAfter], folder: Path) -> list[Path]:

@@ -76,8 +76,7 @@ class ScreeningScore:
         moved = [t.scaled(v) for t, v in zip(fitted.terms, self.start[:count], strict=True)]
         trace = self.seen + fitted.correction - fitted.residual
         trace -= fitted.jacobian @ (np.array(moved) - fitted.scaled)
-        own: FloatArray = trace / strength.scaled(float(self.start[count]))
-        return own
+        return trace / strength.scaled(float(self.start[count]))
 
     def jacobian(self, fitted: Fit) -> FloatArray:
         """(m, p) derivatives by the scaled terms; NaN for those of a shape, and of an event.
@@ -308,8 +307,7 @@ def _robust(residual: FloatArray) -> FloatArray:
 def _slope_of_robust(residual: FloatArray) -> FloatArray:
     """Derivative of `_robust`."""
     squares = np.maximum((residual / _OUTLIER) ** 2, np.finfo(float).tiny)
-    slope: FloatArray = np.sqrt(squares / np.log1p(squares)) / (1.0 + squares)
-    return slope
+    return np.sqrt(squares / np.log1p(squares)) / (1.0 + squares)
 
 
 def _are_linear(changes: FloatArray, linear: FloatArray) -> bool:
@@ -336,5 +334,4 @@ def _simulated(
 ) -> FloatArray:
     """(points, training samples) residuals, with the correction of a fit."""
     sets = [fitted.parameters(base, natural(fitted.terms, point)) for point in points]
-    rows: FloatArray = (problem.residuals(sets) + fitted.correction)[:, problem.in_train]
-    return rows
+    return (problem.residuals(sets) + fitted.correction)[:, problem.in_train]

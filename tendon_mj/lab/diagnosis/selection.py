@@ -132,17 +132,15 @@ class SelectionContext:
             if k >= len(shortlist) and any(self._explains(model, other) for other in fitted):
                 break
             self.progress("fit", min(k, len(shortlist)), len(shortlist))
-            effects = (*model.fit.effects, score.candidate)
-            fitted.append(
-                self.fit_model(
-                    effects,
-                    score.start,
-                    score.candidate,
-                    near=model.fit,
-                    jacobian=score.jacobian(model.fit),
-                    seen=score.seen,
-                )
+            extended = self.fit_model(
+                (*model.fit.effects, score.candidate),
+                score.start,
+                score.candidate,
+                near=model.fit,
+                jacobian=score.jacobian(model.fit),
+                seen=score.seen,
             )
+            fitted.append(extended)
         if shortlist:
             self.progress("fit", len(shortlist), len(shortlist))
         return CandidateSet(tuple(scores), *_best_of_each(fitted))
@@ -432,7 +430,12 @@ def swap(context: SelectionContext, selection: ForwardSelection) -> tuple[Fitted
     """
     model, rivals = selection.model, dict[str, list[FittedCandidate]]()
     for candidate in selection.model.fit.effects:
-        others = _in_place_of(candidate, context, selection, model)
+        others = selection.rivals[candidate.label]
+        beside = _labels(model) - {candidate.label}  # of which one may have been eliminated since
+        as_added = all(_labels(other) - {other.added.label} == beside for other in others)
+        if model is not selection.model or not as_added:
+            reduced = context.without(model, candidate)
+            others = list(context.extend(reduced, _SWAP_SHARE, look_down=False).fitted)
         own = next((m for m in others if m.candidate == candidate), None)
         if own is None or own.excess > model.excess:
             own = FittedCandidate(candidate, model.fit, model.validation)
@@ -443,21 +446,6 @@ def swap(context: SelectionContext, selection: ForwardSelection) -> tuple[Fitted
             model, kept = chosen, chosen.added
         rivals[kept.label] = ranked
     return model, rivals
-
-
-def _in_place_of(
-    candidate: Candidate,
-    context: SelectionContext,
-    selection: ForwardSelection,
-    model: FittedCandidate,
-) -> list[FittedCandidate]:
-    """Models with every promising candidate in the place of one effect of a model."""
-    known = selection.rivals[candidate.label]
-    beside = _labels(model) - {candidate.label}  # of which one may have been eliminated since
-    if model is selection.model and all(_labels(m) - {m.added.label} == beside for m in known):
-        return known
-    reduced = context.without(model, candidate)
-    return list(context.extend(reduced, _SWAP_SHARE, look_down=False).fitted)
 
 
 def _labels(model: FittedCandidate) -> set[str]:

@@ -181,14 +181,10 @@ def _optimize(problem: Problem, progress: Progress) -> dict[str, tuple[float, fl
         points = x.reshape(len(ranges), -1)
         progress("mujoco.sysid", min(calls, 2 * _ITERATIONS - 1), 2 * _ITERATIONS)
         calls += 1
-        sets = [
-            {
-                target: natural(s, n)
-                for n, s in zip(params.keys(), points[:, k], strict=True)
-                for target in ranges[n].targets
-            }
-            for k in range(points.shape[1])
-        ]
+        sets = []
+        for point in points.T:
+            shares = zip(params.keys(), point, strict=True)
+            sets.append({name: natural(s, n) for n, s in shares for name in ranges[n].targets})
         rows = [np.concatenate(_weighted(problem, answers)) for answers in problem.simulate(sets)]
         stacked = np.stack(rows, axis=1)
         return [stacked if x.ndim > 1 else stacked[:, 0]], None, None

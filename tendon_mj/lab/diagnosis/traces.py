@@ -59,8 +59,7 @@ class Trace:
 
     def data(self, scaled: float) -> FloatArray:
         """(m,) residual that a model without the effect leaves of a rig with that strength."""
-        change: FloatArray = self.known[0.0] - self.known[scaled]
-        return change
+        return self.known[0.0] - self.known[scaled]
 
     def distance(self, scaled: float) -> float:
         """How far a strength is from those simulated; 0 if as near as strengths are found.
@@ -142,8 +141,7 @@ class Traces:
     def normal(self) -> FloatArray:
         """(p, p) products of the slopes by the numbers, over the count of readings."""
         jacobian = self.fitted.jacobian[self.problem.in_train]
-        products: FloatArray = jacobian.T @ jacobian / max(len(jacobian), 1)
-        return products
+        return jacobian.T @ jacobian / max(len(jacobian), 1)
 
     def moved(self, own: Fit, scaled: FloatArray) -> float:
         """Mean square change of the readings since a point of the numbers."""

@@ -41,15 +41,10 @@ class ErrorReduction:
 
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as in `result.json`."""
-        signals = {
-            column: {
-                "unit": column_unit(column),
-                "before": before,
-                "after": after,
-                "noise_floor": noise,
-            }
-            for column, (before, after, noise) in self.signals.items()
-        }
+        signals = {}
+        for column, (before, after, noise) in self.signals.items():
+            errors = {"before": before, "after": after, "noise_floor": noise}
+            signals[column] = {"unit": column_unit(column), **errors}
         return {
             "unit": self.unit,
             "before": self.before,

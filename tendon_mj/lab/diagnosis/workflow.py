@@ -227,9 +227,7 @@ def _calibrate(
         context = replace(context, problem=with_step(own, step))
         calibrated = context.fit_model((), start, evaluations=CONVERGED)
         context.progress("calibrate", 1, 1)
-        if step is None or step <= _SHORTEST:
-            return context, calibrated, step
-        if not _is_too_long(step, context, calibrated.fit, own):
+        if not (step and step > _SHORTEST and _is_too_long(step, context, calibrated.fit, own)):
             return context, calibrated, step
         step *= 0.5
 

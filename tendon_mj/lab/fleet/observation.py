@@ -240,8 +240,7 @@ def _errors(normal: FloatArray, square: FloatArray) -> FloatArray:
     if not len(normal):
         return np.zeros(0)
     variances = np.maximum(np.diag(inverse(normal)), 0.0)
-    errors: FloatArray = np.sqrt(variances * max(1.0, float(square.mean())))
-    return errors
+    return np.sqrt(variances * max(1.0, float(square.mean())))
 
 
 def inverse(normal: FloatArray) -> FloatArray:

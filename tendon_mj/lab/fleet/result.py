@@ -183,6 +183,10 @@ class RigResult:
 
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as in `result.json`."""
+        differs = [
+            {"name": d.name, "value": d.value, **d.spread._asdict(), "significance": d.significance}
+            for d in self.differences
+        ]
         return {
             "rig": self.name,
             "verdict": self.verdict,
@@ -194,15 +198,7 @@ class RigResult:
             "misfit": self.misfit,
             "left": self.left,
             "changed": self._changed(),
-            "differs": [
-                {
-                    "name": d.name,
-                    "value": d.value,
-                    **d.spread._asdict(),
-                    "significance": d.significance,
-                }
-                for d in self.differences
-            ],
+            "differs": differs,
         }
 
     def _changed(self) -> dict[str, Any] | None:
@@ -304,13 +300,12 @@ class FleetResult:
 
     def result(self) -> dict[str, Any]:
         """Plain numbers and words, as in `result.json`."""
+        spreads = {n: {**s._asdict(), "unit": self.units[n]} for n, s in self.spreads.items()}
         return {
             "sentence": self.sentence,
             "warning": self.warning,
             "rigs": [{**rig.result(), "sentence": rig.sentence(self.units)} for rig in self.rigs],
-            "spreads": {
-                name: {**s._asdict(), "unit": self.units[name]} for name, s in self.spreads.items()
-            },
+            "spreads": spreads,
         }
 
 

@@ -20,7 +20,7 @@ from tendon_mj.lab.recordings.clock import (
 )
 from tendon_mj.lab.recordings.column_names import ColumnNames, clock_of
 from tendon_mj.lab.recordings.description import Source, TableLayout
-from tendon_mj.lab.recordings.table import Columns, OpenTable, Table, at, too_few_rows, warn
+from tendon_mj.lab.recordings.table import OpenTable, Table, at, too_few_rows, warn
 from tendon_mj.lab.units import LARGEST, TIME, TIMES, excess, si_name
 from tendon_mj.typing import BoolArray, FloatArray
 
@@ -72,27 +72,6 @@ def assemble(
         time = read_clock(cells[of_clock], clock, sources[clock], rows, where)
     except RecordingError as error:
         raise _refusal([*faults, str(error)]) from None
-    samples = _samples(
-        where, sources, clock, time, rows, cells, needed, faults, settled=layout.settled
-    )
-    if faults := [*faults, *samples.faults()]:
-        raise _refusal(faults)
-    return samples.joined(held) if _is_sparse(samples.filled) else samples.table(layout)
-
-
-def _samples(
-    where: str,
-    sources: Mapping[str, Source],
-    clock: str,
-    time: Stamps,
-    rows: NDArray[np.int64],
-    cells: Columns,
-    needed: Sequence[str],
-    faults: list[str],
-    *,
-    settled: bool,
-) -> _Samples:
-    """Rows in which the needed columns have values; faults of which rows these are are added."""
     numbers = {
         c: cells[s.column] for c, s in sources.items() if c not in TIMES and s.column in cells
     }
@@ -104,11 +83,12 @@ def _samples(
     if not _is_sparse(filled[:, kept]):
         gaps |= {c: kept & ~there for c, there in zip(needed, filled, strict=True)}
         kept = kept & filled.all(axis=0)
-    then = "friction remembers it: begin another recording" if settled else "the row is left out"
+    lost = "friction remembers it: begin another recording"
+    then = lost if layout.settled else "the row is left out"
     for column, gap in gaps.items():
         if gap.any():
             fault = at(where, rows[gap], sources[column].column, f"empty cell or nan; {then}")
-            (faults.append if settled else warn)(fault)
+            (faults.append if layout.settled else warn)(fault)
     if kept.sum() < 2 and not faults:
         faults.append(too_few_rows(int(kept.sum()), where))
     numbers = {column: values[kept] for column, values in numbers.items()}
@@ -118,7 +98,10 @@ def _samples(
             faults.append(f"{where}, column {sources[clock].column!r}: {fault}")
         begun = np.append(False, stamps[1:] < stamps[:-1] - 0.5 * period)
         stamps = stamps + np.asarray(period * np.cumsum(begun), stamps.dtype)
-    return _Samples(where, sources, clock, time, stamps, rows, numbers, needed, filled)
+    samples = _Samples(where, sources, clock, time, stamps, rows, numbers, needed, filled)
+    if faults := [*faults, *samples.faults()]:
+        raise _refusal(faults)
+    return samples.joined(held) if _is_sparse(filled) else samples.table(layout)
 
 
 def _is_sparse(filled: BoolArray) -> bool:

@@ -159,8 +159,7 @@ class _Patch:
         elif parameter in (RANGE_WIDTH, *RANGE_ENDS):
             self._write_limits(element, kind == "joint")
         elif kind == "joint":
-            turns = self.model.joint(element).type[0] == mujoco.mjtJoint.mjJNT_HINGE.value
-            in_degrees = parameter == "springref" and turns and self.spec.compiler.degree
+            in_degrees = parameter == "springref" and self._is_in_degrees(element)
             written = math.degrees(value) if in_degrees else value
             set_first(self.text.element("joint", element), parameter, written)
             if parameter == "frictionloss" and value > 0.0:
@@ -187,11 +186,14 @@ class _Patch:
             ends = self.model.tendon_range[self.model.tendon(element).id]
             self.text.element("tendon", element).set("range", numbers(ends))
             return
-        joint, ends = self.model.joint(element), self.model.joint(element).range
-        turns = joint.type[0] == mujoco.mjtJoint.mjJNT_HINGE.value
-        in_degrees = turns and self.spec.compiler.degree
-        in_text = numbers(np.degrees(ends) if in_degrees else ends)
+        ends = self.model.joint(element).range
+        in_text = numbers(np.degrees(ends) if self._is_in_degrees(element) else ends)
         self.text.element("joint", element).set("range", in_text)
+
+    def _is_in_degrees(self, joint: str) -> bool:
+        """Whether the text has the angles of a joint in degrees."""
+        turns = self.model.joint(joint).type[0] == mujoco.mjtJoint.mjJNT_HINGE.value
+        return bool(turns and self.spec.compiler.degree)
 
     def _write_live(self, element: str, parameter: str, value: float) -> None:
         if parameter == "output_play" and f"{element}.{OUTPUT_REST}" not in self.parameters:

@@ -210,16 +210,13 @@ class Schedule:
     def read_out(self, adjustable: Adjustable, readings: FloatArray) -> dict[str, FloatArray]:
         """(n,) of every measured column, from the (steps+1, nsensordata) readings."""
         missing = self.lead + self.clock.steps - self.steps
-        return {
-            column: Readout(*adjustable.readings[sensor].tolist()).of(
-                np.pad(readings[self.lead :, address], (0, missing), "edge"),
-                self.clock,
-                self.recording.time,
-                self._sense(adjustable, sensor),
-                self.recording.columns[column],
-            )
-            for column, (sensor, address) in self.addresses.items()
-        }
+        series = {}
+        for column, (sensor, address) in self.addresses.items():
+            readout = Readout(*adjustable.readings[sensor].tolist())
+            shown = np.pad(readings[self.lead :, address], (0, missing), "edge")
+            sense, measured = self._sense(adjustable, sensor), self.recording.columns[column]
+            series[column] = readout.of(shown, self.clock, self.recording.time, sense, measured)
+        return series
 
     def _sense(self, adjustable: Adjustable, sensor: int) -> Sense | None:
         """Sense of motion of the drive that bears the load of a sensor, if there is one."""
@@ -256,8 +253,7 @@ def _smooth(share: FloatArray) -> FloatArray:
     It starts softly and ends slowly: the last motion decides on the friction at rest.
     """
     rest = 1.0 - np.clip(share, 0.0, 1.0)
-    smooth: FloatArray = 1.0 - rest**4 * (5.0 - 4.0 * rest)
-    return smooth
+    return 1.0 - rest**4 * (5.0 - 4.0 * rest)
 
 
 def _held(grid: FloatArray, time: FloatArray, series: FloatArray, timestep: float) -> FloatArray:

@@ -15,7 +15,6 @@ from tendon_mj import theory
 from tendon_mj.lab.bench_comparison import BenchReadings, FirstMotion
 from tendon_mj.models import Bench
 from tendon_mj.show import style
-from tendon_mj.show.style import BLACK, BLUE, legend_below, new_figure, print_style
 from tendon_mj.typing import FloatArray
 
 _MARGIN = 0.06  # of the data's span, by which lines run on
@@ -48,14 +47,10 @@ def loops_figure(bench: Bench, readings: BenchReadings) -> Figure:
             xi = backlash + (span - pretension) / stiffness
             _line(right, 1e3 * xi, span, f"_{label}", colour, dashes)
             right.plot(1e3 * backlash, pretension, "o", color=colour, markerfacecolor="white")
-            name, side = (
-                f"$\\xi_B({'+' if sign > 0 else '-'}|\\lambda|)$",
-                ("right", "left")[sign > 0],
-            )
-            place = 1e3 * backlash, pretension
-            _annotate(
-                right, name, place, (sign * 8, -sign * 4), side, ("bottom", "top")[sign > 0], colour
-            )
+            name = f"$\\xi_B({'+' if sign > 0 else '-'}|\\lambda|)$"
+            place, offset = (1e3 * backlash, pretension), (sign * 8, -sign * 4)
+            aligned = ("left", "top") if sign > 0 else ("right", "bottom")
+            _annotate(right, name, place, offset, *aligned, colour)
         _line(left, span, span, "closed form, no friction", style.GREY, ":")
         stiffness, _ = _branch(0.0, bench)
         _line(right, 1e3 * (span - pretension) / stiffness, span, "_free", style.GREY, ":")
@@ -189,13 +184,13 @@ def bars_figure(
     """
     low, median, high = np.array([list(spread) for spread in spreads.values()]).T
     rows = np.arange(len(spreads))
-    with print_style():
-        figure = new_figure(5.2, 1.4 + 0.34 * len(spreads))
+    with style.print_style():
+        figure = style.new_figure(5.2, 1.4 + 0.34 * len(spreads))
         axes = figure.subplots()
-        axes.barh(rows, median, 0.7, color=BLUE)
+        axes.barh(rows, median, 0.7, color=style.BLUE)
         errors = [median - low, high - median]
         axes.errorbar(
-            median, rows, xerr=errors, linestyle="none", color=BLACK, elinewidth=1.0, capsize=2.0
+            median, rows, xerr=errors, fmt="none", ecolor=style.BLACK, elinewidth=1.0, capsize=2.0
         )
         for row, value, end in zip(rows, median, high, strict=True):
             axes.annotate(
@@ -213,6 +208,6 @@ def bars_figure(
         axes.set(title=title, xlabel=label)
         if reference:
             value, name = reference
-            axes.axvline(value, color=BLACK, linestyle=":", linewidth=1.3, label=name)
-            legend_below(figure, axes, columns=1)
+            axes.axvline(value, color=style.BLACK, linestyle=":", linewidth=1.3, label=name)
+            style.legend_below(figure, axes, columns=1)
     return figure

@@ -176,6 +176,10 @@ def finger_figure(answers: Mapping[str, Recording]) -> Figure:
     Colours stand for joints or tendons, line styles for the labels.
     """
     first = next(iter(answers.values()))
+
+    def of_all(column: str) -> list[FloatArray]:
+        return [answer.columns[column] for answer in answers.values()]
+
     with style.print_style():
         pressing = any(answer.columns["tip_force_N"].any() for answer in answers.values())
         rows = 3 if pressing else 2
@@ -184,13 +188,8 @@ def finger_figure(answers: Mapping[str, Recording]) -> Figure:
         grid = figure.subplots(rows, 2, sharex="col", width_ratios=(1.5, 1.0))
         _draw_joints(grid[0, 0], answers)
         _draw_tensions(grid[1, 0], answers)
-        flexor, angle, output, force = (
-            [answer.columns[column] for answer in answers.values()]
-            for column in (
-                *("flexor_input_tension_N", "mcp_angle_rad"),
-                *("flexor_output_tension_N", "tip_force_N"),
-            )
-        )
+        flexor, angle = of_all("flexor_input_tension_N"), of_all("mcp_angle_rad")
+        output, force = of_all("flexor_output_tension_N"), of_all("tip_force_N")
         _draw_shaded(grid[0, 1], flexor, np.degrees(angle), "MCP angle [deg]")
         _draw_shaded(grid[1, 1], flexor, output, "flexor, output [N]")
         if pressing:

@@ -259,13 +259,9 @@ class _FramePainter:
         labels: list[FloatArray] = []
         size = self._font.size
         several = len(self._frames.cables) > 1
-        paths = {
-            name: offscreen.project(
-                self._offscreen.scene, self._frames.cables[name].points[k], *self._size
-            )
-            for name in listed(self._frames)
-            if name in self._drawn
-        }
+        scene, cables = self._offscreen.scene, self._frames.cables
+        drawn = [name for name in listed(self._frames) if name in self._drawn]
+        paths = {n: offscreen.project(scene, cables[n].points[k], *self._size) for n in drawn}
         for name, seen in paths.items():
             tendon, colour = self._names[name]
             if several and not self._inside(seen[0]):

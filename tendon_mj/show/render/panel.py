@@ -357,13 +357,10 @@ def _forces_chart(
 ) -> _Chart:
     forces = list(touch_forces(model, frames, twin).items())[:_MOST_LINES]
     several = len(forces) > 1
+    colours = _OTHER_COLOURS if several else (style.BLACK,)
     lines = [
-        Line(
-            name.replace("_", " "),
-            unit.factor * values,
-            _OTHER_COLOURS[k] if several else style.BLACK,
-        )
-        for k, (name, values) in enumerate(forces)
+        Line(name.replace("_", " "), unit.factor * values, colour)
+        for (name, values), colour in zip(forces, colours, strict=False)
     ]
     label = style.labelled("force" if several or not lines else lines[0].name, unit)
     other = touch_forces(model, twin, frames) if twin else {}
@@ -380,13 +377,11 @@ def _tensions_chart(model: mujoco.MjModel, frames: Frames, unit: EngineeringUnit
     ends = {n: unit.factor * c.end_tensions.T for n, c in frames.cables.items()}
     if len(ends) == 1:
         ((first, last),) = ends.values()
-        return _Chart(
-            label,
-            [
-                Line("input end", first, style.BLUE, _END_STYLES[0]),
-                Line("output end", last, style.VERMILLION, _END_STYLES[1]),
-            ],
-        )
+        both = [
+            Line("input end", first, style.BLUE, _END_STYLES[0]),
+            Line("output end", last, style.VERMILLION, _END_STYLES[1]),
+        ]
+        return _Chart(label, both)
     lines, colours = [], tendon_colours(model, frames.cables)
     for name in listed(frames):
         tendon = f"{sheaths(model)[name].tendon}{frames.cables[name].branch.words}"

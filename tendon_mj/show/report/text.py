@@ -92,13 +92,10 @@ def what_to_do(diagnosis: Diagnosis) -> list[str]:
         told = state_alternatives(diagnosis, diagnosis.alternatives)
         return [f"Do not rely on the numbers in model.xml that are not determined. {told}"]
     if diagnosis.withheld:
+        blocking = [warning for warning in diagnosis.checks if warning.blocks]
         return [
             "Do not rely on model.xml: its uncertain values were fitted to the fault too.",
-            *(
-                f"{warning.place}: {warning.way_out}; then diagnose again."
-                for warning in diagnosis.checks
-                if warning.blocks
-            ),
+            *(f"{one.place}: {one.way_out}; then diagnose again." for one in blocking),
         ]
     if diagnosis.verdict == "unknown":
         first = "Do not rely on model.xml: it is only calibrated, and an error remains."
@@ -173,14 +170,12 @@ def advise(group: Sequence[str], catalogue: Mapping[str, Effect]) -> list[str]:
             if sentence:
                 covered |= {name, other}
                 sentences[sentence] = None
-    return [
-        *sentences,
-        *(
-            f"For {name.replace('_', ' ')}, record {catalogue[name].next_experiment}."
-            for name in group
-            if name not in covered and catalogue[name].next_experiment
-        ),
+    alone = [
+        f"For {name.replace('_', ' ')}, record {catalogue[name].next_experiment}."
+        for name in group
+        if name not in covered and catalogue[name].next_experiment
     ]
+    return [*sentences, *alone]
 
 
 def most_telling(simulated: Sequence[BeforeAfter]) -> tuple[BeforeAfter, str]:
