@@ -130,6 +130,11 @@ class Designer:
                 f"tendon {name!r} is driven by {' and '.join(map(name_of, actuators))}, "
                 "whose force is its input tension: leave pretension out"
             )
+        if actuators and request.is_wound_in and not request.spool:
+            raise UnsuitedTendonError(
+                f"actuator {name_of(actuators[0])} pulls on tendon {name!r} as a whole, past the"
+                " reel that would wind it; remove one of them"
+            )
         if not is_driven:
             if request.law.slack and request.pretension is None and not has_own_spring(tendon):
                 request = request._replace(pretension=0.0)

@@ -5,7 +5,8 @@ of the catalogue may take over from the number where the data show little differ
 trace of the effect as one more column of the Jacobian, the covariance says how far each number may
 then move while the residual stays. If that widens its interval, the effect is added at the far end,
 since a trace holds near the fit only, and all values are fitted again. If that model leaves no
-more, the number's interval includes its own; if it moves by a part that matters, it is told.
+more, the number's interval includes its own; if it moves by a part that matters, it is told. So it
+is with a model that has the effect in the place of another: it lacks the number of that one.
 
 A number that several elements share in ``[uncertain]`` may differ between them, which looks like an
 effect on some of these elements. In place of such effects each element gets a number of its own.
@@ -100,7 +101,7 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
         (added,) = (effect for effect in other.effects if effect not in fit.effects)
         ranges = intervals(problem, other)
         calibrated, of_effects = fitted_values(problem, base, other, ranges)
-        there = {**calibrated, **of_effects}
+        there = {**_absent(fit, other, values), **calibrated, **of_effects}
         moved = [
             name
             for k in numbers
@@ -113,7 +114,7 @@ def with_alternatives(result: Diagnosis) -> Diagnosis:
             if parameter in there and _includes(there[parameter], values[parameter].before):
                 names.append(added.identifier)
                 moved = list(dict.fromkeys([*moved, parameter]))
-        if moved:
+        if moved and added.identifier not in {one.identifier for one in found}:
             after = {**base, **other.parameters(base)}
             words = state_finding(added, problem.simulate.parameters, base, after)
             pairs = {n: (values[n], there[n]) for n in moved}
@@ -166,6 +167,13 @@ def _tied(selection: Selection) -> Iterator[Fit]:
     if len(selection.effects) == 1:
         fits = (model.fit for model in selection.effects[0].models)
         yield from (fit for fit in fits if len(fit.effects) == 1)
+
+
+def _absent(fit: Fit, other: Fit, values: Mapping[str, Value]) -> dict[str, Value]:
+    """Numbers of the effects that another fit does without, as the model has them before."""
+    names = {n for e in fit.effects if e not in other.effects for t in e.terms for n in t.targets}
+    given = {name: values[name] for name in names & values.keys()}
+    return {n: replace(v, value=v.before, low=v.before, high=v.before) for n, v in given.items()}
 
 
 def _untold(problem: Problem, fit: Fit) -> list[int]:

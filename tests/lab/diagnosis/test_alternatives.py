@@ -121,6 +121,17 @@ def test_a_measured_force_tells_it() -> None:
     assert result.calibrated[FRICTION].high < 1.05 * TRUE_FRICTION
 
 
+def test_a_number_of_an_effect_in_whose_place_another_explains_as_much_may_be_as_before() -> None:
+    result = diagnosed(Twice, columns=(ANGLE, TENSION))
+    assert result.verdict == "named"
+    (found,) = result.findings
+    assert len(found.rivals) == 1
+    number = result.parameters[found.parameter]
+    assert number.low == number.before == 0.0 < number.high
+    assert f"cannot tell {found.parameter} = " in result.sentence
+    assert result.calibrated[FRICTION].high < 1.05 * TRUE_FRICTION
+
+
 def test_an_effect_unlike_a_number_leaves_its_interval() -> None:
     result = diagnosed(Distinct, play=0.0)
     assert (result.verdict, result.alternatives) == ("nothing missing", ())
