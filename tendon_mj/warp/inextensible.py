@@ -616,7 +616,14 @@ def solve_groups(b: Dynamics, t: Tendons, y: Groups) -> None:
         _update_input(y, i, h, w)
     for c in range(y.member.shape[0]):
         if y.head[c, w] == c:
-            y.tension[c, w] = wp.max(ZERO, _incoming(y, c, w) + y.friction[c, w])
+            incoming = _incoming(y, c, w)
+            tension = wp.max(ZERO, incoming + y.friction[c, w])
+            if y.is_rough[c, w] and not wp.isfinite(y.whole[y.member[c], w]):
+                # what the rounds left is no more than it holds
+                tension = wp.max(tension, _lower(y, c, incoming, w))
+                tension = wp.min(tension, _upper(y, c, incoming, w))
+                y.friction[c, w] = tension - incoming
+            y.tension[c, w] = tension
 
 
 @wp.func

@@ -132,6 +132,40 @@ def test_a_load_within_the_band_rests_in_any_pose_beside_any_tendons(
     assert (np.ptp(outputs, axis=0) < 1e-6 * pulls).all()
 
 
+@thorough
+@given(
+    seed=some.integers(0, 2**32 - 1),
+    links=some.integers(1, 8),
+    tendons=some.sampled_from([2, 5, 12]),
+    step=some.sampled_from([1e-3, 2e-3, 5e-3]),
+    integrator=some.sampled_from([0, 2, 3]),
+)
+def test_no_guide_bears_more_than_its_friction_whatever_moves(
+    seed, links, tendons, step, integrator
+):
+    rng = np.random.default_rng(seed)
+    friction = rng.uniform(0.1, 0.5)
+    spec = tree(rng, links, tendons, step, integrator)
+    model = add_friction(spec, "*", friction=friction).compile()
+    data = mujoco.MjData(model)
+    views = [view_sheath(model, data, f"t{t}") for t in range(tendons)]
+    pulls, rates = rng.uniform(2.0, 20.0, tendons), rng.uniform(2.0, 16.0, tendons)
+    for _ in range(400):
+        data.ctrl[:] = -pulls * (1.0 - np.cos(rates * data.time))
+        mujoco.mj_step(model, data)
+        if data.warning.number.any():
+            break
+        for view in views:
+            near, far, band = (
+                view.tension[:-1],
+                view.tension[1:],
+                np.exp(friction * view.bend_angle),
+            )
+            rounding = 1e-12 * (near + far)
+            assert (far <= band * near + rounding).all()
+            assert (near <= band * far + rounding).all()
+
+
 HELD = rope(
     "a 0 0 .3; b .5 0 0",
     "c",

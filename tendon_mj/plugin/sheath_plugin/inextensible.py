@@ -474,9 +474,10 @@ def solve(m: Model, d: Data, work: int) -> None:
         tension = incoming + group.friction
         if group.pretension < 0.0:
             tension = max(0.0, tension)
-        if group.slides != 0.0 and group.row >= 0.0 and group.share == 0.0:
+        if group.row >= 0.0 and group.share == 0.0:  # what the rounds left is no more than it holds
             low, high = tensions_behind(group, incoming, tension)
-            tension = high if group.slides > 0.0 else low
+            held = min(max(tension, low), high)
+            tension = high if group.slides > 0.0 else (low if group.slides < 0.0 else held)
         group.tension = tension
         group.friction = tension - incoming
     _add_friction(work, nv)
