@@ -150,7 +150,7 @@ def test_no_guide_bears_more_than_its_friction_whatever_moves(
     data = mujoco.MjData(model)
     views = [view_sheath(model, data, f"t{t}") for t in range(tendons)]
     pulls, rates = rng.uniform(2.0, 20.0, tendons), rng.uniform(2.0, 16.0, tendons)
-    for _ in range(400):
+    for _ in range(200):
         data.ctrl[:] = -pulls * (1.0 - np.cos(rates * data.time))
         mujoco.mj_step(model, data)
         if data.warning.number.any():
