@@ -24,14 +24,14 @@ from tendon_mj.typing import FloatArray
 Replay = Callable[[Recording], Recording | None]
 
 
-class _Jump(NamedTuple):
+class Jump(NamedTuple):
     """A jump of a column before sample ``row``."""
 
     row: int
     size: float
 
 
-def jumps(series: FloatArray) -> list[_Jump]:
+def jumps(series: FloatArray) -> list[Jump]:
     """Jumps of a series between two samples; none if it jumps often."""
     changes = np.diff(series)
     if changes.size < 4 * limits.SIDE:
@@ -44,7 +44,7 @@ def jumps(series: FloatArray) -> list[_Jump]:
     clear &= np.abs(size) == scipy.ndimage.maximum_filter1d(np.abs(size), around.size)
     largest = np.abs(size[clear]).max(initial=0.0)
     rows = np.flatnonzero(clear & (np.abs(size) > limits.PART * largest))
-    return [_Jump(int(k) + 1, float(size[k])) for k in rows] if rows.size <= limits.JUMPS else []
+    return [Jump(int(k) + 1, float(size[k])) for k in rows] if rows.size <= limits.JUMPS else []
 
 
 def _bends(changes: FloatArray) -> FloatArray:
@@ -251,7 +251,7 @@ def _reading_jump(column: Column, replay: Replay) -> DataWarning | None:
         row = _split(column, shown)
         if row is None:
             return None
-        jump = _Jump(row, float(np.median(off[row:]) - np.median(off[:row])))
+        jump = Jump(row, float(np.median(off[row:]) - np.median(off[:row])))
         stretch = slice(row, read.size)
     scale = _scale(read, shown, jump, stretch, bool(alone))
     mended, before, after = read.copy(), *_sides(jump, limits.SIDE)
@@ -261,10 +261,8 @@ def _reading_jump(column: Column, replay: Replay) -> DataWarning | None:
         return None
     if scale is not None:
         return _scale_change(column, jump.row, scale)
-    changes = np.diff(read)[jump.row - 2 : jump.row + 1]
-    sudden = np.abs(changes[1] - changes[::2]).min()
-    if sudden < 0.5 * abs(jump.size) - limits.SIGMAS * column.noise:
-        return None  # a tare steps between two samples, a rig moves over several
+    if not is_sudden(read, jump, column.noise):
+        return None
     return column.warn(
         "zero_step",
         f"its zero steps by {column.say(jump.size)} before"
@@ -276,21 +274,31 @@ def _reading_jump(column: Column, replay: Replay) -> DataWarning | None:
     )
 
 
-def _sides(jump: _Jump, close: int) -> tuple[slice, slice]:
+def is_sudden(read: FloatArray, jump: Jump, noise: float) -> bool:
+    """Return whether a reading jumps between two samples, as at a tare; a rig takes several.
+
+    At a corner of the motion the change over it is like that on one side of it.
+    """
+    changes = np.diff(read)[jump.row - 2 : jump.row + 1]
+    sudden = np.abs(changes[1] - changes[::2]).min()
+    return bool(sudden >= 0.5 * (abs(jump.size) - limits.SIGMAS * noise))
+
+
+def _sides(jump: Jump, close: int) -> tuple[slice, slice]:
     """Samples before and after a jump, except those that are close to it."""
     first = max(0, jump.row - limits.LONG)
     before = slice(first, max(first + 1, jump.row - close))
     return before, slice(jump.row + close, jump.row + limits.LONG)
 
 
-def _stays(off: FloatArray, jump: _Jump) -> bool:
+def _stays(off: FloatArray, jump: Jump) -> bool:
     """Return whether a reading is off by a jump for long: on a flank of a play it comes back."""
     before, after = _sides(jump, limits.AROUND)
     size = float(np.median(np.append(off[after], off[-1])) - np.median(off[before]))
     return size / jump.size > limits.PART
 
 
-def _explained(column: Column, shown: FloatArray, jump: _Jump) -> bool:
+def _explained(column: Column, shown: FloatArray, jump: Jump) -> bool:
     """Return whether rows are missing, a drive steps or starts, the model jumps or another reading.
 
     A reading of a rig with play stands still while the model moves on, and follows it late.
@@ -325,7 +333,7 @@ def _explained(column: Column, shown: FloatArray, jump: _Jump) -> bool:
 
 
 def _scale(
-    read: FloatArray, shown: FloatArray, jump: _Jump, after: slice, alone: bool
+    read: FloatArray, shown: FloatArray, jump: Jump, after: slice, alone: bool
 ) -> float | None:
     """By which a reading is multiplied from a jump on; None if an offset explains it better."""
     before = slice(0, jump.row)
@@ -384,7 +392,7 @@ def _left(read: FloatArray, design: FloatArray) -> float:
     return float(np.sum((read - fitted) ** 2))
 
 
-def _slips(column: Column, replay: Replay, jump: _Jump, mended: Recording) -> bool:
+def _slips(column: Column, replay: Replay, jump: Jump, mended: Recording) -> bool:
     """Return whether a step of a drive's zero, as by a slip, explains more than ``mended``."""
     recording, simulated = column.recording, column.simulated
     noise = noise_levels(recording)

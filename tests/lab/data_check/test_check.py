@@ -17,6 +17,7 @@ from tendon_mj.errors import RecordingError
 from tendon_mj.lab.data_check import check_recording, timing_warnings
 from tendon_mj.lab.data_check.column import Column, columns_of
 from tendon_mj.lab.data_check.columns import spike_warnings, turn
+from tendon_mj.lab.data_check.jumps import Jump, is_sudden
 from tests.lab.recorded import recorded
 from tests.refusals import refusing
 
@@ -141,6 +142,13 @@ def test_a_tension_that_follows_a_turn_late_is_no_tare_and_a_step_of_a_zero_is(w
     late[crossed] = model[crossed[0] - 1]
     assert "zero_step" not in said(changed(shown, in_N=late))
     assert "zero_step" in said(changed(shown, in_N=model - 8.0 * (time > 5.0)))
+
+
+@pytest.mark.parametrize(("steps", "is_tare"), [(0.0, False), (0.777, True), (-0.777, True)])
+def test_a_corner_of_a_tension_is_no_tare(steps: float, is_tare: bool) -> None:
+    read = np.array([16.504, 16.107, 15.707, 15.461, 15.248, 15.448, 15.369, 15.308, 15.272])
+    read[5:] += steps
+    assert is_sudden(read, Jump(5, steps or 0.777), 0.05) == is_tare
 
 
 def test_a_tension_that_falls_within_some_samples_behind_a_play_is_no_tare() -> None:
