@@ -19,6 +19,7 @@ from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import free, malloc
 from tendon_mj.plugin.abi.memory import coordinates
+from tendon_mj.plugin.sheath_plugin.group_solver import dot
 from tendon_mj.plugin.sheath_plugin.response import add_damper
 from tendon_mj.typing import FloatArray
 
@@ -75,14 +76,6 @@ def _read_known(m: Model, d: Data, row: int, moment: FloatArray) -> bool:
     return _is_branch(m, moment)
 
 
-@compiled
-def _along(moment: FloatArray, vector: FloatArray, nv: int) -> float:
-    along = 0.0
-    for i in range(nv):
-        along += moment[i] * vector[i]
-    return along
-
-
 @apart
 def add_constraints(
     m: Model, d: Data, work: int, last: FloatArray, moment: FloatArray, force: FloatArray
@@ -98,7 +91,7 @@ def add_constraints(
         if not _read_known(m, d, row, moment):
             continue
         wanted, stiffness = d.efc_aref[row], d.efc_D[row]
-        if d.efc_type[row] == _EQUALITY or wanted > _along(moment, last, nv):
+        if d.efc_type[row] == _EQUALITY or wanted > dot(moment, last, nv):
             add_damper(m, work, moment, stiffness / m.opt.timestep)
             for i in range(nv):
                 force[i] += stiffness * wanted * moment[i]
