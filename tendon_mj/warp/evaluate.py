@@ -33,7 +33,6 @@ from tendon_mj.warp.tendons import (
     Tendons,
     capstan,
     follow_speed,
-    held,
     reset_sheath,
     set_alone,
     set_guide,
@@ -83,10 +82,10 @@ def commit(
         t.previous_slip[guide, w] = wp.where(flow != ZERO, t.slip[guide, w], 0)
         h = wp.float64(timestep[w % timestep.shape[0]])
         follow_speed(t, k, guide, flow / h, h, w)
-    stored -= yielded(t, row, wp.float64(t.before[row, w]), w)
+    stored += yielded(t, row, tension, w) - yielded(t, row, wp.float64(t.before[row, w]), w)
     if j == 0 and kind == ELASTIC:  # the input's tension sets its length
-        stored, _, _ = held(t, sheath_at(t, k, w), 0, tension)
-    t.stored[row, w] = stored + yielded(t, row, tension, w)
+        stored = t.length[row, w] / (ONE + tension)
+    t.stored[row, w] = stored
     t.before[row, w] = tension
 
 
@@ -155,9 +154,7 @@ def _pull_nothing(t: Tendons, s: Sheath, now: wp.float32) -> None:
 
 
 @wp.func
-def _lay(
-    b: Dynamics, t: Tendons, s: Sheath, ea: wp.float64, tau: wp.float64, rest: wp.float64
-) -> None:
+def _lay(b: Dynamics, t: Tendons, s: Sheath, tau: wp.float64, rest: wp.float64) -> None:
     """Initialise the segments: under τ if that is given, else with the length it has."""
     k, w = s.index, s.world
     total = wp.float64(0.0)
@@ -282,7 +279,7 @@ def trace(m: Scene, b: Dynamics, t: Tendons, kind: int) -> None:
             return
         tau = wp.max(ZERO, -force) / ea
     if not t.started[k, w]:
-        _lay(b, t, s, ea, tau, rest)
+        _lay(b, t, s, tau, rest)
     if not pulls:
         _hold_none(t, s, now)
         return

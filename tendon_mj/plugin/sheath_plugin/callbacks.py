@@ -269,8 +269,9 @@ def advance(m: Model, d: Data, instance: int) -> None:
         last, drives = at.last_sheath(m, instance), False
         for other in range(instance, last + 1):
             if at.is_sheath(m, other, instance):
-                state_at(state_of(m, d, other)).slips_kept = 0.0
-                drives |= state_at(state_of(m, d, other)).inextensible != 0.0
+                sheath = state_at(state_of(m, d, other))
+                sheath.slips_kept = 0.0
+                drives |= sheath.inextensible != 0.0
         if is_ours and drives:
             keep_unknown_forces(m, d, instance)
             binding = binding_of(d, last, SHEATH)

@@ -17,7 +17,7 @@ import mujoco
 
 from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
-from tendon_mj.plugin.abi.library import free, malloc
+from tendon_mj.plugin.abi.library import free, malloc, mj_isSparse
 from tendon_mj.plugin.abi.memory import coordinates
 from tendon_mj.plugin.sheath_plugin.group_solver import dot
 from tendon_mj.plugin.sheath_plugin.response import add_damper
@@ -34,15 +34,13 @@ _PUSH = tuple(
         _CONSTRAINT.mjCNSTR_CONTACT_PYRAMIDAL,
     )
 )
-_SPARSE, _AUTO = mujoco.mjtJacobian.mjJAC_SPARSE.value, mujoco.mjtJacobian.mjJAC_AUTO.value
-_LARGE = 60  # degrees of freedom from which on MuJoCo chooses sparse moments
 
 
 @compiled
 def _set_moment(m: Model, d: Data, row: int, moment: FloatArray) -> None:
     """Set the moment r of a row of constraints."""
     nv, values = m.nv, d.efc_J
-    if m.opt.jacobian == _SPARSE or (m.opt.jacobian == _AUTO and nv >= _LARGE):
+    if mj_isSparse(m) != 0:
         columns, start = d.efc_J_colind, d.efc_J_rowadr[row]
         for i in range(nv):
             moment[i] = 0.0
