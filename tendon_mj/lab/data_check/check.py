@@ -26,6 +26,7 @@ from tendon_mj.lab.data_check.columns import (
     overstated_noise,
     range_end,
     reading_warnings,
+    scatter_at_rest,
     spike_warnings,
     turn,
 )
@@ -103,7 +104,8 @@ def check_recording(
         warnings += jump_warnings(columns, replay)
     warnings += filter(None, map(range_end, measured))
     if not recording.quasi_static:  # of few rows, which all jump, and whose values repeat
-        warnings += filter(None, [f(c) for c in measured for f in (coarse, overstated_noise)])
+        noises = coarse, overstated_noise, scatter_at_rest
+        warnings += filter(None, [of(column) for column in measured for of in noises])
         warnings += [*filter(None, map(held, columns)), *spike_warnings(columns)]
     warnings += _friction_warnings(recording, adjustable)
     warnings += _gear_warnings(recording, adjustable)

@@ -294,6 +294,34 @@ def overstated_noise(column: Column) -> DataWarning | None:
     )
 
 
+def scatter_at_rest(column: Column) -> DataWarning | None:
+    """Warn of a column that scatters by more than its noise before the drive moves, as by hum."""
+    moves = [
+        np.abs(drive.read - drive.read[0])
+        > max(limits.STILL * float(np.ptp(drive.read)), 1.5 * drive.step)
+        for drive in columns_of(column.recording)
+        if drive.driven
+    ]
+    end = int(np.argmax(np.any(moves, axis=0)))
+    settles = np.abs(column.model[:end] - column.model[end - 1]) > column.noise
+    rest = slice(2 * int(np.flatnonzero(settles).max(initial=-1)) + 2, end)  # as slow a rig, twice
+    time, read = column.recording.time[rest], column.read[rest]
+    if read.size < limits.REST:
+        return None
+    slow = np.polynomial.Polynomial.fit(time, read, 3)
+    scatter, noise = float(np.std(read - slow(time))), max(column.noise, 0.5 * column.step)
+    if scatter <= limits.SCATTER * noise:
+        return None
+    known = "stated" if column.stated_noise else "estimated from sample to sample"
+    return column.warn(
+        "noise",
+        f"scatters by {column.say(scatter, 2)} rms at rest, until {column.row(end)}, and its"
+        f" noise is {known} as {column.say(column.noise, 2)}: hum, or other slow noise",
+        f"state noise = {column.say(scatter, 2)}, with which a model that is right leaves no more"
+        " than the noise; shielding, or a filter before the converter, takes hum away",
+    )
+
+
 # --- readings against the model
 
 

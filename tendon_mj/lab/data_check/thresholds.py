@@ -8,6 +8,7 @@ LITTLE: Final = 0.1  # of a range, a turn or an interval: less makes no differen
 PART: Final = 0.3  # of a jump: what explains more of it explains it
 OUTER: Final = 0.01  # of the samples: outliers, which do not count for a range
 ROUNDING: Final = 1e-6  # of a size
+STILL: Final = 1e-4  # of its range, by which a drive at rest moves
 
 # noise
 SIGMAS: Final = 3.0  # standard deviations that are no noise, of a series
@@ -17,6 +18,7 @@ NEARER: Final = 3.0  # ratio of two errors, from which on columns are exchanged
 BETTER: Final = 0.25  # of the power of an error, which a better explanation leaves at most
 VISIBLE: Final = math.sqrt(1.1**2 - 1.0)  # noises that leave a diagnosis more than 1.1 of them
 OVERSTATED: Final = 10.0  # times the noise from sample to sample; slow noise is several times it
+SCATTER: Final = 1.5  # times the noise, by which a column scatters at rest that has more
 VISIBLE_STEP: Final = 2.5e-3  # of a range, where no noise is stated
 
 # samples
@@ -26,6 +28,7 @@ SIDE: Final = 8  # on either side of a jump that are nearly a line; a rig reacts
 LONG: Final = 200  # on either side of a jump, for which it stays
 ENOUGH: Final = 100  # for statistics of the whole recording
 LEVEL: Final = 20  # for a standard deviation
+REST: Final = 40  # for one of what is left beside a slow motion
 HELD: Final = 10  # that are equal to the last digit
 RESTS: Final = 4  # that are equal to the last digit
 

@@ -50,6 +50,18 @@ def jumps(column: Column) -> list[DataWarning]:
     return jump_warnings([column], lambda recording: None)
 
 
+def hum(times: float, rows: int = 200, moves: float = 0.0, settles: int = 0) -> DataWarning | None:
+    """A reading of a drive that rests at first, whose slow noise there is so many times stated."""
+    later = np.sin(0.01 * np.maximum(0, ROWS - rows + 1))
+    reel = 1e-3 * later + np.where(rows // 2 == ROWS, 2e-3 * moves, 0.0)
+    slow = 0.02 * times * math.sqrt(2.0) * np.sin(0.7 * ROWS)
+    made = column(10.0 + 5.0 * later + slow, 10.0 + 5.0 * later + (settles > ROWS), noise=0.02)
+    changed = {**made.recording.columns, "reel_m": reel}
+    return columns.scatter_at_rest(
+        replace(made, recording=replace(made.recording, columns=changed))
+    )
+
+
 def hang(rows: int, noise: float = 1.0, model: np.ndarray = WAVE) -> DataWarning | None:
     read = put(model + noise * NOISE[: model.size], slice(10, 10 + rows), 12.0)
     return columns._frozen(column(read, model))
@@ -185,6 +197,14 @@ EDGES: dict[str, tuple[Callable[[float], object], float, float]] = {
         8.0,
         12.0,
     ),
+    "scatter at rest": (hum, 1.25, 1.75),
+    "scatter in rows at rest": (lambda rows: hum(3.0, rows), 38, 42),
+    "scatter behind rows in which the model settles": (
+        lambda rows: hum(3.0, 70, settles=rows),
+        18,
+        12,
+    ),
+    "scatter beside a drive at rest": (lambda moves: hum(3.0, 70, moves), 1.2e-4, 0.8e-4),
     "equal samples": (hang, 8, 12),
     "equal samples of an exact reading": (
         lambda share: hang(round(100 * share), 0.0, 0.1 * ROWS[:101]),
