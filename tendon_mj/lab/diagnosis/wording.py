@@ -154,10 +154,14 @@ def _list_by_kind(findings: Sequence[Finding]) -> str:
 
 
 def _list(findings: Sequence[Finding]) -> str:
-    return ", and ".join(
-        f.summary + (f" – or {' or '.join(f.rivals)}, these data can't tell –" if f.rivals else "")
-        for f in findings
-    )
+    return ", and ".join(f.summary + _doubt(f) for f in findings)
+
+
+def _doubt(finding: Finding) -> str:
+    if finding.rivals:
+        return f" – or {' or '.join(finding.rivals)}, these data can't tell –"
+    sure = estimated_percent(finding.confidence)
+    return f" – {sure} sure: others explain nearly as much –" if finding.confidence < 0.5 else ""
 
 
 def _shrank(evidence: Evidence) -> str:
