@@ -70,4 +70,4 @@ def errors(friction):
 def test_a_finger_converges_to_first_order_and_is_as_near_as_without_friction(friction):
     rubbing = errors(friction)
     assert (rubbing < 1.1 * errors(0.0)).all()
-    assert (rubbing < 1.2 * rubbing[-1] * np.array(STEPS) / STEPS[-1]).all()
+    assert (rubbing < 1.5 * rubbing[-1] * np.array(STEPS) / STEPS[-1]).all()
