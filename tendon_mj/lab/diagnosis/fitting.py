@@ -428,8 +428,10 @@ def differences(
     def moved(members: Sequence[int] | NDArray[np.intp]) -> dict[str, float]:
         return parameters(point + np.where(np.isin(numbers, members), step, 0.0))
 
-    changes = problem.residuals([moved(members) for members in groups]) - residual
     matrix = np.zeros((residual.size, point.size))
+    if not groups:
+        return matrix
+    changes = problem.residuals([moved(members) for members in groups]) - residual
     for members, change in zip(groups, changes, strict=True):
         for k in members:
             own = change

