@@ -27,7 +27,7 @@ _LAW = {name: parameter for name, parameter in LAW.items() if name != "extra_ben
 _STIFF = {
     *("friction", "static_friction", "constant_friction", "pretension", "extra_bend"),
     *("stribeck_friction", "stribeck_velocity", "direction_asymmetry"),
-    *("friction_gradient", "friction_drift"),
+    "friction_drift",
 }
 
 

@@ -113,7 +113,8 @@ OF_A_REEL: Final = (
     "viscous_friction", "tendon_mass",
 )  # fmt: skip
 ELASTICITY: Final = ("axial_stiffness", "axial_damping", "stiffening", "creep")
-OF_A_PATH: Final = (*ELASTICITY, *OF_A_REEL[1:])  # and a cable that is not drawn
+# and a cable that is not drawn: its guide has no place, and two cables no tension of their own
+OF_A_PATH: Final = (*ELASTICITY, *OF_A_REEL[1:], "friction_gradient", "load_gradient")
 UNDRAWN: Final = ("extra_bend", "constant_friction")  # friction that is not if the path bends
 _OF_A_REEL = np.array([at.ATTRIBUTES.index(name) for name in OF_A_REEL])
 _OF_A_PATH = np.array([at.ATTRIBUTES.index(name) for name in OF_A_PATH])

@@ -214,6 +214,44 @@ def test_it_moves_as_a_cable_that_is_drawn_over_a_drum():
     assert runs[1] == pytest.approx(runs[0], rel=1e-6, abs=1e-6)
 
 
+@pytest.mark.parametrize("pretension", [0.0, 5.0])
+@pytest.mark.parametrize(
+    "law",
+    [
+        {"static_friction": 0.3},
+        {"static_friction": 0.3, "efficiency": 0.7},
+        {"stribeck_friction": 0.3, "stribeck_velocity": 0.01},
+        {"constant_friction": 2.0, "friction_drift": 0.5},
+    ],
+)
+def test_it_turns_alike_either_way(law, pretension):
+    model = add_cable_drive(drum(), "m", **CABLE, pretension=pretension, **law).compile()
+    paths = []
+    for way in (1.0, -1.0):
+        data, path = mujoco.MjData(model), []
+        for _ in range(1500):
+            data.ctrl[0] = way * 0.6 * math.sin(4.0 * data.time)
+            mujoco.mj_step(model, data)
+            path.append(way * data.qpos[0])
+        paths.append(path)
+    assert np.ptp(paths[0]) > 0.1
+    np.testing.assert_allclose(*paths, rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("pretension", "lost"), [(30.0, 10.0), (2.0, 7.0), (0.0, 5.0)])
+def test_constant_friction_acts_on_both_cables_and_takes_no_more_than_their_tension(
+    pretension, lost
+):
+    law = {"friction": 0.0, "constant_friction": 5.0, "pretension": pretension}
+    model = add_cable_drive(drum(), "m", **CABLE | law).compile()
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 0.2
+    mujoco.mj_step(model, data, 500)
+    view = view_sheath(model, data, "j_cable")
+    assert data.qvel[0] > 0.1
+    assert view.input_tension - view.output_tension == pytest.approx(lost, rel=1e-12)
+
+
 def test_the_unit_of_coupled_joints_does_not_matter():
     """A radius counts for as much as the unit of the coefficients."""
     hands = [hand(gravity=0.0, unit=unit, gear=1.0 / unit) for unit in (1.0, 100.0)]
@@ -332,6 +370,8 @@ def test_a_refusal_names_the_way_out(call, facts):
         ({"inner_guides": 2, "guides": 2}, "inner_guides = '2'"),
         ({"axial_stiffness": 1e5}, "axial_stiffness = 100000.0 | not drawn"),
         ({"backlash": 1e-3}, "backlash = 0.001 | not drawn"),
+        ({"load_gradient": 0.05}, "load_gradient = 0.05 | not drawn"),
+        ({"friction_gradient": 30.0}, "friction_gradient = 30.0 | not drawn"),
         ({"spring": "cable"}, "spring = cable | not drawn"),
         ({"tendon": "idle"}, "no actuator acts on it | add_cable_drive"),
     ],

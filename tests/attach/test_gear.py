@@ -88,6 +88,20 @@ def test_a_gear_that_locks_itself_lowers_a_load_where_the_motor_turns_it_down(wa
     assert abs(speed) < 1e-12
 
 
+@pytest.mark.parametrize(("torque", "holds"), [(-1e-3, True), (-0.05, True), (-0.16, False)])
+def test_it_holds_a_load_that_comes_on_with_the_motor_s_torque(torque, holds):
+    """η_b = −0.5: of 0.3 N m, the motor has to give 0.15."""
+    cables = {"motor": True, "armature": 1e-3, "axial_stiffness": 3e3, "length": 0.3}
+    law = {"friction": 1e-9, "pretension": 40.0, "efficiency": 0.4}
+    model = add_cable_drive(drum(damping=0.02), "m", **CABLE | law | cables).compile()
+    data = mujoco.MjData(model)
+    for k in range(2000):
+        grown = min(1.0, k / 300)
+        data.ctrl[0], data.qfrc_applied[0] = torque * grown, -0.3 * grown
+        mujoco.mj_step(model, data)
+    assert (np.abs(data.qvel) < 1e-6).all() == holds
+
+
 @pytest.mark.parametrize("pretension", [0.0, 2.0])
 def test_cables_lose_from_what_their_gear_passes_on(pretension):
     rig = geared(0.8, friction=CABLE["friction"], pretension=pretension)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from tendon_mj.native import apart, compiled
+from tendon_mj.native import compiled
 from tendon_mj.plugin.sheath_plugin.gear_losses import friction_of_cables
 from tendon_mj.plugin.sheath_plugin.groups import Group
 from tendon_mj.sheath import Guide, Guides
@@ -32,12 +32,13 @@ def towards_input(guide: Guide, unit: float, slides: bool) -> tuple[float, float
 def set_bounds(group: Group, guides: Guides) -> None:
     """Combine the bounds of a group's guides; at rest, those of static friction."""
     upper, more, lower, less = 1.0, 0.0, 1.0, 0.0
-    static = False
+    static, slides = False, group.slides
+    both = group.pretension >= 0.0 and slides != 0.0  # one of two cables slides either way
     for i in range(int(group.begin), int(group.end)):
         guide = guides[i]
-        ratio, offset = towards_output(guide, group.divisor, group.slides > 0.0)
+        ratio, offset = towards_output(guide, group.divisor, both or slides > 0.0)
         upper, more = upper * ratio, more * ratio + offset
-        ratio, offset = towards_input(guide, group.divisor, group.slides < 0.0)
+        ratio, offset = towards_input(guide, group.divisor, both or slides < 0.0)
         lower, less = lower * ratio, less + offset * lower
         static |= guide.static_ratio != guide.dynamic_ratio
     group.upper_ratio, group.upper_offset = upper, more
@@ -47,25 +48,15 @@ def set_bounds(group: Group, guides: Guides) -> None:
     group.is_rough = upper > 1.0 or more > 0.0 or lower > 1.0
     if group.pretension >= 0.0:
         group.is_rough += group.forward != 1.0 or group.back != 1.0 or group.servo >= 0.0
-        group.least = more + group.pretension * _exponents(group, guides)
-
-
-@apart
-def _exponents(group: Group, guides: Guides) -> float:
-    """Sum of the exponents of two cables, one of which slides either way, the other back."""
-    total, slides = 0.0, group.slides != 0.0
-    for i in range(int(group.begin), int(group.end)):
-        ratio, _ = towards_output(guides[i], 1.0, slides)
-        back, _ = towards_input(guides[i], 1.0, slides)
-        total += math.log(ratio) + math.log(back)
-    return total
+        of_both = min(less, group.pretension)  # nor does the other lose more than its tension
+        group.least = more + of_both + group.pretension * (math.log(upper) + math.log(lower))
 
 
 @compiled
-def tensions_behind(group: Group, tension: float, held: float) -> tuple[float, float]:
-    """Least and largest tension behind a group under one in front of it, around a held one [N]."""
+def tensions_behind(group: Group, tension: float) -> tuple[float, float]:
+    """Least and largest tension behind a group under one in front of it [N]."""
     if group.pretension >= 0.0:
-        low, high = friction_of_cables(group, tension, 0.0, held - tension)
+        low, high = friction_of_cables(group, tension, 0.0)
         return tension + low, tension + high
     low = max(0.0, (tension - group.lower_offset) / group.lower_ratio)
     return low, group.upper_ratio * tension + group.upper_offset

@@ -34,14 +34,10 @@ def _behind(group: Group, gear: float, side: float, tension: float, eases: float
 
 
 @compiled
-def friction_of_cables(
-    group: Group, tension: float, eases: float, wanted: float
-) -> tuple[float, float]:
+def friction_of_cables(group: Group, tension: float, eases: float) -> tuple[float, float]:
     """Least and largest friction of cables that pull either way, and of their gear and servo.
 
-    A gear that locks itself holds all that would drive it. Where the motor turns to release a load
-    that it bore in the step before, it holds what is too much for that: the bounds are those around
-    the ``wanted`` friction.
+    A gear that locks itself holds all that would drive it, and a load that `jams` it.
     """
     low = _behind(group, group.forward, -1.0, tension, eases)
     high = _behind(group, group.forward, 1.0, tension, eases)
@@ -53,8 +49,20 @@ def friction_of_cables(
     if tension == 0.0:
         return -math.inf, math.inf
     side = 1.0 if tension > 0.0 else -1.0
-    if side * group.before <= 0.0 and group.back < 0.0:
+    if group.jams != 0.0:
         jam = _behind(group, group.back, side, tension, eases)
-        if side * wanted <= side * jam:
-            return (-math.inf, jam) if side > 0.0 else (jam, math.inf)
+        return (-math.inf, jam) if side > 0.0 else (jam, math.inf)
     return (low, math.inf) if side > 0.0 else (-math.inf, high)
+
+
+@compiled
+def jams(group: Group, tension: float, still: float) -> bool:
+    """Return whether a gear that locks itself holds a load that the motor turns to release.
+
+    ``still`` is the friction without which nothing would be accelerated.
+    """
+    if not group.back < 0.0 or tension == 0.0:
+        return False
+    side = 1.0 if tension > 0.0 else -1.0
+    jam = _behind(group, group.back, side, tension, 0.0)
+    return side * (tension + still) <= 0.0 and side * still <= side * jam

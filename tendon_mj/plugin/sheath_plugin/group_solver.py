@@ -15,7 +15,7 @@ from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.memory import coordinates
 from tendon_mj.plugin.sheath_plugin.capstan_bounds import set_bounds
-from tendon_mj.plugin.sheath_plugin.gear_losses import friction_of_cables
+from tendon_mj.plugin.sheath_plugin.gear_losses import friction_of_cables, jams
 from tendon_mj.plugin.sheath_plugin.groups import (
     ALONG,
     FORCES,
@@ -143,6 +143,15 @@ def update_input(work: int, nv: int, k: int, h: float) -> None:
 
 
 @compiled
+def set_jam(work: int, nv: int, group: Group, forces: FloatArray) -> None:
+    """Tell whether a gear jams; the ``forces`` half way are all but the friction of its group."""
+    still = 0.0
+    if group.mobility > 0.0:
+        still = _across(work, nv, group, forces) / group.mobility
+    group.jams = jams(group, member_of(work, nv, int(group.member)).input, still)
+
+
+@compiled
 def _change(work: int, nv: int, group: Group, friction: float) -> None:
     """Change the friction of a group, and the acceleration with it."""
     change = friction - group.friction
@@ -152,11 +161,11 @@ def _change(work: int, nv: int, group: Group, friction: float) -> None:
 
 
 @compiled
-def _bounds(group: Group, tension: float, wanted: float) -> tuple[float, float]:
-    """Least and largest friction of a group, as T_0 changes with it, around the ``wanted`` one."""
+def _bounds(group: Group, tension: float) -> tuple[float, float]:
+    """Least and largest friction of a group, as T_0 changes with it."""
     if group.pretension >= 0.0:
         tension += group.eases * group.friction
-        return friction_of_cables(group, tension, group.eases, wanted)
+        return friction_of_cables(group, tension, group.eases)
     rise, fall = group.upper_ratio - 1.0, group.fall
     if group.eases != 0.0:
         tension += group.eases * group.friction
@@ -194,7 +203,7 @@ def _sweep(work: int, nv: int, h: float, least: float) -> bool:
         friction, (missing, sizes) = group.friction, _missing(work, nv, group)
         if abs(missing) > least * sizes and group.mobility > 0.0:
             friction += missing / group.mobility
-        low, high = _bounds(group, tension, friction)
+        low, high = _bounds(group, tension)
         if abs(missing) > least * sizes and not group.mobility > 0.0:
             friction = high if missing > 0.0 else low
         group.slides = 1.0 if friction > high else (-1.0 if friction < low else 0.0)
@@ -257,7 +266,7 @@ def _go_along(work: int, nv: int, size_of_missing: float) -> float:
     for k in range(count):
         group = _free_group(work, k)
         tension = group.tension - group.friction  # the tension behind stays
-        low, high = _bounds(group, tension, group.friction)
+        low, high = _bounds(group, tension)
         room = (high if group.along > 0.0 else low) - group.friction
         if step * abs(group.along) > abs(room):
             step, bounded = abs(room) / abs(group.along), True

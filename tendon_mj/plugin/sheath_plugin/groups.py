@@ -38,6 +38,7 @@ class Group:
     least: float  # friction of that pretension [N]
     forward: float  # η_f of a gear before these cables
     back: float  # 1/η_b of it, inf and below 0 if it locks itself
+    jams: float  # whether the load has jammed that, which the motor turns to release
     servo: float  # largest friction of a servo before these, −1 without one [N]
     is_rough: float  # whether there is any friction
     is_static: float  # whether friction at rest is more than that of sliding

@@ -49,7 +49,7 @@ from tendon_mj.plugin.sheath_plugin.capstan_bounds import (
 from tendon_mj.plugin.sheath_plugin.constraints import add_constraints, take_constraints_out
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import add_fixed_row, metres
 from tendon_mj.plugin.sheath_plugin.forces import pull_segment
-from tendon_mj.plugin.sheath_plugin.gear_losses import set_gear
+from tendon_mj.plugin.sheath_plugin.gear_losses import jams, set_gear
 from tendon_mj.plugin.sheath_plugin.groups import (
     BASE,
     CONSTRAINTS,
@@ -185,7 +185,7 @@ def set_up(m: Model, d: Data, work: int, instance: int, stage: bool, written: bo
         group.pretension = state.law.pretension if state.fixed != 0.0 else -1.0
         set_gear(group, state.gear_friction, state.gear_friction_back)
         group.servo = state.servo_bound if has_servo(state.servo) else -1.0
-        group.wanted = group.mobility = group.eases = 0.0
+        group.wanted = group.mobility = group.eases = group.jams = 0.0
         if member.spreads == 0.0:
             group.share = 0.0
         set_bounds(group, guides)
@@ -277,7 +277,7 @@ def _hold(work: int, nv: int, g: int) -> None:
     held = group.before
     if member_of(work, nv, int(group.member)).spreads != 0.0:
         held = tension + group.before - group.before_in
-    low, high = tensions_behind(group, tension, held)
+    low, high = tensions_behind(group, tension)
     group.tension = min(max(held, low), high)
     group_solver.take_over(work, nv, group, group.tension - tension)
 
@@ -290,7 +290,8 @@ def _repeat(m: Model, d: Data, work: int, nv: int, g: int, moves: bool) -> None:
     segments, _, _ = unpack(state_of(m, d, int(member.instance)))
     tension = incoming_tension(work, nv, group)
     held = group.divisor * segments[int(group.end)].trial_tension
-    low, high = tensions_behind(group, tension, held)
+    group.jams = jams(group, tension, held - tension)
+    low, high = tensions_behind(group, tension)
     slides = group.passed if moves else group.slides
     bound = high if slides > 0.0 else low
     if slides != 0.0 and math.isfinite(bound):  # a gear that locks itself does not slide there
@@ -355,7 +356,7 @@ def _write_guides(work: int, nv: int, group: Group, segments: Segments, guides: 
     which its end has.
     """
     incoming, up = incoming_tension(work, nv, group), group.friction > 0.0
-    bound = tensions_behind(group, incoming, group.tension)[1 if up else 0]
+    bound = tensions_behind(group, incoming)[1 if up else 0]
     part = group.friction / (bound - incoming) if bound != incoming else 0.0
     begin, end = int(group.begin), int(group.end)
     passed, slides = group.passed, group.slides
@@ -459,6 +460,8 @@ def solve(m: Model, d: Data, work: int) -> None:
             group = group_of(work, g)
             if group.servo >= 0.0:
                 _bound_servo(m, d, work, g, room)
+            if group.back < 0.0:
+                group_solver.set_jam(work, nv, group, forces)
             _hold(work, nv, g)
             if group.friction != 0.0:
                 group_solver.add_half(work, nv, group, forces, -group.friction)
@@ -475,7 +478,7 @@ def solve(m: Model, d: Data, work: int) -> None:
         if group.pretension < 0.0:
             tension = max(0.0, tension)
         if group.row >= 0.0 and group.share == 0.0:  # what the rounds left is no more than it holds
-            low, high = tensions_behind(group, incoming, tension)
+            low, high = tensions_behind(group, incoming)
             held = min(max(tension, low), high)
             tension = high if group.slides > 0.0 else (low if group.slides < 0.0 else held)
         group.tension = tension
