@@ -94,37 +94,27 @@ def render_clip(
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         with whole_file(path) as made:
-            _write_video(images, made, (width, height), frames, progress)
+            writer = imageio_ffmpeg.write_frames(
+                str(made),
+                (width, height),
+                fps=frames.fps,
+                codec="libx264",
+                quality=None,  # but that of the parameters
+                macro_block_size=2,
+                output_params=["-crf", str(_QUALITY), *_COLOUR_FLAGS],
+            )
+            with contextlib.closing(writer):
+                writer.send(None)
+                for k, image in enumerate(images):
+                    writer.send(np.ascontiguousarray(image))
+                    if progress:
+                        progress("draw", k + 1, len(frames.time))
+            written, _ = imageio_ffmpeg.count_frames_and_secs(str(made))
+            if written != len(frames.time):  # as where the disk is full, which ffmpeg alone notices
+                raise OSError(f"{written} of {len(frames.time)} frames were written")
     except (OSError, RuntimeError) as error:
         raise EngineError(f"{path}: ffmpeg could not write the clip: {error}") from error
     return path
-
-
-def _write_video(
-    images: Iterator[offscreen.Image],
-    path: Path,
-    size: tuple[int, int],
-    frames: Frames,
-    progress: Progress | None,
-) -> None:
-    writer = imageio_ffmpeg.write_frames(
-        str(path),
-        size,
-        fps=frames.fps,
-        codec="libx264",
-        quality=None,  # but that of the parameters
-        macro_block_size=2,
-        output_params=["-crf", str(_QUALITY), *_COLOUR_FLAGS],
-    )
-    with contextlib.closing(writer):
-        writer.send(None)
-        for k, image in enumerate(images):
-            writer.send(np.ascontiguousarray(image))
-            if progress:
-                progress("draw", k + 1, len(frames.time))
-    written, _ = imageio_ffmpeg.count_frames_and_secs(str(path))
-    if written != len(frames.time):  # as where the disk is full, which ffmpeg alone notices
-        raise OSError(f"{written} of {len(frames.time)} frames were written")
 
 
 def draw_frames(
@@ -231,12 +221,10 @@ class _FramePainter:
         mujoco.mj_setState(self._model, self._data, self._frames.poses[k], POSE)
         mujoco.mj_fwdPosition(self._model, self._data)
 
-        def add(scene: mujoco.MjvScene) -> None:
-            offscreen.add_cables(scene, self._drawn, k, self._scale, self._radius)
-
-        image = self._offscreen.draw(self._data, self._camera, add)
+        cables = offscreen.cables_at(self._drawn, k, self._scale, self._radius)
+        image = self._offscreen.draw(self._data, self._camera, cables)
         if self._ghost is not None and self._twin is not None:
-            image = self._ghost.behind(image, self._offscreen.depth, self._twin.poses[k])
+            image = self._ghost.behind(image, self._twin.poses[k])
         labels = list[FloatArray]()
         for frames, colour in ((self._twin, _TWIN_ARROW), (self._frames, _ARROW_COLOUR)):
             contacts = frames.contacts[k] if frames else np.empty((0, 6))

@@ -18,8 +18,8 @@ from tendon_mj.show.render.offscreen import (
     COLOURS,
     Image,
     Offscreen,
-    add_cables,
     cable_radius,
+    cables_at,
     colour_limits,
     find_camera,
     without_tendons,
@@ -57,13 +57,10 @@ def rig_figure(shown: BeforeAfter) -> Figure | None:
         mujoco.mj_setState(bare, data, frames.poses[peak], POSE)
         mujoco.mj_fwdPosition(bare, data)
         scale, radius = colour_limits(frames.drawn), cable_radius(model, frames.drawn)
-
-        def add(scene: mujoco.MjvScene) -> None:
-            add_cables(scene, frames.drawn, peak, scale, radius)
-
+        cables = cables_at(frames.drawn, peak, scale, radius)
         view = find_camera(model, None, data.qpos[None])
         with Offscreen(bare, *_SIZE, ground=False) as offscreen:
-            image = _without_margins(offscreen.draw(data, view, add))
+            image = _without_margins(offscreen.draw(data, view, cables))
     except TendonError:
         return None
     wide = image.shape[1] / image.shape[0]
