@@ -172,7 +172,7 @@ def _write_tables(output: Output, done: SweepResult, plan: Sweep) -> list[Sensor
         figure = parameter_figure(
             {label: done.column(axis.name)[done.solid] for label, axis in labels.items()},
             {f"{one.name}{unit}": done.column(one.name)[done.solid] for one, unit in units.items()},
-            [label for label, axis in labels.items() if axis.drawn],
+            [label for label, axis in labels.items() if axis.grid is None],
         )
         output.figure("sweep", figure)
     return list(drawn)
