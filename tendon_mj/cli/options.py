@@ -7,8 +7,7 @@ import inspect
 import itertools
 from collections.abc import Iterable
 from pathlib import Path
-from types import NoneType
-from typing import Annotated, Any, Final, TypeVar, get_args, get_origin
+from typing import Annotated, Any, Final, TypeVar, get_origin
 
 import tyro
 
@@ -83,21 +82,7 @@ def described(argument: inspect.Parameter, hint: Any) -> Any:
     parts: list[Any] = [tyro.conf.arg(metavar=metavar, help_behavior_hint=remark)]
     if get_origin(hint) is Annotated:  # which overrules
         parts, hint = [*parts, *hint.__metadata__], hint.__origin__
-    kinds = [kind for kind in get_args(hint) if kind in (float, int, str, Path)]
-    if len(kinds) == 1 and NoneType in get_args(hint):
-        parts.append(_given_or_not(kinds[0], metavar))
     return Annotated[(hint, *parts)]
-
-
-def _given_or_not(kind: type, metavar: str) -> Any:
-    """How to read a value whose default is None, which cannot be given."""
-    return tyro.constructors.PrimitiveConstructorSpec(
-        nargs=1,
-        metavar=metavar,
-        instance_from_str=lambda texts: kind(texts[0]),
-        is_instance=lambda value: value is None or isinstance(value, kind),
-        str_from_instance=lambda value: [str(value)],
-    )
 
 
 def flat(groups: Iterable[Iterable[_Value]]) -> tuple[_Value, ...]:
