@@ -54,16 +54,6 @@ class Row(NamedTuple):
     has_pulleys: bool  # whether the bends are those of its most bent branch
 
     @property
-    def is_too_stiff(self) -> bool:
-        """Whether EA exceeds the largest stable value for the time step."""
-        return self.axial_stiffness is not None and self.axial_stiffness > self.largest_stiffness
-
-    @property
-    def is_pulled_too_stiffly(self) -> bool:
-        """Whether friction magnifies the stiffness of its drive to more than a step carries."""
-        return bool(self.sheath) and self.pull.magnified > self.pull.largest
-
-    @property
     def transmission(self) -> float:
         """e^{−μφ} at `qpos0`, T_out/T_in as it slides towards the input."""
         return math.exp(-self.friction * self.slid_bend)

@@ -66,10 +66,8 @@ def check_instance_name(name: object, taken: Container[str]) -> None:
         )
 
 
-def instances(
-    spec: mujoco.MjSpec, plugin_name: str = NAME
-) -> list[tuple[mujoco.MjsPlugin, dict[str, str]]]:
-    """Plugin instances, each with its configuration.
+def instances(spec: mujoco.MjSpec) -> list[tuple[mujoco.MjsPlugin, dict[str, str]]]:
+    """Instances of the sheaths' plugin, each with its configuration.
 
     A tendon is called in it as the object of the instance's sensor or the target of its reel, and
     joints as that tendon after `attach`; of an instance without a name they are as written.
@@ -79,7 +77,7 @@ def instances(
     joints, tendons = {joint.name for joint in spec.joints}, dict(on_tendons)
     configs = []
     for plugin in spec.plugins:
-        if plugin.plugin_name == plugin_name:
+        if plugin.plugin_name == NAME:
             config = dict(plugin.config)
             written = config.get("tendon", "")
             if plugin.name and plugin.name in tendons and (written or "sensor" not in config):

@@ -49,7 +49,8 @@ class Mjcf:
             TendonError: the text has none of this name.
         """
         where = f"worldbody//{kind}" if kind in ("body", "joint") else f"{kind}/*"
-        return self._named(kind, name, self.root.iterfind(where))
+        elements = self.root.iterfind(where)
+        return self._named(kind, name, {str(e.get("name")): e for e in elements if e.get("name")})
 
     def actuators(self, model: mujoco.MjModel) -> dict[int, Element]:
         """Number of an actuator in the compiled file → its element, of those in the text."""
@@ -69,12 +70,9 @@ class Mjcf:
             if "tendon" in config and "sensor" not in config:
                 plugins.setdefault(config["tendon"], plugin)
         plugins |= {str(p.get("name")): p for p in inline if p.get("name") not in (None, *plugins)}
-        return self._named("sheath or servo", name, (), plugins)
+        return self._named("sheath or servo", name, plugins)
 
-    def _named(
-        self, kind: str, name: str, among: Iterable[Element], more: dict[str, Element] | None = None
-    ) -> Element:
-        named = {str(e.get("name")): e for e in among if e.get("name")} | (more or {})
+    def _named(self, kind: str, name: str, named: dict[str, Element]) -> Element:
         if name not in named:
             raise TendonError(
                 f"{self.path}: {unknown(kind, name, named)}; one that `attach` or `replicate` makes"

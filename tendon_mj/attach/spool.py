@@ -34,7 +34,8 @@ _TRN, _OBJ = mujoco.mjtTrn, mujoco.mjtObj
 _GAINS = (_GAIN.mjGAIN_FIXED, _GAIN.mjGAIN_AFFINE)
 _BIASES = (_BIAS.mjBIAS_NONE, _BIAS.mjBIAS_AFFINE)
 _DYNAMICS = (_DYN.mjDYN_NONE, _DYN.mjDYN_INTEGRATOR, _DYN.mjDYN_FILTER, _DYN.mjDYN_FILTEREXACT)
-_WELL_RESOLVED = 4.0  # J over r² h² EA/ℓ; a step is stable from 1/4 on, and does not ring from 1 on
+# J over r² h² EA/ℓ: by default, and above which a step is stable; from 1 on it does not ring
+_WELL_RESOLVED, _STABLE = 4.0, 0.25
 _HALF_WIDTH = 0.004  # of a drum, as drawn [m]
 MASS, INERTIA = 1e-6, 1e-12  # of its body, which is all armature [kg], [kg m²]
 _STEEL = [0.45, 0.47, 0.5, 1.0]
@@ -73,16 +74,6 @@ class Spool:
                 raise InvalidValueError(
                     f"Spool: {name} = {value} [{unit}] must be finite and {bound} 0"
                 )
-
-    def inertia(self, stiffness: float, timestep: float) -> float:
-        """J [kg m²], given or by default, with EA/ℓ of the straight span at the input end [N/m]."""
-        if self.armature is not None:
-            return self.armature
-        return _WELL_RESOLVED * self.radius**2 * timestep**2 * stiffness
-
-    def least_inertia(self, stiffness: float, timestep: float) -> float:
-        """Inertia above which a step is stable, r² h² EA/4ℓ [kg m²]."""
-        return 0.25 * self.radius**2 * timestep**2 * stiffness
 
 
 class _Settings(NamedTuple):
@@ -146,8 +137,9 @@ def design_spool(
     first, second = (-1, -2) if at_last else (0, 1)
     span = points[second] - points[first]
     length = max(float(np.linalg.norm(span)), 1e-3)  # two sites on one spot
-    armature = spool.inertia(axial_stiffness / length, step)
-    least = spool.least_inertia(axial_stiffness / length, step)
+    unit = spool.radius**2 * step**2 * (axial_stiffness / length)
+    armature = _WELL_RESOLVED * unit if spool.armature is None else spool.armature
+    least = _STABLE * unit
     element = model.tendon_num[tendon.id] - 1 if at_last else 0
     site = int(model.wrap_objid[model.tendon_adr[tendon.id] + element])
     turn = data.xmat[model.site_bodyid[site]].reshape(3, 3)

@@ -95,24 +95,22 @@ def step_warning(
 
     With more, a wound tendon is unstable, and the guides of one that is ``driven`` yield.
     """
-    if driven:
-        largest = stiffness_limits(model, [tendon])[0]
-        if stiffness <= largest * (1.0 + _ROUNDING):
-            return ""
-        shorter = model.opt.timestep * math.sqrt(largest / stiffness)
-        return (
-            f"a time step of {model.opt.timestep:g} s carries {largest:.2g} N of an axial stiffness"
-            f" of {stiffness:.4g} N, and the guides yield for the rest: take a step of"
-            f" {_rounded_down(shorter):.2g} s, or leave the axial stiffness out"
-        )
-    step, largest = model.opt.timestep, _STABLE * stiffness_limits(model, [tendon], damped=True)[0]
+    step, times = model.opt.timestep, 1.0 if driven else _STABLE
+    largest = times * stiffness_limits(model, [tendon], damped=not driven)[0]
     if stiffness <= largest * (1.0 + _ROUNDING):
         return ""
-    shorter = step * math.sqrt(_STABLE * stiffness_limits(model, [tendon])[0] / stiffness)
+    undamped = times * stiffness_limits(model, [tendon])[0]
+    shorter = f"{_rounded_down(step * math.sqrt(undamped / stiffness)):.2g} s"
+    if driven:
+        return (
+            f"a time step of {step:g} s carries {largest:.2g} N of an axial stiffness of"
+            f" {stiffness:.4g} N, and the guides yield for the rest: take a step of {shorter}, or"
+            " leave the axial stiffness out"
+        )
     return (
         f"an axial stiffness of {stiffness:.4g} N is more than a time step of {step:g} s carries,"
-        f" {largest:.2g} N, and the tendon may ring from step to step: take a step of"
-        f" {_rounded_down(shorter):.2g} s, or a softer tendon"
+        f" {largest:.2g} N, and the tendon may ring from step to step: take a step of {shorter}, or"
+        " a softer tendon"
     )
 
 

@@ -150,7 +150,7 @@ def _remarks(attached: Attached) -> Iterator[str]:
     too_stiff = [
         f"{row.tendon} ({row.axial_stiffness:.4g} N, where {row.largest_stiffness:.2g} N would do)"
         for row in attached.rows
-        if row.is_too_stiff
+        if row.axial_stiffness and row.axial_stiffness > row.largest_stiffness
     ]
     if too_stiff:
         yield (
@@ -162,7 +162,7 @@ def _remarks(attached: Attached) -> Iterator[str]:
         f"{row.tendon} (up to {row.pull.magnified:.2g} N/m of {row.pull.stiffness:.4g} N/m, "
         f"where {row.pull.largest:.2g} N/m would do)"
         for row in attached.rows
-        if row.is_pulled_too_stiffly
+        if row.sheath and row.pull.magnified > row.pull.largest
     ]
     if magnified:
         yield (

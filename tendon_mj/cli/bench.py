@@ -58,7 +58,6 @@ def bench(
         "models": {name: model.result() for name, model in costs.items()},
         "cores": os.cpu_count(),
     }
-    output.result(result)
     print_table(_COST_HEAD, [_cost_row(name, model) for name, model in costs.items()])
     console.print("state: of the sheaths, in each simulation; result.json has all of an MjData")
     for name, model in costs.items():
@@ -69,11 +68,11 @@ def bench(
                 f"({ratio.low:.2f} … {ratio.high:.2f})"
             )
     least, most = (pick(ratios, key=ratios.__getitem__) for pick in (min, max))
-    output.close(
+    sentence = (
         f"With sheaths a step takes {ratios[least]:.2f} ({least}) to {ratios[most]:.2f} ({most}) "
         "times as long as without."
     )
-    return result
+    return output.finish(result, sentence)
 
 
 def _cost_row(name: str, model: ModelCost) -> tuple[str, ...]:
@@ -101,7 +100,6 @@ def compare(out: Path = Path("out/compare")) -> dict[str, object]:
     output = Output(out)
     with progress_bar() as progress:
         comparison = compare_bench(progress=progress)
-    result = comparison.result()
     convergence = comparison.convergence
     output.figure("loops", loops_figure(comparison.bench, comparison.loop))
     output.figure("sweep", sweep_figure(comparison.motions))
@@ -109,15 +107,14 @@ def compare(out: Path = Path("out/compare")) -> dict[str, object]:
     output.figure(
         "convergence", convergence_figure(convergence.guides, convergence.error, convergence.order)
     )
-    output.result(result)
     _print_comparison(comparison)
     errors = LargestErrors.of(comparison.motions)
-    output.close(
+    sentence = (
         "On the bench the apparent stiffness agrees with the closed form within "
         f"{errors.apparent_stiffness:.2%}, and the equivalent backlash within "
         f"{errors.backlash:.2%} of T_in L/EA."
     )
-    return result
+    return output.finish(comparison.result(), sentence)
 
 
 def _print_comparison(comparison: Comparison) -> None:

@@ -109,7 +109,8 @@ def _run_command(given: Sequence[str]) -> None:
         raise UnknownNameError("command", name, COMMANDS)
     else:
         command = load_command(name)
-        call = partial(tyro.cli, command, prog=f"tendon-mj {name}", args=rest)
+        config = (tyro.conf.DisallowNone,)  # the default of options, which cannot be given
+        call = partial(tyro.cli, command, prog=f"tendon-mj {name}", args=rest, config=config)
         if {"-h", "--help"} & set(rest):
             _show_help(command, call)
         else:

@@ -134,8 +134,7 @@ def diagnose(
         "next": suggestion and suggestion.result(),
         "provenance": provenance.result(),
     }
-    output.result(result)
-    output.close(f"{diagnosis.sentence} Report: {out / 'report.html'}")
+    output.finish(result, f"{diagnosis.sentence} Report: {out / 'report.html'}")
     if failures:
         raise TendonError(str(failures[0]))
     return result

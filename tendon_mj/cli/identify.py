@@ -47,10 +47,7 @@ def identify(
     with progress_bar() as progress:
         found = judge(read, flat(signals), progress=progress)
     _print(found)
-    result = found.result()
-    output.result(result)
-    output.close(found.sentence)
-    return result
+    return output.finish(found.result(), found.sentence)
 
 
 def _motion(

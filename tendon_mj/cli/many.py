@@ -152,11 +152,9 @@ def sweep(
         },
         "outputs": done.summaries,
     }
-    output.result(result)
     shown = drawn or list(plan.outputs[:1])
     _print_outputs(done, shown)
-    output.close(_range_sentence(done, shown[0], model))
-    return result
+    return output.finish(result, _range_sentence(done, shown[0], model))
 
 
 def _write_tables(output: Output, done: SweepResult, plan: Sweep) -> list[SensorSummary]:
@@ -172,7 +170,7 @@ def _write_tables(output: Output, done: SweepResult, plan: Sweep) -> list[Sensor
         figure = parameter_figure(
             {label: done.column(axis.name)[done.solid] for label, axis in labels.items()},
             {f"{one.name}{unit}": done.column(one.name)[done.solid] for one, unit in units.items()},
-            [label for label, axis in labels.items() if axis.drawn],
+            [label for label, axis in labels.items() if axis.grid is None],
         )
         output.figure("sweep", figure)
     return list(drawn)
@@ -272,10 +270,7 @@ def changes(
         progress("compare", 0, 1)
         compared = compare_states(before, after, load_recorded(before[0]), reproducibility)
         progress("compare", 1, 1)
-    result = compared.result()
-    output.result(result)
-    output.close(compared.sentence)
-    return result
+    return output.finish(compared.result(), compared.sentence)
 
 
 def fleet(
@@ -326,10 +321,10 @@ def fleet(
         made.write_text(page, encoding="utf-8")
     output.add(out / PAGE)
     numbers = result.result() | {"provenance": provenance.result()}
-    output.result(numbers)
     for rig in result.with_findings:
         console.print(f"  {rig.sentence(result.units)}")
-    output.close(" ".join(filter(None, [result.sentence, result.warning, f"Page: {out / PAGE}"])))
+    sentences = filter(None, [result.sentence, result.warning, f"Page: {out / PAGE}"])
+    output.finish(numbers, " ".join(sentences))
     failed = result.of("failed")
     if len(failed) == len(result.rigs):
         raise TendonError(f"no rig could be fitted; {failed[0].name}: {failed[0].error}")

@@ -104,19 +104,17 @@ def render(
         )
     output.add(path)
     shown = len(frames.time) / fps
-    result: dict[str, object] = {"clip": path.name, "duration_s": shown}
-    output.result(result)
     moved = "" if (frames.poses != frames.poses[0]).any() else ", in which nothing moves"
     ends = [f(cable.tensions) for cable in frames.cables.values() for f in (np.nanmin, np.nanmax)]
     unit, span = force_unit(ends), "no sheath"
     if ends:
         low, high = (unit.factor * end for end in (min(ends), max(ends)))
         span = f"tensions from {low:.1f} to {high:.1f} {unit.symbol}"
-    output.close(
+    sentence = (
         f"{path.name} shows {shown:.3g} s of {name}{moved}, with {span}, at {fps:g} frames/s, "
         f"{width} x {height}.{f' {caption}' if caption else ''}"
     )
-    return result
+    return output.finish({"clip": path.name, "duration_s": shown}, sentence)
 
 
 def view(
@@ -253,10 +251,8 @@ def simulate(
     output.figure(trajectory.name, finger_figure(answers))
     if clip:
         result["clip"] = _write_clip(output, trajectory.name, model, recorders.values())
-    output.result(result)
     _print_tracking(answers, result)
-    output.close(_loss_sentence({label: result[label] for label in answers}))
-    return result
+    return output.finish(result, _loss_sentence({label: result[label] for label in answers}))
 
 
 def _loss_sentence(summaries: Mapping[str, Mapping[str, float]]) -> str:

@@ -7,8 +7,7 @@ import inspect
 import itertools
 from collections.abc import Iterable
 from pathlib import Path
-from types import NoneType
-from typing import Annotated, Any, Final, TypeVar, get_args, get_origin
+from typing import Annotated, Any, Final, TypeVar, get_origin
 
 import tyro
 
@@ -25,7 +24,7 @@ OutFile = Annotated[_Path, tyro.conf.arg(metavar="FILE")]
 # an option of several values that may be given more than once; `flat` has all of them
 Repeated = tyro.conf.UseAppendAction[tuple[tuple[_Value, ...], ...]]
 Required = Annotated[Repeated[_Value], tyro.conf.arg(help_behavior_hint="(required, repeatable)")]
-METAVARS: Final = {  # argument of a command → its value in the help
+METAVARS: Final = {  # argument of a command → its value in the help, if not its name
     "actuator": "ACTUATOR [ACTUATOR ...]",
     "arc_guides": "COUNT",
     "armature": "INERTIA",
@@ -41,29 +40,21 @@ METAVARS: Final = {  # argument of a command → its value in the help
     "efficiency": "ETA",
     "exclude": "EFFECT [EFFECT ...]",
     "extra_bend": "RADIANS",
-    "folder": "FOLDER",
     "fps": "RATE",
     "friction": "MU",
     "hold_out": "RECORDING [RECORDING ...]",
     "inner_guides": "COUNT",
     "input_end": "{first,last}",
     "length": "METRE",
-    "model": "MODEL",
     "models": "[MODEL ...]",
-    "motion": "MOTION",
-    "name": "NAME",
-    "new": "NEW",
     "next": "TOML",
-    "old": "OLD",
     "out": "FOLDER",
     "outputs": "OUTPUT [OUTPUT ...]",
     "parameter": '"NAME=VALUES" [...]',
     "policy": "FILE.py:NAME",
-    "port": "PORT",
     "pretension": "NEWTON",
     "processes": "COUNT",
     "radius": "METRE",
-    "recording": "RECORDING",
     "recordings": "RECORDING [RECORDING ...]",
     "reproducibility": "SHARE",
     "rounds": "COUNT",
@@ -86,25 +77,12 @@ def described(argument: inspect.Parameter, hint: Any) -> Any:
     """Type of an argument with its metavar, and without a remark that its default is None."""
     if hint is bool:  # a flag
         return hint
-    metavar, remark = METAVARS[argument.name], "" if argument.default is None else None
+    metavar = METAVARS.get(argument.name, argument.name.upper())
+    remark = "" if argument.default is None else None
     parts: list[Any] = [tyro.conf.arg(metavar=metavar, help_behavior_hint=remark)]
     if get_origin(hint) is Annotated:  # which overrules
         parts, hint = [*parts, *hint.__metadata__], hint.__origin__
-    kinds = [kind for kind in get_args(hint) if kind in (float, int, str, Path)]
-    if len(kinds) == 1 and NoneType in get_args(hint):
-        parts.append(_given_or_not(kinds[0], metavar))
     return Annotated[(hint, *parts)]
-
-
-def _given_or_not(kind: type, metavar: str) -> Any:
-    """How to read a value whose default is None, which cannot be given."""
-    return tyro.constructors.PrimitiveConstructorSpec(
-        nargs=1,
-        metavar=metavar,
-        instance_from_str=lambda texts: kind(texts[0]),
-        is_instance=lambda value: value is None or isinstance(value, kind),
-        str_from_instance=lambda value: [str(value)],
-    )
 
 
 def flat(groups: Iterable[Iterable[_Value]]) -> tuple[_Value, ...]:

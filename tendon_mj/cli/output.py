@@ -115,6 +115,12 @@ class Output:
         if sentence:
             console.print(sentence)
 
+    def finish(self, numbers: dict[str, object], sentence: str) -> dict[str, object]:
+        """Write `result.json`, then `close`; returns the numbers."""
+        self.result(numbers)
+        self.close(sentence)
+        return numbers
+
 
 def _check_given(folder: Path, writes: Sequence[str], given: Iterable[str | Path | None]) -> None:
     """Refuse to overwrite a file that the command was given."""

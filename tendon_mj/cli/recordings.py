@@ -127,9 +127,7 @@ def check(
         "recordings": [_checked(one) for one in checked],
         "table_warnings": of_tables,
     }
-    output.result(result)
-    output.close(_check_sentence(checked, len(of_tables)))
-    return result
+    return output.finish(result, _check_sentence(checked, len(of_tables)))
 
 
 def replay(

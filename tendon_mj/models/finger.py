@@ -7,8 +7,9 @@ forearm and back at the wrist, along the palm and over guides on the phalanges.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cache
+import tomllib
+from dataclasses import dataclass, field
+from functools import cache, partial
 from typing import Any
 
 import mujoco
@@ -94,34 +95,20 @@ class FingerJoint:
         return length
 
 
-# by each joint: MCP, PIP, DIP
-_BY_JOINT = {
-    "length": (0.0398, 0.0224, 0.0196),
-    "radius": (0.009, 0.0083, 0.007),
-    "mass": (0.011, 0.0053, 0.003),
-    "low": (np.radians(-10.0), np.radians(-5.0), np.radians(-5.0)),
-    "high": (np.radians(90.0), np.radians(100.0), np.radians(80.0)),
-    "stiffness": (0.12, 0.1, 0.05),
-    "damping": (0.004, 0.003, 0.0015),
-    "armature": (2e-5, 1.5e-5, 1e-5),
-    "flexor_offset": (0.007, 0.0055, 0.003),
-    "flexor_before": (0.018, 0.015, 0.008),
-    "flexor_after": (0.013, 0.009, 0.007),
-    "extensor_offset": (0.0095, 0.004, 0.0028),
-    "extensor_reach": (0.0045, 0.002, 0.0016),
-}
-_MCP, _PIP, _DIP = (
-    FingerJoint(**{name: values[k] for name, values in _BY_JOINT.items()}) for k in range(3)
-)
+@cache
+def _default_joint(name: str) -> FingerJoint:
+    """A joint with the numbers of `models/finger/parameters.toml`."""
+    text = (models_folder() / "finger" / "parameters.toml").read_text(encoding="utf-8")
+    return FingerJoint(**{key: entry["value"] for key, entry in tomllib.loads(text)[name].items()})
 
 
 @dataclass(frozen=True, kw_only=True)
 class Finger:
     """Parameters of the finger; the defaults are those of `models/finger/parameters.toml`."""
 
-    mcp: FingerJoint = _MCP
-    pip: FingerJoint = _PIP
-    dip: FingerJoint = _DIP
+    mcp: FingerJoint = field(default_factory=partial(_default_joint, "mcp"))
+    pip: FingerJoint = field(default_factory=partial(_default_joint, "pip"))
+    dip: FingerJoint = field(default_factory=partial(_default_joint, "dip"))
     friction: float = 0.15  # μ of both tendons, static = dynamic [-]
     axial_stiffness: float = 2000.0  # EA of each tendon [N]
     pretension: float = 4.0  # T_0 of each tendon in the reference pose, the finger straight [N]
@@ -268,7 +255,7 @@ def _add_phalanges(spec: mujoco.MjSpec, finger: Finger) -> None:
 
 def _draw_phalanx(spec: mujoco.MjSpec, body: mujoco.MjsBody, joint: FingerJoint) -> None:
     """Bone, flesh and skin of the package's finger, as long and thick as this phalanx."""
-    own = getattr(Finger, body.name)
+    own = _default_joint(body.name)
     across = joint.radius / own.radius
     for part, rgba in _COLOUR.items():
         name = f"{body.name}_{part}"

@@ -209,12 +209,7 @@ class RigResult:
         return {
             **vars(change),
             **dates,
-            "parameter": series.parameter,
-            "effect": series.number.identifier,
-            "unit": series.unit,
-            "values": series.values.tolist(),
-            "errors": series.errors.tolist(),
-            "rivals": entries(self.rivals),
+            **entries(series, self.rivals),
         }
 
     def row(self) -> dict[str, Any]:
@@ -328,9 +323,13 @@ def or_as_well(rivals: Sequence[NumberSeries]) -> str:
     return f", or as well {', or '.join(map(label, rivals))}" if rivals else ""
 
 
-def entries(rivals: Sequence[NumberSeries]) -> list[dict[str, str]]:
-    """The same as in `result.json`."""
-    return [{"parameter": r.parameter, "effect": r.number.identifier} for r in rivals]
+def entries(series: NumberSeries, rivals: Sequence[NumberSeries]) -> dict[str, Any]:
+    """A number, and those that explain as much, as in `result.json`."""
+    names, *others = (
+        {"parameter": one.parameter, "effect": one.number.identifier} for one in (series, *rivals)
+    )
+    values, errors = series.values.tolist(), series.errors.tolist()
+    return {**names, "unit": series.unit, "values": values, "errors": errors, "rivals": others}
 
 
 def _course(change: Change, series: NumberSeries, dates: Sequence[datetime]) -> str:

@@ -83,19 +83,13 @@ class StatesCompared:
 
     def result(self) -> dict[str, object]:
         """Plain numbers and words, as in `result.json`."""
-        series = self.series
         return {
             "sentence": self.sentence,
             "changed": self.changed,
-            "parameter": series.parameter,
-            "effect": series.number.identifier,
-            "unit": series.unit,
+            **entries(self.series, self.rivals),
             "before": self.before,
             "after": self.after,
             "significance": self.significance,
-            "values": series.values.tolist(),
-            "errors": series.errors.tolist(),
-            "rivals": entries(self.rivals),
             "least": {name: size for (name, _), size in self.least.items()},
             "misfit": self.misfit,
             "left": self.left,

@@ -206,8 +206,8 @@ class _Body:
         if len(more):
             cell = frame[_EXTRA].astype(object)[more.index[0]]
             faults.append(
-                f"{self.path}, row {self._row(more.index[0])}, column {width + 1}: {cell!r} is one"
-                f" cell too many; the names end with column {width}, {self.names[-1]!r}"
+                f"{self.path}, row {self.first + more.index[0]}, column {width + 1}: {cell!r} is"
+                f" one cell too many; the names end with column {width}, {self.names[-1]!r}"
             )
         return cells, faults
 
@@ -220,7 +220,7 @@ class _Body:
         if not len(footer):
             return len(cells)
         warn(
-            f"{self.path}, row {self._row(int(footer.index[0]))}, column {clock!r}:"
+            f"{self.path}, row {self.first + int(footer.index[0])}, column {clock!r}:"
             f" {footer.iloc[0]!r} is not a time; rows from there to the end are left out"
         )
         return int(footer.index[0])
@@ -231,12 +231,9 @@ class _Body:
             again = np.flatnonzero(column == self.written[self.names.index(name)])
             if again.size:
                 raise RecordingError(
-                    f"{self.path}, row {self._row(int(again[0]))}: the names stand there again;"
+                    f"{self.path}, row {self.first + int(again[0])}: the names stand there again;"
                     " make it the first row of another recording"
                 )
-
-    def _row(self, place: int) -> int:
-        return self.first + place
 
     def _frame(self, labels: Sequence[str], kinds: Mapping[str, type]) -> Any:
         separator = r"\s+" if self.separator == " " else self.separator
@@ -269,6 +266,6 @@ class _Body:
             cells[name] = point.astype(np.float64).reindex(column.index).to_numpy()
             return ""
         return (
-            f"{self.path}, row {self._row(int(bad.index[0]))}, column {name!r}: {bad.iloc[0]!r} is"
-            f" not a number{and_more(len(bad))}"
+            f"{self.path}, row {self.first + int(bad.index[0])}, column {name!r}: {bad.iloc[0]!r}"
+            f" is not a number{and_more(len(bad))}"
         )

@@ -116,19 +116,14 @@ def _read_series(
 def _messages(path: Path, wanted: Collection[str], there: set[str]) -> Iterator[_Message]:
     """Messages of a log, at least those of the topics that are wanted; all topics are added."""
     kind, read = ("a bag of ROS", _of_bag) if is_bag(path) else ("an MCAP", _of_mcap)
-    messages = read(path, wanted, there)
-    while True:
-        try:
-            message = next(messages)
-        except StopIteration:
-            return
-        except (RecordingError, ImportError):
-            raise
-        # whatever its parts raise: struct.error, KeyError, ZstdError, OverflowError, …
-        except Exception as error:
-            reason = str(error) or type(error).__name__
-            raise RecordingError(f"{path}: not {kind}: {reason}") from error
-        yield message
+    try:
+        yield from read(path, wanted, there)
+    except (RecordingError, ImportError):
+        raise
+    # whatever its parts raise: struct.error, KeyError, ZstdError, OverflowError, …
+    except Exception as error:
+        reason = str(error) or type(error).__name__
+        raise RecordingError(f"{path}: not {kind}: {reason}") from error
 
 
 def _of_mcap(path: Path, wanted: Collection[str], there: set[str]) -> Iterator[_Message]:

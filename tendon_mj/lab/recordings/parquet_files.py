@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -54,11 +54,11 @@ def open_parquet(path: Path) -> OpenTable:
         names = [*place, *(name for name in names if name not in place)]
 
     def read(wanted: Mapping[str, bool], clock: str) -> tuple[Columns, list[str]]:
-        paths = {name: place.get(name, name) for name in wanted}
-        roots = {name: _root(schema, at) for name, at in paths.items()}
+        parts = {name: _part_of(schema, place.get(name, name)) for name in wanted}
+        roots = dict.fromkeys(root for root, _ in parts.values())
         try:
-            table = data.to_table(columns=list(dict.fromkeys(roots.values())), filter=rows)
-            whole = {root: table.column(root) for root in roots.values()}
+            table = data.to_table(columns=list(roots), filter=rows)
+            whole = {root: table.column(root) for root in roots}
         except broken as error:
             raise RecordingError(f"{path}: not a Parquet file: {error}") from None
         if episode is not None and not table.num_rows:
@@ -76,18 +76,17 @@ def open_parquet(path: Path) -> OpenTable:
                 )
         cells, faults = Columns(), list[str]()
         for name, needed in wanted.items():
-            rest = paths[name][len(roots[name]) + 1 :]
+            root, rest = parts[name]
             try:
-                cells[name] = _arrow_cells(_part(whole[roots[name]], rest), name == clock)
+                cells[name] = _arrow_cells(_part(whole[root], rest), name == clock)
             except (pa.ArrowException, TypeError) as error:
                 faults += [f"{path}, column {name!r}: {error}"] if needed else []
         return cells, faults
 
     def has(name: str) -> bool:
-        at = place.get(name, name)
-        root = _root(schema, at)
+        root, rest = _part_of(schema, place.get(name, name))
         try:
-            return bool(root) and _part(empty.column(root), at[len(root) + 1 :]) is not None
+            return bool(root) and _part(empty.column(root), rest) is not None
         except (pa.ArrowException, TypeError):
             return False
 
@@ -111,18 +110,18 @@ def _places(folder: Path) -> dict[str, str]:
     return places
 
 
-def _root(schema: Any, name: str) -> str:
-    """The column that a name with dots is a part of; the name itself where it is a column."""
+def _part_of(schema: Any, name: str) -> tuple[str, list[str]]:
+    """The column that a name with dots is a part of, and the parts that lead into it."""
     parts = name.split(".")
-    roots = (".".join(parts[:k]) for k in range(len(parts), 0, -1))
-    return next((root for root in roots if root in schema.names), "")
+    roots = {".".join(parts[:k]): parts[k:] for k in range(len(parts), 0, -1)}
+    return next(((root, rest) for root, rest in roots.items() if root in schema.names), ("", []))
 
 
-def _part(column: Any, rest: str) -> Any:
-    """The elements of lists, and fields of structs, to which the rest of a name leads."""
+def _part(column: Any, rest: Sequence[str]) -> Any:
+    """The elements of lists, and fields of structs, to which the parts of a name lead."""
     import pyarrow.compute as pc
 
-    for part in filter(None, rest.split(".")):
+    for part in filter(None, rest):
         if part.isdecimal():
             column = pc.list_element(column, int(part))
         else:

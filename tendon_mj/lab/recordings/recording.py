@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -119,14 +119,11 @@ class Recording(Description):
             return NotImplemented
         mine, theirs = ({TIME: r.time, **r.columns} for r in (self, other))
         return (
-            all(getattr(self, f) == getattr(other, f) for f in _NOT_ARRAYS)
+            super().__eq__(other)
+            and self.name == other.name
             and mine.keys() == theirs.keys()
             and all(np.array_equal(mine[name], theirs[name]) for name in mine)
         )
-
-
-_NOT_COMPARED = ("time", "columns", "in_file", "beside", "rows")  # the first two are, as arrays
-_NOT_ARRAYS = [f.name for f in fields(Recording) if f.name not in _NOT_COMPARED]
 
 
 GivenRecording = Recording | str | os.PathLike  # type: ignore[type-arg]  # of str; for isinstance

@@ -52,11 +52,6 @@ class Axis(NamedTuple):
     # its values, in order; None where they are drawn from low to high
     grid: NDArray[np.float64] | None
 
-    @property
-    def drawn(self) -> bool:
-        """Whether its values are random."""
-        return self.grid is None
-
 
 def parse_axes(
     texts: Sequence[str], draws: int, parameters: Collection[str], sheaths: Mapping[str, str]

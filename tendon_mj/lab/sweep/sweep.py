@@ -309,7 +309,7 @@ class SweepResult:
         """
         varied = self.table.read([axis.name for axis in self.axes])
         varied = {name: values[self.solid] for name, values in varied.items()}
-        drawn = [axis.name for axis in self.axes if axis.drawn]
+        drawn = [axis.name for axis in self.axes if axis.grid is None]
         summaries = {}
         for first in range(0, len(self.outputs), _READ):
             some = self.outputs[first : first + _READ]

@@ -187,20 +187,10 @@ def bars_figure(
     with style.print_style():
         figure = style.new_figure(5.2, 1.4 + 0.34 * len(spreads))
         axes = figure.subplots()
-        axes.barh(rows, median, 0.7, color=style.BLUE)
+        look: dict[str, Any] = {"ecolor": style.BLACK, "elinewidth": 1.0, "capsize": 2.0}
         errors = [median - low, high - median]
-        axes.errorbar(
-            median, rows, xerr=errors, fmt="none", ecolor=style.BLACK, elinewidth=1.0, capsize=2.0
-        )
-        for row, value, end in zip(rows, median, high, strict=True):
-            axes.annotate(
-                text.format(value),
-                (max(end, 0.0), row),
-                (5, 0),
-                textcoords="offset points",
-                va="center",
-                fontsize=8.0,
-            )
+        bars = axes.barh(rows, median, 0.7, color=style.BLUE, xerr=errors, error_kw=look)
+        axes.bar_label(bars, [text.format(value) for value in median], padding=5, fontsize=8.0)
         axes.set_xlim(min(0.0, 1.1 * float(low.min())), 1.3 * float(high.max()))
         axes.set_yticks(rows, list(spreads))
         axes.invert_yaxis()

@@ -94,37 +94,27 @@ def render_clip(
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         with whole_file(path) as made:
-            _write_video(images, made, (width, height), frames, progress)
+            writer = imageio_ffmpeg.write_frames(
+                str(made),
+                (width, height),
+                fps=frames.fps,
+                codec="libx264",
+                quality=None,  # but that of the parameters
+                macro_block_size=2,
+                output_params=["-crf", str(_QUALITY), *_COLOUR_FLAGS],
+            )
+            with contextlib.closing(writer):
+                writer.send(None)
+                for k, image in enumerate(images):
+                    writer.send(np.ascontiguousarray(image))
+                    if progress:
+                        progress("draw", k + 1, len(frames.time))
+            written, _ = imageio_ffmpeg.count_frames_and_secs(str(made))
+            if written != len(frames.time):  # as where the disk is full, which ffmpeg alone notices
+                raise OSError(f"{written} of {len(frames.time)} frames were written")
     except (OSError, RuntimeError) as error:
         raise EngineError(f"{path}: ffmpeg could not write the clip: {error}") from error
     return path
-
-
-def _write_video(
-    images: Iterator[offscreen.Image],
-    path: Path,
-    size: tuple[int, int],
-    frames: Frames,
-    progress: Progress | None,
-) -> None:
-    writer = imageio_ffmpeg.write_frames(
-        str(path),
-        size,
-        fps=frames.fps,
-        codec="libx264",
-        quality=None,  # but that of the parameters
-        macro_block_size=2,
-        output_params=["-crf", str(_QUALITY), *_COLOUR_FLAGS],
-    )
-    with contextlib.closing(writer):
-        writer.send(None)
-        for k, image in enumerate(images):
-            writer.send(np.ascontiguousarray(image))
-            if progress:
-                progress("draw", k + 1, len(frames.time))
-    written, _ = imageio_ffmpeg.count_frames_and_secs(str(path))
-    if written != len(frames.time):  # as where the disk is full, which ffmpeg alone notices
-        raise OSError(f"{written} of {len(frames.time)} frames were written")
 
 
 def draw_frames(
@@ -194,7 +184,6 @@ class _FramePainter:
         self._frames, self._camera, self._twin, self._size = frames, camera, twin, size
         self._drawn = frames.drawn
         self._theme, self._caption = theme, caption
-        self._halo: dict[str, Any] = {"stroke_width": _HALO, "stroke_fill": theme.background}
         self._model = offscreen.without_tendons(to_show(model), frames.cables)
         self._data = mujoco.MjData(self._model)
         self._scale = offscreen.colour_limits(frames.cables) if frames.cables else Normalize()
@@ -208,6 +197,7 @@ class _FramePainter:
         }
         points = max(6, round(15 * text_scale(size[1])))
         self._font = ImageFont.truetype(findfont("DejaVu Sans"), points)
+        self._written: dict[str, Any] = {"font": self._font, **_halo(theme)}
         pressed = [*frames.contacts, *(twin.contacts if twin else ())]
         self._largest = max((_norms(rows).max(initial=0.0) for rows in pressed), default=0.0)
         self._unit = unit_of_forces(frames) if frames.cables else force_unit([self._largest])
@@ -231,12 +221,10 @@ class _FramePainter:
         mujoco.mj_setState(self._model, self._data, self._frames.poses[k], POSE)
         mujoco.mj_fwdPosition(self._model, self._data)
 
-        def add(scene: mujoco.MjvScene) -> None:
-            offscreen.add_cables(scene, self._drawn, k, self._scale, self._radius)
-
-        image = self._offscreen.draw(self._data, self._camera, add)
+        cables = offscreen.cables_at(self._drawn, k, self._scale, self._radius)
+        image = self._offscreen.draw(self._data, self._camera, cables)
         if self._ghost is not None and self._twin is not None:
-            image = self._ghost.behind(image, self._offscreen.depth, self._twin.poses[k])
+            image = self._ghost.behind(image, self._twin.poses[k])
         labels = list[FloatArray]()
         for frames, colour in ((self._twin, _TWIN_ARROW), (self._frames, _ARROW_COLOUR)):
             contacts = frames.contacts[k] if frames else np.empty((0, 6))
@@ -278,9 +266,7 @@ class _FramePainter:
                     spot[0] -= wide if away[0] < 0.0 else 0.0
                     spot[0] = np.clip(spot[0], 2.0, max(2.0, self._size[0] - wide))
                     ink = colour if several else self._theme.ink
-                    draw.text(
-                        tuple(spot), text, fill=ink, font=self._font, anchor="lm", **self._halo
-                    )
+                    draw.text(tuple(spot), text, fill=ink, anchor="lm", **self._written)
         self._explain(picture, draw)
         return np.array(picture)
 
@@ -307,7 +293,7 @@ class _FramePainter:
         side = 1.0 if middle[1] >= np.nanmean(near[:, 1]) else -1.0
         spot = middle + np.array([0.0, 1.4 * side * self._font.size])
         spot = free_spot(spot, labels, self._font.size)
-        draw.text(tuple(spot), text, fill=colour, font=self._font, anchor="mm", **self._halo)
+        draw.text(tuple(spot), text, fill=colour, anchor="mm", **self._written)
 
     def _explain(self, picture: Picture.Image, draw: ImageDraw.ImageDraw) -> None:
         """Explain the grey bead, the grey ghost and the arrows in a left corner."""
@@ -341,18 +327,22 @@ class _FramePainter:
             half = 2.0 * radius if outline else radius  # of the ghost a piece as of a finger
             box = [x - half, y - radius, x + half, y + radius]
             around = [box[0] - _HALO, box[1] - _HALO, box[2] + _HALO, box[3] + _HALO]
-            written: dict[str, Any] = {"font": self._font, **self._halo}
             if not colour:
-                draw.text((0.7 * size, y), text, fill=self._theme.ink, anchor="lm", **written)
+                draw.text((0.7 * size, y), text, fill=self._theme.ink, anchor="lm", **self._written)
                 y += 1.5 * size
                 continue
             if colour == arrow:
-                draw.text((x, y), _ARROW_SIGN, fill=arrow, anchor="mm", **written)
+                draw.text((x, y), _ARROW_SIGN, fill=arrow, anchor="mm", **self._written)
             else:
                 draw.rounded_rectangle(around, radius + _HALO, fill=self._theme.background)
                 draw.rounded_rectangle(box, radius, fill=colour, outline=outline or None)
-            draw.text((2.4 * size, y), text, fill=self._theme.ink, anchor="lm", **written)
+            draw.text((2.4 * size, y), text, fill=self._theme.ink, anchor="lm", **self._written)
             y += 1.5 * size
+
+
+def _halo(theme: style.Theme) -> dict[str, Any]:
+    """Options of a text that stands out from the picture."""
+    return {"stroke_width": _HALO, "stroke_fill": theme.background}
 
 
 def _norms(contacts: FloatArray) -> FloatArray:
@@ -408,8 +398,7 @@ def draw_arrow(
     picture.paste(patch.resize(tuple(high - low), Picture.Resampling.BOX), tuple(low))
     anchor = "rm" if way[0] < 0 else "lm"
     spot = tuple(free_spot(end + 0.5 * font.size * way, labels, font.size))
-    halo: Any = {"stroke_width": _HALO, "stroke_fill": theme.background}
-    ImageDraw.Draw(picture).text(spot, text, fill=ink, font=font, anchor=anchor, **halo)
+    ImageDraw.Draw(picture).text(spot, text, fill=ink, font=font, anchor=anchor, **_halo(theme))
     return np.array(picture)
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import contextlib
 import copy
 import importlib
+import itertools
 import os
 import platform
 import warnings
@@ -167,16 +168,11 @@ class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
             self._gl.free()
             raise EngineError(f"MuJoCo cannot draw with this OpenGL: {error}") from error
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
-        self._scene = mujoco.MjvScene(self._model, _MAX_GEOMS)
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
+        self.scene = mujoco.MjvScene(self._model, _MAX_GEOMS)  # that was drawn last
+        self.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
         self._rect = mujoco.MjrRect(0, 0, width, height)
         self._image = np.empty((height, width, 3), np.uint8)
         self._depth = np.empty((height, width), np.float32)
-
-    @property
-    def scene(self) -> mujoco.MjvScene:
-        """The scene that was drawn last, with its camera."""
-        return self._scene
 
     @property
     def depth(self) -> NDArray[np.float32]:
@@ -196,7 +192,7 @@ class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
 
         ``model`` is the same model in other colours.
         """
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
+        self.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
         mujoco.mjv_updateScene(
             self._model if model is None else model,
             data,
@@ -204,14 +200,14 @@ class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
             None,
             camera,
             mujoco.mjtCatBit.mjCAT_ALL.value,
-            self._scene,
+            self.scene,
         )
-        add_floor(self._scene, self._floor)
-        add(self._scene)
+        add_floor(self.scene, self._floor)
+        add(self.scene)
         if not self._has_sky:  # MuJoCo's own is black, and print is not
             self._add_backdrop()
         self._gl.make_current()
-        mujoco.mjr_render(self._rect, self._scene, self._context)
+        mujoco.mjr_render(self._rect, self.scene, self._context)
         mujoco.mjr_readPixels(self._image, self._depth, self._rect, self._context)
         return self._image[::-1].copy()
 
@@ -220,12 +216,12 @@ class Offscreen(contextlib.AbstractContextManager["Offscreen"]):
 
         It is a decoration, which casts no shadow.
         """
-        eye = self._scene.camera[0]
+        eye = self.scene.camera[0]
         forward, up = np.array(eye.forward, float), np.array(eye.up, float)
         far = float(eye.frustum_far)
-        middle = _eye(self._scene) + _WALL * far * forward
+        middle = _eye(self.scene) + _WALL * far * forward
         colour = np.append(self._background / 255.0, 1.0).astype(np.float32)
-        wall = _next_geom(self._scene, mujoco.mjtGeom.mjGEOM_BOX, middle, far, colour)
+        wall = _next_geom(self.scene, mujoco.mjtGeom.mjGEOM_BOX, middle, far, colour)
         if wall is not None:
             wall.size[:] = 2.0 * far, 2.0 * far, 1e-6 * far
             wall.mat[:] = np.stack([np.cross(forward, up), up, -forward], axis=1)
@@ -293,11 +289,9 @@ def cable_radius(model: mujoco.MjModel, cables: Mapping[str, Cable]) -> float:
     """Radius of drawn cables [m]: visible from afar, and less than most gaps between cables."""
     size = cables_size(model, cables)
     radius, starts = _THICKNESS * size, [cable.points[0] for cable in cables.values()]
-    for k, points in enumerate(starts):
-        for other in starts[:k]:
-            gaps = np.linalg.norm(points[:, None] - other[None], axis=2)
-            if gaps[gaps > 0.0].size:
-                radius = min(radius, 0.3 * float(gaps[gaps > 0.0].min()))
+    for points, other in itertools.combinations(starts, 2):
+        gaps = np.linalg.norm(points[:, None] - other[None], axis=2)
+        radius = min(radius, 0.3 * float(gaps[gaps > 0.0].min(initial=np.inf)))
     return max(radius, _THINNEST * size)
 
 
@@ -319,16 +313,16 @@ def without_tendons(model: mujoco.MjModel, names: Iterable[str] | None = None) -
     return bare
 
 
-def add_cables(
-    scene: mujoco.MjvScene,
-    cables: Mapping[str, Cable],
-    frame: int,
-    scale: Normalize,
-    radius: float,
-) -> None:
-    """Add all tendons as they are in a frame to a scene, as it has room."""
-    for cable in cables.values():
-        add_cable(scene, cable.points[frame], cable.tensions[frame], scale, radius)
+def cables_at(
+    cables: Mapping[str, Cable], frame: int, scale: Normalize, radius: float
+) -> Callable[[mujoco.MjvScene], None]:
+    """Function that adds all tendons as they are in a frame to a scene, for `Offscreen.draw`."""
+
+    def add(scene: mujoco.MjvScene) -> None:
+        for cable in cables.values():
+            add_cable(scene, cable.points[frame], cable.tensions[frame], scale, radius)
+
+    return add
 
 
 def add_cable(
@@ -393,8 +387,9 @@ class Ghost:
         offscreen.draw(self._data, camera, model=background, shadows=False)
         self._background = offscreen.depth
 
-    def behind(self, image: Image, depth: Depth, pose: FloatArray) -> Image:
-        """A picture, of that (height, width) depth, with the twin in ``pose`` behind the model."""
+    def behind(self, image: Image, pose: FloatArray) -> Image:
+        """The picture that was drawn last, with the twin in ``pose`` behind the model."""
+        depth = self._offscreen.depth
         mujoco.mj_setState(self._ghost, self._data, pose, POSE)
         mujoco.mj_fwdPosition(self._ghost, self._data)
         ghost = self._offscreen.draw(self._data, self._camera, model=self._ghost, shadows=False)

@@ -187,11 +187,10 @@ def _value_rows(
         rows.append(("", style.GREY, ("with friction", "no friction")))
     forces = touch_forces(model, frames, twin)
     if len(forces) == 1:
-        ((name, values),) = forces.items()
+        ((name, both),) = forces.items()
         label = style.labelled(name.replace("_", " "), unit)
-        values = unit.factor * values
-        other = unit.factor * touch_forces(model, twin, frames)[name] if twin else None
-        rows.append((label, INK, ("", (values,)) if other is None else ((values,), (other,))))
+        felt = [(unit.factor * values,) for values in both]
+        rows.append((label, INK, (felt[0], felt[1]) if twin else ("", felt[0])))
     ends = "input → output"
     rows.append((style.labelled("tension", unit), style.GREY, (ends if twin else "", ends)))
     colours, cables, names = tendon_colours(model, frames.cables), frames.cables, listed(frames)
@@ -342,14 +341,15 @@ def unit_of_forces(frames: Frames) -> EngineeringUnit:
 
 
 def touch_forces(
-    model: mujoco.MjModel, frames: Frames, twin: Frames | None = None
-) -> dict[str, FloatArray]:
-    """(frames,) force of every touch sensor that felt any, here or in the twin [N], by name."""
-    touching = model.sensor_type == mujoco.mjtSensor.mjSENS_TOUCH.value
-    names = {k: model.sensor(k).name or f"sensor {k}" for k in np.flatnonzero(touching)}
-    felt = np.vstack([f.readings for f in (frames, twin) if f is not None])
-    places = {n: k for k, n in names.items() if felt[:, model.sensor_adr[k]].any()}
-    return {n: frames.readings[:, model.sensor_adr[k]] for n, k in places.items()}
+    model: mujoco.MjModel, frames: Frames, twin: Frames | None
+) -> dict[str, list[FloatArray]]:
+    """(frames,) forces here and in the twin [N] of each touch sensor that felt any, by name."""
+    forces = dict[str, list[FloatArray]]()
+    for k in np.flatnonzero(model.sensor_type == mujoco.mjtSensor.mjSENS_TOUCH.value):
+        felt = [f.readings[:, model.sensor_adr[k]] for f in (frames, twin) if f is not None]
+        if any(values.any() for values in felt):
+            forces[model.sensor(k).name or f"sensor {k}"] = felt
+    return forces
 
 
 def _forces_chart(
@@ -359,14 +359,11 @@ def _forces_chart(
     several = len(forces) > 1
     colours = _OTHER_COLOURS if several else (style.BLACK,)
     lines = [
-        Line(name.replace("_", " "), unit.factor * values, colour)
-        for (name, values), colour in zip(forces, colours, strict=False)
+        Line(name.replace("_", " "), unit.factor * felt[0], colour)
+        for (name, felt), colour in zip(forces, colours, strict=False)
     ]
     label = style.labelled("force" if several or not lines else lines[0].name, unit)
-    other = touch_forces(model, twin, frames) if twin else {}
-    behind = [
-        Line("", unit.factor * other[name], style.GREY) for name, _ in forces if name in other
-    ]
+    behind = [Line("", unit.factor * x, style.GREY) for _, felt in forces for x in felt[1:]]
     if behind and not several:
         lines = [lines[0]._replace(name="with friction")]
     return _Chart(label, lines, behind)

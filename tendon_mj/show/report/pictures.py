@@ -153,7 +153,7 @@ def _draw_errors(
     axes: Axes, bars: Mapping[str, float], noise: float, unit: EngineeringUnit, changed: bool
 ) -> None:
     for k, (label, value) in enumerate(bars.items()):
-        axes.barh(
+        bar = axes.barh(
             k,
             value / noise,
             0.75,
@@ -162,14 +162,8 @@ def _draw_errors(
             edgecolor="white",
             label=label if changed or label != BEFORE else "calibrated, nothing added",
         )
-        axes.annotate(
-            f"{value / noise:.2f} × ({unit.write(value)})",
-            (value / noise, k),
-            xytext=(4, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=8.0,
-        )
+        text = f"{value / noise:.2f} × ({unit.write(value)})"
+        axes.bar_label(bar, [text], padding=4, fontsize=8.0)
     axes.axvline(1.0, color=style.BLACK, linestyle=":", linewidth=1.3, label="noise floor")
     axes.set_yticks([])
     axes.set_ylim(len(bars) - 0.4, -0.6)

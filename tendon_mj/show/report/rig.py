@@ -14,16 +14,7 @@ from tendon_mj.lab.diagnosis import BeforeAfter
 from tendon_mj.lab.frames import POSE, FrameRecorder
 from tendon_mj.lab.replay import load_recorded, replay_recording
 from tendon_mj.show import style
-from tendon_mj.show.render.offscreen import (
-    COLOURS,
-    Image,
-    Offscreen,
-    add_cables,
-    cable_radius,
-    colour_limits,
-    find_camera,
-    without_tendons,
-)
+from tendon_mj.show.render import offscreen
 
 _FPS, _FRAMES = 30.0, 500.0  # at most, among which the highest tension is found [1/s], [-]
 _SIZE = 1280, 960  # of the picture before its empty margins are cut off [pixels]
@@ -52,18 +43,16 @@ def rig_figure(shown: BeforeAfter) -> Figure | None:
             return None
         tensions = np.hstack([cable.tensions for cable in frames.drawn.values()])
         peak = int(np.nan_to_num(tensions).max(axis=1).argmax())
-        bare = without_tendons(model)
+        bare = offscreen.without_tendons(model)
         data = mujoco.MjData(bare)
         mujoco.mj_setState(bare, data, frames.poses[peak], POSE)
         mujoco.mj_fwdPosition(bare, data)
-        scale, radius = colour_limits(frames.drawn), cable_radius(model, frames.drawn)
-
-        def add(scene: mujoco.MjvScene) -> None:
-            add_cables(scene, frames.drawn, peak, scale, radius)
-
-        view = find_camera(model, None, data.qpos[None])
-        with Offscreen(bare, *_SIZE, ground=False) as offscreen:
-            image = _without_margins(offscreen.draw(data, view, add))
+        scale = offscreen.colour_limits(frames.drawn)
+        radius = offscreen.cable_radius(model, frames.drawn)
+        cables = offscreen.cables_at(frames.drawn, peak, scale, radius)
+        view = offscreen.find_camera(model, None, data.qpos[None])
+        with offscreen.Offscreen(bare, *_SIZE, ground=False) as buffer:
+            image = _without_margins(buffer.draw(data, view, cables))
     except TendonError:
         return None
     wide = image.shape[1] / image.shape[0]
@@ -74,13 +63,14 @@ def rig_figure(shown: BeforeAfter) -> Figure | None:
         axes.imshow(np.concatenate([image, _WHITE * drawn.astype(np.uint8)], axis=2))
         axes.set_axis_off()
         axes.set_title(f"{recording.name} at {start + frames.time[peak]:.3g} s", parse_math=False)
-        bar = figure.colorbar(ScalarMappable(scale, COLOURS), ax=axes, fraction=0.03, pad=0.01)
+        colours = ScalarMappable(scale, offscreen.COLOURS)
+        bar = figure.colorbar(colours, ax=axes, fraction=0.03, pad=0.01)
         bar.set_label("tension [N]")
         figure.patch.set_alpha(0.0)
     return figure
 
 
-def _without_margins(image: Image) -> Image:
+def _without_margins(image: offscreen.Image) -> offscreen.Image:
     """The part of a picture that is not white."""
     rows, columns, _ = np.nonzero(image < _WHITE)
     if not rows.size:
