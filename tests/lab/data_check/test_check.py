@@ -152,7 +152,7 @@ def test_a_corner_of_a_tension_is_no_tare(steps: float, is_tare: bool) -> None:
 
 
 def test_a_tension_that_falls_within_some_samples_behind_a_play_is_no_tare() -> None:
-    time = 0.02 * np.arange(1200)
+    time = 0.02 * np.arange(400)
     read = {"in_N": ("input_tension", NOISE)}
     drive = {"reel_m": ("reel", 3e-3 * np.sin(0.4 * time))}
     shown = replay_recording(recorded(time, drive, read, name="turn"))
@@ -594,13 +594,13 @@ def test_an_angle_that_jumps_by_a_turn_is_told_with_its_row_and_nothing_else_is(
 
 
 def test_rests_are_warned_of_only_where_they_are_too_close(pull: Recording) -> None:
-    reel = np.resize(np.linspace(0.0, 1.2e-3, 7), 100)
+    reel = np.resize(np.linspace(0.0, 1.2e-3, 7), 50)
     zeros = np.zeros(reel.size)
     made = replace(
         pull,
         time=10.0 * np.arange(reel.size),
         columns={"reel_m": reel, "in_N": zeros, "out_N": zeros},
-        settling_time=2.0,
+        settling_time=0.5,
     )
     shown = replay_recording(made, parameters={"sheath.friction": 0.2})
     let_off = replace(made, columns=shown.columns)  # from the last point of each stair at once
