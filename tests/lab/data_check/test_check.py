@@ -18,31 +18,32 @@ from tendon_mj.lab.data_check import check_recording, timing_warnings
 from tendon_mj.lab.data_check.column import Column, columns_of
 from tendon_mj.lab.data_check.columns import spike_warnings, turn
 from tendon_mj.lab.data_check.jumps import Jump, is_sudden
+from tendon_mj.models import Bench, build_bench
 from tests.lab.recorded import recorded
 from tests.refusals import refusing
 
 NOISE = 0.05
 
 
-def sound(name: str = "pull", **parameters: float) -> Recording:
-    """Two seconds of the bench, as another friction makes them, with noise."""
+@pytest.fixture(scope="module")
+def pull(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    """Two seconds of a coarse bench, as another friction makes them, with noise."""
+    bench = build_bench(Bench(guides=6, timestep=1e-3))
+    path = tmp_path_factory.mktemp("coarse") / "bench.xml"
+    path.write_text(bench.to_xml() if bench.compile() else "", encoding="utf-8")
     time = np.arange(0.0, 2.0, 0.01)
     made = recorded(
         time,
         {"reel_m": ("reel", 1e-3 * np.sin(5.0 * time))},
         {"in_N": ("input_tension", NOISE), "out_N": ("output_tension", NOISE)},
-        name=name,
+        path,
+        name="pull",
         uncertain={"sheath.friction": Uncertain(0.15, 0.05, 0.4)},
     )
-    shown = replay_recording(made, parameters={"sheath.friction": 0.2, **parameters})
+    shown = replay_recording(made, parameters={"sheath.friction": 0.2})
     random = np.random.default_rng(3)
     noisy = {c: shown.columns[c] + random.normal(0.0, NOISE, time.size) for c in made.measured}
     return replace(made, columns={**made.columns, **noisy})
-
-
-@pytest.fixture(scope="module")
-def pull() -> Recording:
-    return sound()
 
 
 def changed(recording: Recording, **columns: object) -> Recording:
@@ -594,7 +595,7 @@ def test_an_angle_that_jumps_by_a_turn_is_told_with_its_row_and_nothing_else_is(
 
 
 def test_rests_are_warned_of_only_where_they_are_too_close(pull: Recording) -> None:
-    reel = np.resize(np.linspace(0.0, 1.2e-3, 7), 50)
+    reel = np.resize(np.linspace(0.0, 1.2e-3, 7), 100)
     zeros = np.zeros(reel.size)
     made = replace(
         pull,

@@ -19,7 +19,7 @@ from tendon_mj.typing import FloatArray
 from tests.lab.recorded import recorded
 from tests.rigs import STILL, rope
 
-SETTLING = 0.5  # [s]
+SETTLING = 1.0  # [s]
 _SPEED = 0.002  # of the drive [m/s]
 
 # A cable along a duct that turns by 1.8 rad, and then to the end of a lever on a spring.
