@@ -157,9 +157,9 @@ def test_a_play_that_is_found_on_a_soft_flank_is_warned_of(
 ) -> None:
     path = tmp_path / "wrist.xml"
     path.write_text(build(way).to_xml())
-    time = np.arange(0.0, 1.5, 0.02)
+    time = np.arange(0.0, 3.0, 0.02)
     made = record(
-        "loops", time, 40.0 * np.sin(6.0 * time), np.zeros((time.size, 3)), way, str(path)
+        "loops", time, 40.0 * np.sin(3.0 * time), np.zeros((time.size, 3)), way, str(path)
     )
     play = {f"{cable}_sheath.backlash": PLAY for cable in ("agonist", "antagonist")}
     shown = replay_recording(made, parameters=play)
