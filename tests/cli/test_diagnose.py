@@ -26,8 +26,8 @@ OTHERS = [name for name in CATALOGUE if name != "sensor_bias"]
 def record(folder, name, seed, offset=0.0):
     """A bench whose friction is not what the recording guesses, and whose sensor may be off."""
     random = np.random.default_rng(seed)
-    time = np.arange(0.0, 2.0, 0.01)
-    x = 8e-4 * np.sin(2.0 * np.pi * random.uniform(0.8, 1.3) * time)
+    time = np.arange(0.0, 1.0, 0.005)
+    x = 8e-4 * np.sin(4.0 * np.pi * random.uniform(0.8, 1.3) * time)
     made = recorded(
         time,
         {"input_displacement_m": ("reel", x)},

@@ -19,7 +19,7 @@ from tendon_mj.typing import FloatArray
 from tests.lab.recorded import recorded
 from tests.rigs import STILL, rope
 
-SETTLING = 2.0  # [s]
+SETTLING = 1.0  # [s]
 _SPEED = 0.002  # of the drive [m/s]
 
 # A cable along a duct that turns by 1.8 rad, and then to the end of a lever on a spring.
@@ -79,10 +79,10 @@ def settled(
     step = model.opt.timestep
     for point in points:
         moving = max(1, round(abs(point - last) / _SPEED / step))
-        drive = np.append(np.linspace(last, point, moving), np.full(round(SETTLING / step), point))
-        for value in drive:
+        for value in np.linspace(last, point, moving):
             data.ctrl[0] = scale * value + offset
             mujoco.mj_step(model, data)
+        mujoco.mj_step(model, data, round(SETTLING / step))
         rows.append(data.sensordata[addresses])
         times.append(data.time)
         last = point

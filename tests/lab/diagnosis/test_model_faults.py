@@ -39,8 +39,8 @@ FRICTION = 0.3
 
 
 def loop():
-    time = np.arange(0.0, 3.0, 0.01)
-    drive = 2.4e-3 * np.abs(np.sin(2.0 * time))
+    time = np.arange(0.0, 1.5, 0.01)
+    drive = 2.4e-3 * np.abs(np.sin(4.0 * time))
     return bench_recording("r", time, drive, LOOP_NOISE, [TENSION])
 
 
@@ -194,10 +194,10 @@ def test_few_guides_do_not_decide_a_verdict(tmp_path):
     few, smooth = tmp_path / "few.xml", tmp_path / "smooth.xml"
     for path, guides in ((few, 9), (smooth, MANY)):
         path.write_text(build_bench(Bench(friction=0.15, bend=3.7, guides=guides)).to_xml())
-    time, random = np.arange(0.0, 2.0, 0.01), np.random.default_rng(1)
+    time, random = np.arange(0.0, 1.0, 0.01), np.random.default_rng(1)
     tensions, made = [TENSION, "output_tension_N"], []
     for k, share in enumerate((0.6, 1.0)):
-        drive = 1.3e-3 * np.sin(4.0 * time) * (1.0 - share * np.sin(0.8 * time) ** 2)
+        drive = 1.3e-3 * np.sin(8.0 * time) * (1.0 - share * np.sin(1.6 * time) ** 2)
         blank = bench_recording(f"r{k}", time, drive, LOOP_NOISE, tensions)
         rig = Simulator([replace(blank, model=str(smooth))], timestep=1e-4)
         read = rig([{"sheath.friction": 0.19}])[0][0]

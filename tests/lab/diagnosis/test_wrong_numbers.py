@@ -51,7 +51,7 @@ ACTUATORS = {
     "servo": '<position name="servo" joint="elbow" kp="30" kv="1.5"/>',
 }
 NOISE = {"angle_rad": ("angle", 5e-3), "torque_Nm": ("torque", 2e-2)}
-TIME = np.arange(0.0, 3.0, 0.01)
+TIME = np.arange(0.0, 2.0, 0.01)
 
 # number, actuator that drives, effect that it is called, values of the rig
 WRONG = [
