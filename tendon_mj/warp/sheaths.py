@@ -85,7 +85,7 @@ class Sheaths:
             parameter: one of ``parameters``.
             values: a number; (worlds, sheaths) or two dimensions that broadcast to it; with
                 ``sheath`` (worlds,).
-            sheath: its name; default: all.
+            sheath: its name, or that of its tendon; default: all.
 
         Raises:
             InvalidValueError: not numeric, outside its range, or of another shape; an array of one
@@ -93,6 +93,8 @@ class Sheaths:
             UnknownNameError: no such parameter or sheath.
             UnusedKeyError: a parameter that the sheath has no use for, and why.
         """
+        if sheath in self.tendon_names:
+            sheath = self.names[self.tendon_names.index(sheath)]
         self.check_use(parameter, sheath)
         try:
             given = np.asarray(values, float)

@@ -132,6 +132,8 @@ def test_parameters_are_checked_and_named(model):
     ):
         with refusing((InvalidValueError, UnknownNameError), said):
             sheaths.set(*given)
+    sheaths.set("friction", 0.3, sheaths.tendon_names[0])
+    assert sheaths.parameters["friction"].numpy()[:, 0] == pytest.approx(0.3)
     sheaths = tw.sheaths_of(tw.make_data(fingers(kinds=("cable",))))
     with refusing(InvalidValueError, "cable.pretension | tendon_lengthspring"):
         sheaths.set("pretension", 10.0)
