@@ -102,6 +102,20 @@ def test_it_holds_a_load_that_comes_on_with_the_motor_s_torque(torque, holds):
     assert (np.abs(data.qvel) < 1e-6).all() == holds
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize("part", [0.0, 0.9, 0.99])
+def test_a_motion_that_load_and_motor_brake_ends_at_once_and_a_held_one_stays(part, way):
+    """η_b = −0.5, and the motor gives a part of the half that would lower the load."""
+    model, data, view = geared(0.4, spec=drum(damping=0.0))
+    data.qvel[0] = way
+    *_, speed = passed_on(model, data, view, -way * part * 0.15, -0.3 * way, 1)
+    assert abs(speed) < 1e-12
+    *_, speed = passed_on(model, data, view, -way * part * 0.15, -0.3 * way)
+    assert abs(speed) < 1e-12
+    assert abs(data.qpos[0]) < 1e-12
+    assert view.friction_work.sum() < 1e-12
+
+
 @pytest.mark.parametrize("pretension", [0.0, 2.0])
 def test_cables_lose_from_what_their_gear_passes_on(pretension):
     rig = geared(0.8, friction=CABLE["friction"], pretension=pretension)

@@ -56,13 +56,15 @@ def friction_of_cables(group: Group, tension: float, eases: float) -> tuple[floa
 
 
 @compiled
-def jams(group: Group, tension: float, still: float) -> bool:
+def jams(group: Group, tension: float, still: float, stopping: float) -> bool:
     """Return whether a gear that locks itself holds a load that the motor turns to release.
 
-    ``still`` is the friction without which nothing would be accelerated.
+    ``still`` is the friction with which nothing would be accelerated, ``stopping`` that which ends
+    the motion at hand: one that the motor brakes does not jam the gear.
     """
     if not group.back < 0.0 or tension == 0.0:
         return False
     side = 1.0 if tension > 0.0 else -1.0
     jam = _behind(group, group.back, side, tension, 0.0)
-    return side * (tension + still) <= 0.0 and side * still <= side * jam
+    releases = side * (tension + still) <= 0.0
+    return releases and side * still <= side * jam and side * stopping <= side * jam

@@ -145,10 +145,11 @@ def update_input(work: int, nv: int, k: int, h: float) -> None:
 @compiled
 def set_jam(work: int, nv: int, group: Group, forces: FloatArray) -> None:
     """Tell whether a gear jams; the ``forces`` half way are all but the friction of its group."""
-    still = 0.0
+    tension, still, momentum = member_of(work, nv, int(group.member)).input, 0.0, 0.0
     if group.mobility > 0.0:
         still = _across(work, nv, group, forces) / group.mobility
-    group.jams = jams(group, member_of(work, nv, int(group.member)).input, still)
+        momentum = group.wanted / group.mobility
+    group.jams = jams(group, tension, still, still + momentum)
 
 
 @compiled

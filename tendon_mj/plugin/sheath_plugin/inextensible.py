@@ -290,7 +290,7 @@ def _repeat(m: Model, d: Data, work: int, nv: int, g: int, moves: bool) -> None:
     segments, _, _ = unpack(state_of(m, d, int(member.instance)))
     tension = incoming_tension(work, nv, group)
     held = group.divisor * segments[int(group.end)].trial_tension
-    group.jams = jams(group, tension, held - tension)
+    group.jams = jams(group, tension, held - tension, held - tension)
     low, high = tensions_behind(group, tension)
     slides = group.passed if moves else group.slides
     bound = high if slides > 0.0 else low
