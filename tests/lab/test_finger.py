@@ -177,7 +177,7 @@ def test_a_sliding_tendon_loses_the_product_of_the_capstans_at_every_joint(tendo
 
 
 # TENDON_MJ_SEEDS=100 pytest tests/lab/test_finger.py -k minute
-@pytest.mark.parametrize("seed", range(int(os.environ.get("TENDON_MJ_SEEDS", "1"))))
+@pytest.mark.parametrize("seed", range(int(os.environ.get("TENDON_MJ_SEEDS", "3"))))
 @pytest.mark.parametrize("aside", [True, False])
 def test_a_minute_of_random_motion_is_sound(seed, aside):
     spec = build_finger(FINGER)

@@ -61,6 +61,7 @@ _LEAST_ROOM = 1e-3  # to an end of a range, of the probe of a term
 _FAR = 4.0  # left-out χ² over that in the fit, beyond which the others are fitted again
 _MATTERS = 0.1  # of the χ² of all parts, that it must be worth
 _MOST_REFITTED = 3  # parts
+_SIGMAS = 3.0  # standard deviations of what chance makes of a sum of squares
 _WIDENED = 2  # times that a width follows the one before
 _COMPENSATED = 3  # simulations of a move, each with the others fitted to the one before, at most
 _CLOSE = 0.02  # of a change or a width, by which it need not come nearer
@@ -293,6 +294,7 @@ def over_intervals(
         steps, changes = (np.column_stack(part) for part in zip(*moves, strict=True))
         left, _, right = np.linalg.svd(changes, full_matrices=False)
         by_chance = 0.5 * random**2 * (np.eye(numbers.size) + 1.0)  # all from one simulation
+        by_chance *= 1.0 + _SIGMAS * np.sqrt(2.0 / np.count_nonzero(problem.in_train))
         squares, ways = np.linalg.eigh(changes.T @ changes - by_chance)
         changes = left @ right @ (ways * np.sqrt(np.maximum(squares, 0.0))) @ ways.T
         lengths = np.maximum(np.abs(steps).max(axis=1)[numbers], np.finfo(float).tiny)

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tendon_mj.errors import RecordingError
+from tendon_mj.errors import InvalidValueError, RecordingError
 from tendon_mj.lab.recordings import (
     Measured,
     Recording,
@@ -183,6 +183,24 @@ def test_copies_equal_the_original() -> None:
     for duplicate in (copy.deepcopy(recording), pickle.loads(pickle.dumps(recording))):
         assert duplicate == recording
     assert dataclasses.replace(recording, model="joint") != recording
+
+
+def test_a_missing_actuator_or_sensor_is_refused_with_the_nearest() -> None:
+    bench().check_against(actuators={"reel", "spare"}, sensors=["input_tension"])
+    with refusing(RecordingError, "[drive] 'input_disp", "'reel'", "mean 'reels'"):
+        bench().check_against(actuators=["reels", "servo"], sensors=["input_tension"])
+    with refusing(RecordingError, "[measured] 'input_t", "mean 'input_tensions'"):
+        bench().check_against(actuators=["reel"], sensors=["input_tensions", "angle"])
+
+
+def test_values_refuse_impossible_numbers() -> None:
+    with refusing(InvalidValueError, "0.5"):
+        Uncertain(0.5, 0.1, 0.4)
+    for noise in (0.0, -1.0, float("nan"), float("inf")):
+        with refusing(InvalidValueError, "noise"):
+            Measured("tension", noise)
+    with refusing(InvalidValueError, "sensor"):
+        Measured(" ")
 
 
 @pytest.mark.parametrize(
