@@ -17,7 +17,7 @@ from tendon_mj.attach.friction import add_friction
 from tendon_mj.attach.instances import sheaths_by_tendon
 from tendon_mj.attach.mjcf import write_sheaths
 from tendon_mj.attach.sheath_design import idle_reason, own_elasticity
-from tendon_mj.attach.stiffness_limit import Pull, stiffness_limits, worst_pull
+from tendon_mj.attach.stiffness_limit import stiffness_limits
 from tendon_mj.errors import TendonError, TendonWarning
 from tendon_mj.typing import FloatArray
 
@@ -46,7 +46,6 @@ class Row(NamedTuple):
     largest_stiffness: float  # EA that a step carries [N]
     input: str  # its input end, in words; empty without a sheath
     drives: str  # elements that pull it, in words
-    pull: Pull
     done: str  # change to it, in words
     sheath: str  # name; empty without one
     acts: bool  # whether friction can do anything
@@ -186,11 +185,7 @@ def _tendon_row(
     stiffness, is_cable = config.get("axial_stiffness"), config.get("spring") == "cable"
     if is_cable and not stiffness:
         stiffness = own_elasticity(element, name, lambda: survey.after)[0]
-    pull, is_driven = Pull(0.0, 0.0, math.inf), not is_cable and "pretension" not in config
-    if is_driven:
-        at = [0, int(np.argmax(slid_bend))]
-        ratios = np.exp(-mu * slid_bend[at])
-        pull = worst_pull(survey.after, element.id, survey.poses[at], ratios)
+    is_driven = not is_cable and "pretension" not in config
     wound_in = "reel_joint" in config or any(a.plugin.active for a in actuators)
     idle = idle_reason(element, config, is_driven=is_driven, is_wound_in=wound_in)
     branches, end = tendons.path_of(element).ends(), config.get("input_end", "first")
@@ -208,7 +203,6 @@ def _tendon_row(
         largest_stiffness=survey.limits[k],
         input=f"{end}, {site}" if sheath else "",
         drives=_drives(survey, tendon),
-        pull=pull,
         done=done,
         sheath=sheath.name if sheath else "",
         acts=bool(sheath) and not idle,

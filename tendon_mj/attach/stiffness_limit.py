@@ -1,11 +1,10 @@
-"""Largest stiffness that a time step of a model carries, of a tendon and of its drive."""
+"""Largest stiffness of a tendon that a time step of a model carries."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -15,8 +14,6 @@ from tendon_mj.plugin import sheaths
 from tendon_mj.sheath import Law
 from tendon_mj.typing import FloatArray
 
-_ON_TENDON = mujoco.mjtTrn.mjTRN_TENDON.value
-_AFFINE = mujoco.mjtBias.mjBIAS_AFFINE.value
 _SITE = mujoco.mjtWrap.mjWRAP_SITE.value
 _ROUNDING = 1e-9  # relative
 _STABLE = 4.0  # (ωh)² up to which MuJoCo's integrators carry a spring
@@ -158,50 +155,6 @@ def drums_warning(
         " they may be and can ring from step to step: take a softer or longer cable, more armature"
         f" at the joint, or a step of {step:.2g} s"
     )
-
-
-class Pull(NamedTuple):
-    """Stiffness of the elements that pull a tendon, and what friction makes of it.
-
-    While its joints draw a tendon out they meet up to e^{μφ} times the stiffness at its input, φ
-    its bend. A step carries 1/(h² J M⁻¹ Jᵀ) of that, with J = ∂L/∂q; with more, joints gain energy.
-    """
-
-    stiffness: float  # k of the tendon's own spring and of the actuators on it [N/m]
-    magnified: float  # k e^{μφ} [N/m]
-    largest: float  # that a step carries [N/m]; ``inf`` for a tendon that moves no joint
-
-
-def worst_pull(
-    model: mujoco.MjModel, tendon: int, poses: FloatArray, transmissions: FloatArray
-) -> Pull:
-    """Pull on a tendon in that of (p, nq) poses in which a step carries it least.
-
-    ``transmissions`` are (p,) e^{−μφ}.
-    """
-    acts = (model.actuator_trntype == _ON_TENDON) & (model.actuator_trnid[:, 0] == tendon)
-    acts &= model.actuator_biastype == _AFFINE  # whose force falls with its length
-    servos = model.actuator_gear[acts, 0] ** 2 * np.maximum(-model.actuator_biasprm[acts, 1], 0.0)
-    stiffness = float(model.tendon_stiffness[tendon] + servos.sum())
-    pulls = [Pull(stiffness, stiffness, np.inf)]
-    data = mujoco.MjData(model)
-    jacobian, inverse = np.zeros((1, model.nv)), np.zeros((1, model.nv))
-    for qpos, transmission in zip(poses, transmissions, strict=True):
-        if not stiffness:
-            break
-        data.qpos[:] = qpos
-        mujoco.mj_fwdPosition(model, data)
-        for k in range(model.nv):  # `mjData.ten_J` is laid out otherwise in each release
-            data.qvel[:] = 0.0
-            data.qvel[k] = 1.0
-            mujoco.mj_fwdVelocity(model, data)
-            jacobian[0, k] = data.ten_velocity[tendon]
-        mujoco.mj_solveM(model, data, inverse, jacobian)
-        mobility = float(jacobian[0] @ inverse[0])
-        largest = 1.0 / (model.opt.timestep**2 * mobility) if mobility > 0.0 else np.inf
-        magnified = stiffness / float(transmission) if transmission > 0.0 else np.inf
-        pulls.append(Pull(stiffness, magnified, largest))
-    return max(pulls, key=lambda pull: pull.magnified / pull.largest)
 
 
 def _straight_spans(

@@ -158,18 +158,6 @@ def _remarks(attached: Attached) -> Iterator[str]:
             "actuator pulls, the guides yield instead; any other tendon may ring from step to "
             "step: take a shorter step"
         )
-    magnified = [
-        f"{row.tendon} (up to {row.pull.magnified:.2g} N/m of {row.pull.stiffness:.4g} N/m, "
-        f"where {row.pull.largest:.2g} N/m would do)"
-        for row in attached.rows
-        if row.sheath and row.pull.magnified > row.pull.largest
-    ]
-    if magnified:
-        yield (
-            "friction magnifies the stiffness of a drive beyond the largest for this time step: "
-            f"{', '.join(magnified)}. Joints that draw the tendon out may gain energy: take a "
-            "shorter step"
-        )
     branched = [row.tendon for row in attached.rows if row.sheath and row.has_pulleys]
     if branched:
         yield (

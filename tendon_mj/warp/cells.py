@@ -33,7 +33,7 @@ _BY_WORLD = {
     "solved": "solved",
     "spans": "span span_solved",
     "factor": "factor",
-    "dofs": "unknown last known borne inverse moment acceleration gradient",
+    "dofs": "unknown last expected known borne inverse moment acceleration gradient",
 }
 
 
@@ -196,6 +196,7 @@ def allocate_groups(
         "span_row": np.where(moving, model.nv * (np.cumsum(moving) - 1), -1),
         "damper": _dampers(model, [int(s.state["tendon"]) for s in members.values()]),
     }
+    described["pending"] = np.full(nworld, True)
     put(Groups, y, described)
     counts = {
         "cells": len(cells),

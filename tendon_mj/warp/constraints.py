@@ -73,6 +73,28 @@ def read_known(c: Constraints, y: Groups, row: int, w: int) -> bool:
     return moved == 0
 
 
+@wp.func
+def pushes_at(y: Groups, wanted: wp.float64, acceleration: wp.array2d[wp.float64], w: int) -> bool:
+    """Return whether a row that pushes, whose moment is at hand, does so at an acceleration."""
+    along = wp.float64(0.0)
+    for i in range(y.moment.shape[0]):
+        along += y.moment[i, w] * acceleration[i, w]
+    return wanted > along
+
+
+@wp.func
+def push_otherwise(c: Constraints, y: Groups, w: int) -> bool:
+    """Return whether other constraints push at the acceleration that came out than were taken."""
+    otherwise = bool(False)
+    for row in range(rows_of(c, w)):
+        if not is_equality(c, row, w):
+            if read_known(c, y, row, w):
+                wanted = wp.float64(c.aref[w, row])
+                pushed = pushes_at(y, wanted, y.expected, w)
+                otherwise = otherwise or pushed != pushes_at(y, wanted, y.acceleration, w)
+    return otherwise
+
+
 @wp.kernel
 def keep_constraints(c: Constraints, y: Groups) -> None:
     """Keep the forces of the constraints that friction knew; threads (worlds,)."""

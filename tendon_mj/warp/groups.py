@@ -53,6 +53,8 @@ class Groups:
     unknown: wp.array2d[wp.float64]  # (dofs, worlds), r, forces that friction did not know
     last: wp.array2d[wp.float64]  # (dofs, worlds), acceleration of the last step
     # of the step on trial
+    pending: wp.array[wp.bool]  # (worlds,), whether it is to be solved
+    expected: wp.array2d[wp.float64]  # (dofs, worlds), acceleration that tells what pushes
     known: wp.array2d[wp.float64]  # (dofs, worlds), forces that it knows, and its own
     borne: wp.array2d[wp.float64]  # (dofs, worlds), forces of constraints that it knew beforehand
     tension: wp.array2d[wp.float64]  # T behind the cell, times its divisor [N]

@@ -32,6 +32,7 @@ _TENDON = wp.constant(3)  # mjtTrn
 _LEAST_ARM = wp.constant(1e-7)  # [m]; a moment arm below is one of rounding
 _UNEXPLAINED = wp.constant(wp.float64(1e-6))  # of a length: a change that is not of rounding
 _ROUNDS = wp.constant(100)  # of a sweep and the conjugate gradients that follow
+_UNDAMPED = wp.constant(10)  # rounds, after which a sweep changes half as much as before
 _VISITS_IN_MOTION = wp.constant(900)  # of groups, in all rounds of a step
 _RESOLVED = wp.constant(wp.float64(1e-14))  # of Σ missing²/mobility, single precision squared
 _CLOSE = wp.constant(wp.float64(1e-9))  # change of a tension, over the largest, that ends them
@@ -179,6 +180,16 @@ def _set_bounds(t: Tendons, y: Groups, c: int, w: int) -> None:
 
 
 @wp.func
+def _slide_on(t: Tendons, y: Groups, c: int, w: int) -> None:
+    """Let a group slide or hold as in the step before, with the bounds of that."""
+    i, slid = y.member[c], int(0)
+    if t.started[y.sheath[i], w]:
+        slid = int(y.slid[_tail(y, c, y.first_cell[i + 1], w), w])
+    y.slides[c, w] = wp.int8(slid)
+    _set_bounds(t, y, c, w)
+
+
+@wp.func
 def _read_input(b: Dynamics, t: Tendons, y: Groups, i: int, w: int) -> bool:
     """Read T_0, and the tensions that groups held; return whether it is finite."""
     k = y.sheath[i]
@@ -216,18 +227,6 @@ def set_up(m: Scene, b: Dynamics, t: Tendons, y: Groups) -> None:
     t.has_trial[k, w] = y.active[i, w]
     if not y.active[i, w]:
         t.unsolved[w, k] += 1
-        return
-    started = t.started[k, w]
-    last = y.first_cell[i + 1]
-    for c in range(y.first_cell[i], last):
-        if y.head[c, w] == c:
-            slid = int(0)
-            if started:
-                slid = int(y.slid[_tail(y, c, last, w), w])
-            y.slides[c, w] = wp.int8(slid)
-            _set_bounds(t, y, c, w)
-            rubs = y.upper_ratio[c, w] > 1.0 or y.lower_ratio[c, w] > 1.0
-            y.is_rough[c, w] = rubs or y.upper_offset[c, w] > 0.0
 
 
 @wp.kernel
@@ -271,17 +270,19 @@ def _beyond(
 ) -> wp.float64:
     """Speed by which more passes in this step than D q̇: as D changes, and by moved bodies [m/s].
 
-    What bodies move without a velocity is not known of guides on geoms, which move themselves, and
-    where the stretch is spread.
+    As D changes only where it held: one that slid is stopped together with others. What bodies
+    move without a velocity is not known of guides on geoms, which move themselves, and where the
+    stretch is spread.
     """
     curved = wp.float64(0.0)
     if wp.isfinite(y.speed_before[tail, w]):
         curved = speed - wp.float64(y.speed_before[tail, w])
+    held = wp.where(int(y.slides[c, w]) == 0, curved, ZERO)
     on_arc = t.is_on_arc[y.begin[c], w] or t.is_on_arc[y.end[tail] - 1, w]
     if on_arc or wp.isfinite(y.whole[y.member[c], w]):
-        return curved
+        return held
     drawn = (y.way[c, w] - y.way_before[tail, w]) / h - (speed - HALF * curved)
-    return curved + wp.where(wp.abs(h * drawn) > _UNEXPLAINED * y.way[c, w], drawn, ZERO)
+    return held + wp.where(wp.abs(h * drawn) > _UNEXPLAINED * y.way[c, w], drawn, ZERO)
 
 
 @wp.kernel
@@ -289,10 +290,13 @@ def answer(b: Dynamics, t: Tendons, y: Groups) -> None:
     """Slip of each group; its M̂⁻¹ Dᵀ and mobility if it rubs; threads (cells, worlds)."""
     c, w = wp.tid()
     i = y.member[c]
-    if y.head[c, w] != c or not y.active[i, w]:
+    if y.head[c, w] != c or not y.active[i, w] or not y.pending[w]:
         return
     k, low, high = y.sheath[i], y.low[i], y.high[i]
     base, row, first = y.solved_row[c], y.row[c], y.first_dof[i]
+    _slide_on(t, y, c, w)
+    rubs = y.upper_ratio[c, w] > 1.0 or y.lower_ratio[c, w] > 1.0
+    y.is_rough[c, w] = rubs or y.upper_offset[c, w] > 0.0
     h, speed = step_of(b, w), _speed(y, c, b.qvel, w)
     if t.started[k, w]:
         tail = _tail(y, c, y.first_cell[i + 1], w)
@@ -364,7 +368,9 @@ def _change(y: Groups, c: int, friction: wp.float64, w: int) -> None:
 def _hold(t: Tendons, y: Groups, i: int, w: int) -> None:
     """Let the groups of a sheath hold the tensions that they did, or friction where it spreads."""
     k = y.sheath[i]
-    incoming = y.input[i, w]
+    y.constant[i, w] = y.force[i, w]
+    incoming = wp.max(ZERO, -y.force[i, w])
+    y.input[i, w] = incoming
     unconstrained = y.force[i, w] - t.constraint_force[k, w]
     spreads = wp.isfinite(y.whole[i, w])
     follows = wp.float64(0.0)
@@ -375,6 +381,7 @@ def _hold(t: Tendons, y: Groups, i: int, w: int) -> None:
     for c in range(y.first_cell[i], last):
         if y.head[c, w] != c:
             continue
+        y.friction[c, w] = ZERO
         tension = _incoming(y, c, w)
         held = wp.where(spreads, tension, incoming)
         if t.started[k, w]:
@@ -439,8 +446,10 @@ def _missing(y: Groups, c: int, h: wp.float64, w: int) -> wp.float64:
 
 
 @wp.func
-def _move(y: Groups, c: int, tension: wp.float64, h: wp.float64, w: int) -> wp.float64:
-    """Let a group hold or slide; return by how much its friction has changed."""
+def _move(
+    y: Groups, c: int, tension: wp.float64, h: wp.float64, part: wp.float64, w: int
+) -> wp.float64:
+    """Let a group hold or slide, by a ``part`` of what that changes; return the whole of it."""
     low, high = _bounds(y, c, tension, w)
     before = wp.float64(y.friction[c, w])  # a copy: else it is read where it is used
     friction, missing = wp.float64(before), _missing(y, c, h, w)
@@ -450,14 +459,14 @@ def _move(y: Groups, c: int, tension: wp.float64, h: wp.float64, w: int) -> wp.f
         else:
             friction = wp.where(missing > ZERO, high, low)
     y.slides[c, w] = wp.int8(wp.where(friction > high, 1, wp.where(friction < low, -1, 0)))
-    friction = wp.min(wp.max(friction, low), high)
-    _change(y, c, friction, w)
-    return wp.abs(friction - before)
+    change = wp.min(wp.max(friction, low), high) - before
+    _change(y, c, before + part * change, w)
+    return wp.abs(change)
 
 
 @wp.func
-def _sweep(y: Groups, h: wp.float64, w: int) -> bool:
-    """Let every group hold or slide; return whether any tension still changed."""
+def _sweep(y: Groups, h: wp.float64, part: wp.float64, w: int) -> bool:
+    """Let every group hold or slide, by a ``part``; return whether any would still change."""
     changed, largest = wp.float64(0.0), wp.float64(0.0)
     for c in range(y.member.shape[0]):
         i = y.member[c]
@@ -467,7 +476,7 @@ def _sweep(y: Groups, h: wp.float64, w: int) -> bool:
             _update_input(y, i, h, w)
         tension = _incoming(y, c, w)
         if y.is_rough[c, w]:
-            changed = wp.max(changed, _move(y, c, tension, h, w))
+            changed = wp.max(changed, _move(y, c, tension, h, part, w))
             if y.parent[c] < 0:
                 _update_input(y, i, h, w)
                 tension = _incoming(y, c, w)
@@ -561,6 +570,7 @@ def _go_along(y: Groups, nv: int, size: wp.float64, w: int) -> wp.float64:
 def _settle(y: Groups, nv: int, h: wp.float64, rough: int, w: int) -> None:
     """Let every group hold or slide: sweeps, each with conjugate gradients for those that hold.
 
+    Friction that magnifies what comes in can make sweeps swing: they go on in ever smaller parts.
     While tendon slides, a few rounds do where groups are many: the next step corrects what they
     leave.
     """
@@ -568,9 +578,12 @@ def _settle(y: Groups, nv: int, h: wp.float64, rough: int, w: int) -> None:
     for c in range(y.member.shape[0]):
         if y.is_rough[c, w] and int(y.set_for[c, w]) != 0:
             rounds = wp.min(_ROUNDS, 1 + _VISITS_IN_MOTION // rough)
-    while rounds > 0:
-        rounds -= 1
-        if not _sweep(y, h, w):
+    part, done = wp.float64(1.0), int(0)
+    while done < rounds:
+        done += 1
+        if done % _UNDAMPED == 0:
+            part *= HALF
+        if not _sweep(y, h, part, w):
             return
         missing, steps = _begin_gradients(y, h, w), int(nv)
         least = _RESOLVED * missing
@@ -598,6 +611,8 @@ def _release(t: Tendons, y: Groups, w: int) -> bool:
 def solve_groups(b: Dynamics, t: Tendons, y: Groups) -> None:
     """Friction of all groups of a world; threads (worlds,)."""
     w = wp.tid()
+    if not y.pending[w]:
+        return
     h = step_of(b, w)
     rough = int(0)
     for i in range(y.sheath.shape[0]):

@@ -157,16 +157,22 @@ def _evaluate_driven(
                 (inextensible.fill_rows, y.dof.shape, [motion, t, y]),
             ),
         )
-    _launch(d, [(set_response, (), [motion, _constraints(m, d), t, y])])
+    constraints = _constraints(m, d)
+    _launch(d, [(set_response, (), [motion, constraints, t, y, False])])
     if ELASTIC in kinds:
         _evaluate(m, d, layout, moved, ELASTIC)
     if together:
+        solution = (
+            (accelerate, (), [motion, t, y]),
+            (inextensible.answer, cells, [motion, t, y]),
+            (inextensible.solve_groups, (), [motion, t, y]),
+        )
         _launch(
             d,
             (
-                (accelerate, (), [motion, t, y]),
-                (inextensible.answer, cells, [motion, t, y]),
-                (inextensible.solve_groups, (), [motion, t, y]),
+                *solution,
+                (set_response, (), [motion, constraints, t, y, True]),
+                *solution,
                 (inextensible.publish, members, [motion, t, y]),
                 (inextensible.add_friction, (m.nv,), [t, y, d.qfrc_passive]),
             ),

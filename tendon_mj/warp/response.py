@@ -8,7 +8,14 @@ from typing import Any
 
 import warp as wp
 
-from tendon_mj.warp.constraints import Constraints, is_equality, read_known, rows_of
+from tendon_mj.warp.constraints import (
+    Constraints,
+    is_equality,
+    push_otherwise,
+    pushes_at,
+    read_known,
+    rows_of,
+)
 from tendon_mj.warp.groups import Groups
 from tendon_mj.warp.motion import Dynamics
 from tendon_mj.warp.tendons import ONE, ZERO, Tendons
@@ -89,17 +96,14 @@ def _add_damper(b: Dynamics, y: Groups, tendon: wp.array[wp.int32], n: int, w: i
 
 
 @wp.func
-def _add_constraints(b: Dynamics, c: Constraints, y: Groups, started: bool, w: int) -> None:
+def _add_constraints(b: Dynamics, c: Constraints, y: Groups, w: int) -> None:
     """Add the constraints that bear to M̂, and set their force at no acceleration."""
     for i in range(b.nv):
         y.acceleration[i, w] = ZERO
     for row in range(rows_of(c, w)):
         if read_known(c, y, row, w):
-            wanted, before = wp.float64(c.aref[w, row]), wp.float64(0.0)
-            if started:
-                for i in range(b.nv):
-                    before += y.moment[i, w] * y.last[i, w]
-            if is_equality(c, row, w) or wanted > before:
+            wanted = wp.float64(c.aref[w, row])
+            if is_equality(c, row, w) or pushes_at(y, wanted, y.expected, w):
                 stiffness = wp.float64(c.D[w, row])
                 _add_moment(b, y, stiffness, w)
                 for i in range(b.nv):
@@ -148,16 +152,25 @@ def respond(
 
 
 @wp.kernel(module="unique", module_options={"max_unroll": 0}, enable_backward=False)
-def set_response(b: Dynamics, c: Constraints, t: Tendons, y: Groups) -> None:
-    """Set up M̂, and the forces of its constraints at no acceleration; threads (worlds,)."""
+def set_response(b: Dynamics, c: Constraints, t: Tendons, y: Groups, again: bool) -> None:
+    """Set up M̂, and the forces of its constraints at no acceleration; threads (worlds,).
+
+    With ``again`` where other constraints push than were expected to; the others are solved.
+    """
     w = wp.tid()
+    y.pending[w] = not again or push_otherwise(c, y, w)
+    if not y.pending[w]:
+        return
     started = bool(False)
     if y.sheath.shape[0] > 0:
         started = t.started[y.sheath[0], w]
+    for i in range(b.nv):
+        last = wp.where(started, y.last[i, w], ZERO)
+        y.expected[i, w] = wp.where(again, y.acceleration[i, w], last)
     _begin(b, y, w)
     for n in range(y.damper.shape[0]):
         _add_damper(b, y, t.tendon, n, w)
-    _add_constraints(b, c, y, started, w)
+    _add_constraints(b, c, y, w)
     _factor(b, y, w)
 
 
@@ -165,6 +178,8 @@ def set_response(b: Dynamics, c: Constraints, t: Tendons, y: Groups) -> None:
 def accelerate(b: Dynamics, t: Tendons, y: Groups) -> None:
     """Set the acceleration without friction; threads (worlds,)."""
     w = wp.tid()
+    if not y.pending[w]:
+        return
     for i in range(b.nv):
         y.borne[i, w] = ZERO
         force = wp.float64(b.qfrc_passive[w, i] + b.qfrc_applied[w, i] - b.qfrc_bias[w, i])

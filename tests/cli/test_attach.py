@@ -8,7 +8,7 @@ import pytest
 from tendon_mj import largest_stiffness
 from tendon_mj.cli import console, main
 from tendon_mj.plugin import sheaths
-from tests.rigs import FINGER, LIMP, lever, rope
+from tests.rigs import FINGER, LIMP, lever
 
 
 @pytest.fixture
@@ -201,27 +201,6 @@ def test_a_tendon_stiffer_than_the_step_carries_is_named_with_what_it_carries(fi
         said = [line for line in shown.splitlines() if "EA above the" in line]
         assert (status, bool(said)) == (0, warned)
         assert not warned or f"flexor ({stiffness:.4g} N" in said[0]
-
-
-@pytest.mark.parametrize(("friction", "said"), [("0.5", False), ("5", True)])
-def test_a_pull_that_friction_makes_too_stiff_for_the_step_is_named(
-    tmp_path, attach, friction, said
-):
-    text = rope(
-        "a -.2 0 .06; b -.07 0 .0355",
-        "c .05 0 .024; d .1 0 .02",
-        tendon='stiffness="600"',
-        joint='axis="0 1 0" range="-60 60"',
-        geom='type="capsule" fromto="0 0 0 .2 0 0" size=".01" mass=".16"',
-        option='timestep="0.005"',
-        actuator='<position tendon="t" kp="1400"/>',
-    )
-    (tmp_path / "m.xml").write_text(text)
-    status, shown, _ = attach(tmp_path / "m.xml", "t", friction=friction)
-    lines = [line for line in shown.splitlines() if "friction magnifies" in line]
-    assert (status, bool(lines)) == (0, said)
-    assert not said or "t (up to" in lines[0]
-    assert not said or "N/m of 2000 N/m, where" in lines[0]
 
 
 def test_the_input_end_is_shown_and_written(finger, attach):

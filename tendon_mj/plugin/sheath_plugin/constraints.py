@@ -6,9 +6,10 @@ contact where that pushes. For friction it belongs to the response and to the fo
     M̂ + Σ D r rᵀ,   F + Σ D a_ref r,
 
 so that both are solved together; the force of the last step would come a step late. Which limits
-and contacts push is told by the acceleration of the last step. Of rows that join two branches of
-the tree, for which M̂ has no place, of elliptic contacts and of dry friction the force of the last
-step has to do.
+and contacts push is told by the acceleration of the last step and, where others push at the one
+that comes out, once more by that: friction would hold against a limit that a pull has just left.
+Of rows that join two branches of the tree, for which M̂ has no place, of elliptic contacts and of
+dry friction the force of the last step has to do.
 """
 
 from __future__ import annotations
@@ -76,23 +77,43 @@ def _read_known(m: Model, d: Data, row: int, moment: FloatArray) -> bool:
 
 @apart
 def add_constraints(
-    m: Model, d: Data, work: int, last: FloatArray, moment: FloatArray, force: FloatArray
-) -> None:
+    m: Model, d: Data, work: int, acceleration: FloatArray, moment: FloatArray, force: FloatArray
+) -> bool:
     """Add the constraints that bear to M̂ at ``work``, and set their ``force`` at no acceleration.
 
-    ``last`` is the acceleration of the last step, ``moment`` room for one.
+    Those that push are told by the ``acceleration``; ``moment`` is room for one.
+
+    Returns:
+        Whether there are constraints that push only.
     """
-    nv = m.nv
+    nv, pushing = m.nv, False
     for i in range(nv):
         force[i] = 0.0
     for row in range(d.nefc):
         if not _read_known(m, d, row, moment):
             continue
         wanted, stiffness = d.efc_aref[row], d.efc_D[row]
-        if d.efc_type[row] == _EQUALITY or wanted > dot(moment, last, nv):
+        is_equality = d.efc_type[row] == _EQUALITY
+        pushing |= not is_equality
+        if is_equality or wanted > dot(moment, acceleration, nv):
             add_damper(m, work, moment, stiffness / m.opt.timestep)
             for i in range(nv):
                 force[i] += stiffness * wanted * moment[i]
+    return pushing
+
+
+@apart
+def push_otherwise(
+    m: Model, d: Data, before: FloatArray, acceleration: FloatArray, moment: FloatArray
+) -> bool:
+    """Return whether other constraints push at an acceleration than at that ``before``."""
+    nv, otherwise = m.nv, False
+    for row in range(d.nefc):
+        if d.efc_type[row] in _PUSH and _read_known(m, d, row, moment):
+            wanted = d.efc_aref[row]
+            pushed = wanted > dot(moment, before, nv)
+            otherwise |= pushed != (wanted > dot(moment, acceleration, nv))
+    return otherwise
 
 
 @apart

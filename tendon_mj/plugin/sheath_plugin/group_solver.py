@@ -72,6 +72,7 @@ def take_over(work: int, nv: int, group: Group, friction: float) -> None:
 _ROUNDS = 100  # of a sweep and the conjugate gradients that follow
 _VISITS_IN_MOTION = 900  # of groups, in all rounds of a step
 _EXACT = 1e-12  # of the accelerations, which is enough where groups move
+_UNDAMPED = 10  # rounds, after which a sweep changes half as much as before
 _CLOSE = 1e-12  # change of a tension, over the largest, that ends them
 _RESOLVED = 1e-20  # of Σ missing²/mobility, that conjugate gradients leave
 _NOTHING = 1e-12  # of the mobility of groups by themselves: of groups that move nothing together
@@ -190,8 +191,12 @@ def _missing(work: int, nv: int, group: Group) -> tuple[float, float]:
 
 
 @apart
-def _sweep(work: int, nv: int, h: float, least: float) -> bool:
-    """Let every group hold or slide, one after the other; return whether any tension changed."""
+def _sweep(work: int, nv: int, h: float, least: float, part: float) -> bool:
+    """Let every group hold or slide, one after the other, by a ``part`` of what that changes.
+
+    Returns:
+        Whether any tension would still change.
+    """
     changed = largest = 0.0
     for g in range(int(head_at(work).groups)):
         group = group_of(work, g)
@@ -208,13 +213,13 @@ def _sweep(work: int, nv: int, h: float, least: float) -> bool:
         if abs(missing) > least * sizes and not group.mobility > 0.0:
             friction = high if missing > 0.0 else low
         group.slides = 1.0 if friction > high else (-1.0 if friction < low else 0.0)
-        friction = min(max(friction, low), high)
-        changed = max(changed, abs(friction - group.friction))
-        _change(work, nv, group, friction)
+        change = min(max(friction, low), high) - group.friction
+        changed = max(changed, abs(change))
+        _change(work, nv, group, group.friction + part * change)
         if group.parent < 0.0:
             update_input(work, nv, int(group.member), h)
             tension = incoming_tension(work, nv, group)
-        group.tension = tension + friction
+        group.tension = tension + group.friction
         largest = max(largest, abs(group.tension), abs(tension))
     return changed > _CLOSE * largest
 
@@ -309,14 +314,18 @@ def settle(work: int, nv: int, h: float) -> None:
 
     A sweep finds which groups slide. Those that hold depend on each other: for them conjugate
     gradients, which share a load among all that can bear it, take about as many steps as there are
-    directions in which bodies can move, and end where a group comes to its bound. While tendon
+    directions in which bodies can move, and end where a group comes to its bound. Friction that
+    magnifies what comes in can make sweeps swing: they go on in ever smaller parts. While tendon
     slides, a few rounds do where groups are many: the next step corrects what they leave.
     """
     least, rounds = _EPSILON, _ROUNDS
     if not _is_still(work):
         rounds = min(rounds, 1 + _VISITS_IN_MOTION // int(head_at(work).rough))
-    for _ in range(rounds):
-        if not _sweep(work, nv, h, least):
+    part = 1.0
+    for k in range(rounds):
+        if k % _UNDAMPED == _UNDAMPED - 1:
+            part *= 0.5
+        if not _sweep(work, nv, h, least, part):
             break
         least = _EXACT
         _share_load(work, nv)

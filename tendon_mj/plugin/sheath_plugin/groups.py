@@ -99,6 +99,7 @@ class Head:
     groups: float  # how many groups
     segments: float  # of these sheaths
     rough: float  # how many of them have friction
+    pushing: float  # whether there are constraints that push only
     free: float  # how many of these hold with less friction than they can have
     signature: float  # of the velocities for which they were set up, 0: none
     is_nested: float  # whether actuators are being computed once more
@@ -114,7 +115,7 @@ head_at: Callable[[int], Head] = Record(HEAD)
 def _size_of(room: int, spots: int, sheaths: int, nv: int) -> int:
     """Numbers of a workspace: groups, their rows, sheaths, owners of segments, vectors."""
     groups = room * (_GROUP_COUNT + 3 * nv)
-    return _HEAD_COUNT + groups + sheaths * (_MEMBER_COUNT + 1 + 2 * nv) + spots + 6 * nv
+    return _HEAD_COUNT + groups + sheaths * (_MEMBER_COUNT + 1 + 2 * nv) + spots + 7 * nv
 
 
 @compiled
@@ -173,11 +174,15 @@ def owners_of(work: int, nv: int, member: Member) -> FloatArray:
 
 @compiled
 def vector_at(work: int, nv: int, which: int) -> int:
-    """Address of a vector: passive forces before friction, friction, constraints, room for one."""
+    """Address of a vector.
+
+    Passive forces before friction, friction, constraints at no acceleration, the acceleration that
+    tells which of them push, room for one.
+    """
     return _owners_at(work, nv) + 8 * (int(head_at(work).spots) + which * nv)
 
 
-BASE, FRICTION, CONSTRAINTS, ROOM = range(4)
+BASE, FRICTION, CONSTRAINTS, ACCELERATION, ROOM = range(5)
 
 
 @compiled

@@ -38,7 +38,7 @@ import mujoco
 from tendon_mj.native import apart, compiled
 from tendon_mj.plugin.abi.layout import Data, Model
 from tendon_mj.plugin.abi.library import RK4
-from tendon_mj.plugin.abi.memory import coordinates, doubles
+from tendon_mj.plugin.abi.memory import address_of, coordinates, copy_doubles, doubles
 from tendon_mj.plugin.sheath_plugin import group_solver, response
 from tendon_mj.plugin.sheath_plugin.capstan_bounds import (
     set_bounds,
@@ -46,11 +46,17 @@ from tendon_mj.plugin.sheath_plugin.capstan_bounds import (
     towards_input,
     towards_output,
 )
-from tendon_mj.plugin.sheath_plugin.constraints import add_constraints, take_constraints_out
+from tendon_mj.plugin.sheath_plugin.constraints import (
+    add_constraints,
+    push_otherwise,
+    take_constraints_out,
+)
 from tendon_mj.plugin.sheath_plugin.fixed_tendon import add_fixed_row, metres
 from tendon_mj.plugin.sheath_plugin.forces import pull_segment
 from tendon_mj.plugin.sheath_plugin.gear_losses import jams, set_gear
 from tendon_mj.plugin.sheath_plugin.groups import (
+    ACCELERATION,
+    ALONG,
     BASE,
     CONSTRAINTS,
     FORCES,
@@ -211,10 +217,23 @@ def set_up(m: Model, d: Data, work: int, instance: int, stage: bool, written: bo
             drawn = 0.0
         if not is_known:
             group.passed = h * speed
-        group.wanted = (speed + curved + drawn) / h
+        if group.slides == 0.0:  # one that slid is stopped together with others, whatever curves
+            speed += curved
+        group.wanted = (speed + drawn) / h
         if group.is_rough != 0.0:
             group.row = head.rough
             head.rough += 1.0
+
+
+@apart
+def _start_group(m: Model, d: Data, work: int, nv: int, g: int) -> None:
+    """Let a group slide or hold as in the step before, with the bounds of that."""
+    group = group_of(work, g)
+    member = member_of(work, nv, int(group.member))
+    _, guides, _ = unpack(state_of(m, d, int(member.instance)))
+    group.friction, group.slides = 0.0, _slid(member, group, guides)
+    if group.is_set_for != group.slides:  # in another solution for the same pose
+        set_bounds(group, guides)
 
 
 @apart
@@ -230,10 +249,8 @@ def _start(m: Model, d: Data, work: int, nv: int, k: int) -> None:
     before = state.input_force - state.constraint_force + state.previous_constraint
     follows = incoming - group_solver.pull_of(member, before) if member.spreads == 0.0 else 0.0
     for g in range(int(member.first), int(member.last)):
+        _start_group(m, d, work, nv, g)
         group = group_of(work, g)
-        group.friction, group.slides = 0.0, _slid(member, group, guides)
-        if group.is_set_for != group.slides:  # in another solution for the same pose
-            set_bounds(group, guides)
         group.before = group.before_in = incoming
         if state.finished != 0.0:
             group.before = segments[int(group.end)].previous_tension * group.divisor
@@ -320,17 +337,25 @@ _STILL = 1e-12  # of its length, by which tendon that counts as still may pass a
 
 @apart
 def prepare(m: Model, d: Data, work: int) -> None:
-    """Set up M̂ with the dampers that are integrated implicitly."""
-    nv = m.nv
+    """Set up M̂ with the dampers that are integrated implicitly, and the constraints that bear."""
+    last = address_of(last_acceleration(m, d, int(head_at(work).leader)))
+    copy_doubles(vector_at(work, m.nv, ACCELERATION), last, m.nv)
+    _set_response(m, d, work)
+
+
+@apart
+def _set_response(m: Model, d: Data, work: int) -> None:
+    """Set up M̂ with the constraints that push at the vector ACCELERATION."""
+    nv, head = m.nv, head_at(work)
     place = response_at(work, nv)
     response.begin_response(m, d, place)
     if response.is_implicit(m):
         response.add_actuator_dampers(m, d, place, coordinates(vector_at(work, nv, ROOM)))
         _add_tendon_dampers(m, d, work)
-    last = last_acceleration(m, d, int(head_at(work).leader))
+    acceleration = coordinates(vector_at(work, nv, ACCELERATION))
     room = coordinates(vector_at(work, nv, ROOM))
     forces = coordinates(vector_at(work, nv, CONSTRAINTS))
-    add_constraints(m, d, place, last, room, forces)
+    head.pushing = add_constraints(m, d, place, acceleration, room, forces)
     response.factor_response(m, place)
 
 
@@ -429,6 +454,48 @@ def _add_up(m: Model, d: Data, work: int, nv: int) -> FloatArray:
 
 
 @apart
+def _settle(m: Model, d: Data, work: int, known: FloatArray, friction: FloatArray) -> None:
+    """Let every group hold or slide, from the tensions of the last step on."""
+    nv, head, place = m.nv, head_at(work), response_at(work, m.nv)
+    forces, room = half_vector(work, nv, FORCES), coordinates(vector_at(work, nv, ROOM))
+    unknown = unknown_forces(m, d, int(head.leader))
+    constraints = coordinates(vector_at(work, nv, CONSTRAINTS))
+    for i in range(nv):
+        room[i] = known[i] + friction[i] + unknown[i] + constraints[i]
+    response.go_half_way(m, place, room, forces)
+    weights = response.weights_at(place, nv)
+    for i in range(nv):
+        forces[i] *= weights[i]
+    for g in range(int(head.groups)):
+        group = group_of(work, g)
+        if group.servo >= 0.0:
+            _bound_servo(m, d, work, g, room)
+        if group.back < 0.0:
+            group_solver.set_jam(work, nv, group, forces)
+        _hold(work, nv, g)
+        if group.friction != 0.0:
+            group_solver.add_half(work, nv, group, forces, -group.friction)
+    for _ in range(1 + 2 * int(head.rough)):
+        group_solver.settle(work, nv, m.opt.timestep)
+        if not group_solver.release(m, d, work, nv):
+            break
+
+
+@apart
+def _push_otherwise(m: Model, d: Data, work: int) -> bool:
+    """Set the vector ACCELERATION to what came out; return whether other constraints push there."""
+    nv = m.nv
+    before, room = vector_at(work, nv, ACCELERATION), coordinates(vector_at(work, nv, ROOM))
+    acceleration, forces = half_vector(work, nv, ALONG), half_vector(work, nv, FORCES)
+    for i in range(nv):
+        acceleration[i] = forces[i]
+    response.go_on(m, response_at(work, nv), acceleration)
+    otherwise = push_otherwise(m, d, coordinates(before), acceleration, room)
+    copy_doubles(before, address_of(acceleration), nv)
+    return otherwise
+
+
+@apart
 def solve(m: Model, d: Data, work: int) -> None:
     """Solve the friction of all groups under the forces at hand, and add it to FRICTION."""
     nv, head, h = m.nv, head_at(work), m.opt.timestep
@@ -447,28 +514,17 @@ def solve(m: Model, d: Data, work: int) -> None:
     for k in range(int(head.members)):
         _start(m, d, work, nv, k)
     if head.rough > 0.0:
-        forces, room = half_vector(work, nv, FORCES), coordinates(vector_at(work, nv, ROOM))
-        unknown = unknown_forces(m, d, int(head.leader))
-        constraints = coordinates(vector_at(work, nv, CONSTRAINTS))
-        for i in range(nv):
-            room[i] = known[i] + friction[i] + unknown[i] + constraints[i]
-        response.go_half_way(m, response_at(work, nv), room, forces)
-        weights = response.weights_at(response_at(work, nv), nv)
-        for i in range(nv):
-            forces[i] *= weights[i]
-        for g in range(int(head.groups)):
-            group = group_of(work, g)
-            if group.servo >= 0.0:
-                _bound_servo(m, d, work, g, room)
-            if group.back < 0.0:
-                group_solver.set_jam(work, nv, group, forces)
-            _hold(work, nv, g)
-            if group.friction != 0.0:
-                group_solver.add_half(work, nv, group, forces, -group.friction)
-        for _ in range(1 + 2 * int(head.rough)):
-            group_solver.settle(work, nv, h)
-            if not group_solver.release(m, d, work, nv):
-                break
+        _settle(m, d, work, known, friction)
+        if head.pushing != 0.0 and _push_otherwise(m, d, work):
+            _set_response(m, d, work)
+            group_solver.set_half_rows(m, work, nv, h)
+            for g in range(int(head.groups)):
+                group_solver.take_over(work, nv, group_of(work, g), 0.0)
+                _start_group(m, d, work, nv, g)
+            for k in range(int(head.members)):
+                member = member_of(work, nv, k)
+                member.input = group_solver.pull_of(member, member.constant)
+            _settle(m, d, work, known, friction)
     for k in range(int(head.members)):
         group_solver.update_input(work, nv, k, h)
     for g in range(int(head.groups)):

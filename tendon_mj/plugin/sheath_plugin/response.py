@@ -136,16 +136,24 @@ def go_half_way(m: Model, work: int, force: FloatArray, half: FloatArray) -> Non
 
 
 @apart
-def respond(m: Model, work: int, x: FloatArray) -> None:
-    """Replace a force by M̂⁻¹ times it."""
-    parents, inverse = m.dof_parentid, weights_at(work, m.nv)
-    _solve_upper(m, work, x)
+def go_on(m: Model, work: int, x: FloatArray) -> None:
+    """Replace a force that is half way, times the weights, by M̂⁻¹ times it."""
+    parents = m.dof_parentid
     for k in range(m.nv):
-        x[k] *= inverse[k]
         row, i = _row_at(m, work, k), parents[k]
         while i >= 0:
             x[k] -= row[i] * x[i]
             i = parents[i]
+
+
+@apart
+def respond(m: Model, work: int, x: FloatArray) -> None:
+    """Replace a force by M̂⁻¹ times it."""
+    inverse = weights_at(work, m.nv)
+    _solve_upper(m, work, x)
+    for k in range(m.nv):
+        x[k] *= inverse[k]
+    go_on(m, work, x)
 
 
 @compiled
