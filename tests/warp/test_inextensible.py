@@ -101,6 +101,38 @@ def test_joints_at_their_limits_rest_at_steps_of_10_ms():
     assert np.ptp(outputs, axis=0).max() < 1e-4 * outputs.max()
 
 
+def test_a_pull_that_reverses_at_a_limit_moves_the_joint_as_in_the_plugin():
+    sites = "".join(
+        f'<site name="a{k}" pos="-.1 0 {3 * z}"/>' for k, z in enumerate((0.015, -0.015))
+    )
+    sites += "".join(f'<site name="b{k}" pos="-.02 0 {z}"/>' for k, z in enumerate((0.015, -0.015)))
+    paths = "".join(
+        f'<spatial name="t{k}"><site site="a{k}"/><site site="b{k}"/><site site="c{k}"/></spatial>'
+        for k in range(2)
+    )
+    spec = mujoco.MjSpec.from_string(
+        f"""<mujoco><option timestep="5e-3" gravity="0 0 0" integrator="implicitfast"/>
+      <worldbody>{sites}<body><joint name="j" axis="0 -1 0" armature="3.4e-4" damping=".004"
+          range="-5 5"/><geom size=".01" mass=".01"/>
+        <site name="c0" pos=".02 0 .015"/><site name="c1" pos=".02 0 -.015"/></body></worldbody>
+      <tendon>{paths}</tendon>
+      <actuator><motor tendon="t0"/><motor tendon="t1"/></actuator></mujoco>"""
+    )
+    model = add_friction(spec, "*", friction=0.5, extra_bend=2.0).compile()
+    waits, steps = np.arange(3, 20), 25
+    m, d = tw.put_model(model), tw.make_data(model, nworld=len(waits))
+    pulls = np.where(np.arange(steps)[:, None, None] < waits[:, None], [-23.0, 0.0], [0.0, -23.0])
+    for pull in pulls.astype(np.float32):
+        wp.copy(d.ctrl, wp.array(pull, dtype=wp.float32))
+        mjw.step(m, d)
+    for world, own in enumerate(np.swapaxes(pulls, 0, 1)):
+        data = mujoco.MjData(model)
+        for pull in own:
+            data.ctrl[:] = pull
+            mujoco.mj_step(model, data)
+        assert d.qpos.numpy()[world, 0] == pytest.approx(data.qpos[0], abs=1e-5)
+
+
 LENGTH = float(np.hypot(0.5, 0.3)) + 0.5
 ROPES = {
     "limit": {"of_tendon": f'limited="true" range="0 {LENGTH + 0.002}"'},
