@@ -301,17 +301,24 @@ def _hold(work: int, nv: int, g: int) -> None:
 
 @apart
 def _repeat(m: Model, d: Data, work: int, nv: int, g: int, moves: bool) -> None:
-    """Let a group slide or hold as it was shown last, or, with ``moves``, slide as it moves."""
+    """Let a group slide or hold as it was shown last, or, with ``moves``, slide as it moves.
+
+    Within a step of Runge-Kutta its friction stays what it was, whatever comes in meanwhile: one
+    that magnified that in each stage would make energy on a stiff drive.
+    """
     group = group_of(work, g)
     member = member_of(work, nv, int(group.member))
     segments, _, _ = unpack(state_of(m, d, int(member.instance)))
-    tension = incoming_tension(work, nv, group)
+    tension, parent = incoming_tension(work, nv, group), int(group.parent)
     held = group.divisor * segments[int(group.end)].trial_tension
     group.jams = jams(group, tension, held - tension, held - tension)
     low, high = tensions_behind(group, tension)
     slides = group.passed if moves else group.slides
     bound = high if slides > 0.0 else low
-    if slides != 0.0 and math.isfinite(bound):  # a gear that locks itself does not slide there
+    if member.is_stage != 0.0:
+        front = segments[int(group_of(work, parent).end) if parent >= 0 else 0]
+        held += tension - front.divisor * front.trial_tension
+    elif slides != 0.0 and math.isfinite(bound):  # a gear that locks itself does not slide there
         held = bound
     group.tension = min(max(held, low), high)
     group_solver.take_over(work, nv, group, group.tension - tension)
@@ -535,8 +542,7 @@ def solve(m: Model, d: Data, work: int) -> None:
             tension = max(0.0, tension)
         if group.row >= 0.0 and group.share == 0.0:  # what the rounds left is no more than it holds
             low, high = tensions_behind(group, incoming)
-            held = min(max(tension, low), high)
-            tension = high if group.slides > 0.0 else (low if group.slides < 0.0 else held)
+            tension = min(max(tension, low), high)
         group.tension = tension
         group.friction = tension - incoming
     _add_friction(work, nv)
