@@ -20,6 +20,7 @@ LINK = """<mujoco><option timestep="{step}" integrator="{integrator}" gravity="0
     <site site="a"/><site site="b"/>{over}<site site="c"/><site site="d"/></spatial></tendon>
   <actuator><motor tendon="t"/></actuator></mujoco>"""
 DRUM = '<geom name="g" type="cylinder" size=".015 .05" euler="90 0 0" mass=".01"/>'
+RESOLVED = 0.03  # rad that a joint turns by in a step
 ERROR = 0.05  # of the energy at the start: what a step that resolves the motion is off by
 
 
@@ -44,16 +45,18 @@ links = some.builds(
 
 
 def gain(model, angle):
-    """How far the energy rises above any before, over that at the start."""
+    """How far the energy rises above any before, over that at the start, inf if that fails; h ω."""
     data = mujoco.MjData(model)
-    data.qpos[0] = angle
+    data.qpos[:] = angle
     mujoco.mj_forward(model, data)
     start = least = data.energy.sum()
-    rises = 0.0
+    rises = fastest = 0.0
     for _ in range(int(0.3 / model.opt.timestep)):
         mujoco.mj_step(model, data)
         rises, least = max(rises, data.energy.sum() - least), min(least, data.energy.sum())
-    return rises / start
+        fastest = max(fastest, np.abs(data.qvel).max())
+    failed = data.warning.number.any()
+    return np.inf if failed else rises / start, fastest * model.opt.timestep
 
 
 def with_friction(xml, **law):
@@ -64,10 +67,34 @@ def with_friction(xml, **law):
 @thorough
 @given(links, some.floats(0.01, 5.0), some.floats(1.0, 2.0), some.floats(-0.6, 0.6))
 def test_friction_adds_no_energy_to_a_link_on_a_spring(xml, most, ratio, angle):
-    own = gain(mujoco.MjModel.from_xml_string(xml), angle)
+    own, _ = gain(mujoco.MjModel.from_xml_string(xml), angle)
     assume(own < ERROR)
     rough = with_friction(xml, friction=most / ratio, static_friction=most)
-    assert gain(rough, angle) <= own + ERROR
+    assert gain(rough, angle)[0] <= own + ERROR
+
+
+@pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
+@thorough
+@given(
+    seed=some.integers(0, 2**32 - 1),
+    links=some.integers(1, 3),
+    step=some.sampled_from([1e-4, 5e-4, 1e-3, 2e-3]),
+    integrator=some.sampled_from([0, 1, 2, 3]),
+    stiffness=some.sampled_from([300.0, 3000.0, 30000.0]),
+    friction=some.floats(0.05, 1.0),
+)
+def test_friction_adds_no_energy_to_a_tree_on_springs(
+    seed, links, step, integrator, stiffness, friction
+):
+    spec = tree(np.random.default_rng(seed), links, 2, step, integrator)
+    spec.option.gravity = np.zeros(3)
+    spec.option.enableflags = mujoco.mjtEnableBit.mjENBL_ENERGY
+    for tendon in spec.tendons:
+        tendon.stiffness[0] = stiffness
+    own, turn = gain(spec.compile(), 0.4)
+    assume(own < ERROR and turn < RESOLVED)
+    rough = add_friction(spec, "*", friction=friction, static_friction=1.5 * friction).compile()
+    assert gain(rough, 0.4)[0] <= own + ERROR
 
 
 def given_and_taken(stock, model, controls, steps):
@@ -138,6 +165,6 @@ def test_pulls_that_change_get_no_energy_from_friction(
     controls = rng.uniform(-1.0, 0.0, (40, tendons)) * (rng.random((40, tendons)) < 0.6)
     controls = controls * 0.02 + stock.tendon_length0 if stiffness else controls * 20.0
     steps = rng.integers(1, 40, 40)
-    assume(largest_turn(stock, controls, steps) < 0.03)  # what a step resolves
+    assume(largest_turn(stock, controls, steps) < RESOLVED)
     gives, takes = given_and_taken(stock, model, controls, steps)
     assert gives <= ERROR * takes + 2e-5  # J; pulls do some 0.1 J
