@@ -73,6 +73,16 @@ def test_friction_adds_no_energy_to_a_link_on_a_spring(xml, most, ratio, angle):
     assert gain(rough, angle)[0] <= own + ERROR
 
 
+def on_springs(seed, links, tendons, step, integrator, stiffness):
+    """A random tree whose tendons are springs, and whose energy is computed."""
+    spec = tree(np.random.default_rng(seed), links, tendons, step, integrator)
+    spec.option.gravity = np.zeros(3)
+    spec.option.enableflags = mujoco.mjtEnableBit.mjENBL_ENERGY
+    for tendon in spec.tendons:
+        tendon.stiffness[0] = stiffness
+    return spec
+
+
 @pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
 @thorough
 @given(
@@ -86,15 +96,20 @@ def test_friction_adds_no_energy_to_a_link_on_a_spring(xml, most, ratio, angle):
 def test_friction_adds_no_energy_to_a_tree_on_springs(
     seed, links, step, integrator, stiffness, friction
 ):
-    spec = tree(np.random.default_rng(seed), links, 2, step, integrator)
-    spec.option.gravity = np.zeros(3)
-    spec.option.enableflags = mujoco.mjtEnableBit.mjENBL_ENERGY
-    for tendon in spec.tendons:
-        tendon.stiffness[0] = stiffness
+    spec = on_springs(seed, links, 2, step, integrator, stiffness)
     own, turn = gain(spec.compile(), 0.4)
     assume(own < ERROR and turn < RESOLVED)
     rough = add_friction(spec, "*", friction=friction, static_friction=1.5 * friction).compile()
     assert gain(rough, 0.4)[0] <= own + ERROR
+
+
+@pytest.mark.filterwarnings("ignore::tendon_mj.TendonWarning")
+@pytest.mark.parametrize("seed", [13, 19, 37, 41, 54, 60])
+def test_friction_magnifies_no_spring_within_a_step_of_runge_kutta(seed):
+    spec = on_springs(seed, 2, 1, 1e-3, 1, 3e4)
+    assert gain(spec.compile(), 0.4)[0] < ERROR
+    rough = add_friction(spec, "*", friction=1.5, static_friction=2.25).compile()
+    assert gain(rough, 0.4)[0] < ERROR
 
 
 def given_and_taken(stock, model, controls, steps):
