@@ -191,14 +191,11 @@ def _slide_on(t: Tendons, y: Groups, c: int, w: int) -> None:
 
 @wp.func
 def _read_input(b: Dynamics, t: Tendons, y: Groups, i: int, w: int) -> bool:
-    """Read T_0, and the tensions that groups held; return whether it is finite."""
+    """Read the force along a tendon, and its damping; return whether the force is finite."""
     k = y.sheath[i]
     tendon = t.tendon[k]
     force = input_force(b, tendon, w) + t.constraint_force[k, w]
     y.force[i, w] = force
-    y.constant[i, w] = force
-    incoming = wp.max(ZERO, -force)
-    y.input[i, w] = incoming
     damping = tendon_damping(b, tendon, w)
     if b.implicit:
         for n in range(y.damper.shape[0]):

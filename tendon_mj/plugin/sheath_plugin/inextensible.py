@@ -225,12 +225,9 @@ def set_up(m: Model, d: Data, work: int, instance: int, stage: bool, written: bo
             head.rough += 1.0
 
 
-@apart
-def _start_group(m: Model, d: Data, work: int, nv: int, g: int) -> None:
+@compiled
+def _start_group(member: Member, group: Group, guides: Guides) -> None:
     """Let a group slide or hold as in the step before, with the bounds of that."""
-    group = group_of(work, g)
-    member = member_of(work, nv, int(group.member))
-    _, guides, _ = unpack(state_of(m, d, int(member.instance)))
     group.friction, group.slides = 0.0, _slid(member, group, guides)
     if group.is_set_for != group.slides:  # in another solution for the same pose
         set_bounds(group, guides)
@@ -249,8 +246,8 @@ def _start(m: Model, d: Data, work: int, nv: int, k: int) -> None:
     before = state.input_force - state.constraint_force + state.previous_constraint
     follows = incoming - group_solver.pull_of(member, before) if member.spreads == 0.0 else 0.0
     for g in range(int(member.first), int(member.last)):
-        _start_group(m, d, work, nv, g)
         group = group_of(work, g)
+        _start_group(member, group, guides)
         group.before = group.before_in = incoming
         if state.finished != 0.0:
             group.before = segments[int(group.end)].previous_tension * group.divisor
@@ -493,9 +490,8 @@ def _push_otherwise(m: Model, d: Data, work: int) -> bool:
     """Set the vector ACCELERATION to what came out; return whether other constraints push there."""
     nv = m.nv
     before, room = vector_at(work, nv, ACCELERATION), coordinates(vector_at(work, nv, ROOM))
-    acceleration, forces = half_vector(work, nv, ALONG), half_vector(work, nv, FORCES)
-    for i in range(nv):
-        acceleration[i] = forces[i]
+    acceleration = half_vector(work, nv, ALONG)
+    copy_doubles(address_of(acceleration), address_of(half_vector(work, nv, FORCES)), nv)
     response.go_on(m, response_at(work, nv), acceleration)
     otherwise = push_otherwise(m, d, coordinates(before), acceleration, room)
     copy_doubles(before, address_of(acceleration), nv)
@@ -525,11 +521,12 @@ def solve(m: Model, d: Data, work: int) -> None:
         if head.pushing != 0.0 and _push_otherwise(m, d, work):
             _set_response(m, d, work)
             group_solver.set_half_rows(m, work, nv, h)
-            for g in range(int(head.groups)):
-                group_solver.take_over(work, nv, group_of(work, g), 0.0)
-                _start_group(m, d, work, nv, g)
             for k in range(int(head.members)):
                 member = member_of(work, nv, k)
+                _, guides, _ = unpack(state_of(m, d, int(member.instance)))
+                for g in range(int(member.first), int(member.last)):
+                    group_solver.take_over(work, nv, group_of(work, g), 0.0)
+                    _start_group(member, group_of(work, g), guides)
                 member.input = group_solver.pull_of(member, member.constant)
             _settle(m, d, work, known, friction)
     for k in range(int(head.members)):
